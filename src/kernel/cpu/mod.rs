@@ -1,0 +1,163 @@
+//! CPU backend: the fast kernel in f32 or f64 on all cores, in lanes, for the instruction set found at run time.
+
+mod exact;
+mod linear;
+mod pack;
+
+use rayon::prelude::*;
+
+pub use exact::series;
+use exact::Tables;
+use pack::{Pack, Scalar};
+
+use super::{Kernel, Rule, Solution, Solver, Tap};
+use crate::scene::Precision;
+
+/// Taps of one work item: enough to hide scheduling, few enough to balance.
+const GRAIN: usize = 1024;
+
+/// The vectorised CPU kernels.
+#[derive(Debug)]
+pub struct Cpu {
+    precision: Precision,
+    pool: rayon::ThreadPool,
+}
+
+impl Cpu {
+    /// `threads` worker threads; 0 takes one per core.
+    pub fn new(precision: Precision, threads: usize) -> Result<Self, String> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())?;
+        Ok(Self { precision, pool })
+    }
+
+    /// Instruction set in use, for `devices` and `run.json`.
+    pub fn instructions() -> &'static str {
+        if fused() { "avx2+fma" } else { std::env::consts::ARCH }
+    }
+
+    /// Worker threads.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn fused() -> bool {
+    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn fused() -> bool {
+    false
+}
+
+impl Solver for Cpu {
+    fn solve(&mut self, kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>) -> Result<(), String> {
+        out.clear();
+        out.resize(taps.len(), Solution::FAILED);
+        self.pool.install(|| match self.precision {
+            Precision::F32 => by_nodes_f32(kernel, rule, tolerance, taps, out),
+            Precision::F64 => by_nodes_f64(kernel, rule, tolerance, taps, out),
+        })
+    }
+
+    fn batch_limit(&self) -> usize {
+        1 << 20
+    }
+}
+
+/// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
+macro_rules! by_nodes {
+    ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
+        fn $name(kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
+            match (kernel, rule.nodes) {
+                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes>(None, rule, tolerance, t, o)),
+                $((Kernel::Exact, $n) => {
+                    let tables = Tables::<$t, $n>::new(rule);
+                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), rule, tolerance, t, o));
+                })*
+                (_, n) => return Err(format!("no CPU kernel with {n} nodes")),
+            }
+            Ok(())
+        }
+    };
+}
+by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
+
+fn parallel(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync) {
+    taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
+}
+
+/// Solves one work item with the best instruction set there is.
+fn block<T: Scalar, const N: usize, const L: usize>(
+    tables: Option<&Tables<T, N>>,
+    rule: &Rule,
+    tolerance: f64,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the CPU has just been found to have both features.
+        unsafe { block_avx2::<T, N, L>(tables, rule, tolerance, taps, out) };
+        return;
+    }
+    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, rule, tolerance, taps, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn block_avx2<T: Scalar, const N: usize, const L: usize>(
+    tables: Option<&Tables<T, N>>,
+    rule: &Rule,
+    tolerance: f64,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    lanes::<T, N, L, true>(tables, rule, tolerance, taps, out);
+}
+
+/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
+#[inline(always)]
+fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: Option<&Tables<T, N>>,
+    rule: &Rule,
+    tolerance: f64,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
+        let packed = gather::<T, L, FMA>(taps);
+        let solved = match tables {
+            Some(tables) => exact::taps(tables, rule, tolerance, &packed),
+            None => linear::taps(&packed),
+        };
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = Solution {
+                force: solved.force.0[i].get(),
+                arc: solved.arc.0[i].get(),
+                strain: solved.strain.0[i].get(),
+                error: solved.error.0[i].get(),
+                sweeps: solved.sweeps.0[i].get(),
+            };
+        }
+    }
+}
+
+#[inline(always)]
+fn gather<T: Scalar, const L: usize, const FMA: bool>(taps: &[Tap<f64>]) -> Tap<Pack<T, L, FMA>> {
+    let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
+    let field = |f: fn(&Tap<f64>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
+    Tap {
+        taper: field(|t| t.taper),
+        rest: field(|t| t.rest),
+        angle: field(|t| t.angle),
+        hub: field(|t| t.hub),
+        near: field(|t| t.near),
+        far: field(|t| t.far),
+        width: field(|t| t.width),
+        shear: field(|t| t.shear),
+        weight: field(|t| t.weight),
+    }
+}

@@ -1,0 +1,77 @@
+//! Which adapters there are and which one to take.
+
+/// An adapter and what a user wants to know of it.
+#[derive(Debug, Clone)]
+pub struct Adapter {
+    inner: wgpu::Adapter,
+    /// Name, as the driver gives it.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal, Dx12.
+    pub api: String,
+    /// Runs on the CPU (lavapipe, WARP).
+    pub software: bool,
+    /// Shaders may use f64.
+    pub f64: bool,
+    /// Largest storage buffer binding, bytes.
+    pub max_binding: u64,
+    /// Largest number of workgroups in one dimension.
+    pub max_workgroups: u32,
+    /// Features of interest that are present.
+    pub features: Vec<&'static str>,
+}
+
+impl Adapter {
+    fn new(inner: wgpu::Adapter) -> Self {
+        let info = inner.get_info();
+        let (limits, has) = (inner.limits(), inner.features());
+        let named = [
+            (wgpu::Features::SHADER_F64, "shader-f64"),
+            (wgpu::Features::TIMESTAMP_QUERY, "timestamps"),
+            (wgpu::Features::SUBGROUP, "subgroups"),
+            (wgpu::Features::SHADER_INT64, "shader-int64"),
+        ];
+        Self {
+            name: info.name.clone(),
+            driver: [info.driver, info.driver_info].join(" ").trim().to_owned(),
+            api: format!("{:?}", info.backend),
+            software: info.device_type == wgpu::DeviceType::Cpu,
+            f64: has.contains(wgpu::Features::SHADER_F64),
+            max_binding: limits.max_storage_buffer_binding_size,
+            max_workgroups: limits.max_compute_workgroups_per_dimension,
+            features: named.iter().filter(|(f, _)| has.contains(*f)).map(|(_, n)| *n).collect(),
+            inner,
+        }
+    }
+
+    /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.
+    pub(super) fn open(&self, f64: bool) -> Result<(wgpu::Device, wgpu::Queue), String> {
+        let required_features = if f64 { wgpu::Features::SHADER_F64 } else { wgpu::Features::empty() };
+        let request = self.inner.request_device(&wgpu::DeviceDescriptor {
+            label: Some("vibrissa"),
+            required_features,
+            required_limits: self.inner.limits(),
+            ..Default::default()
+        });
+        pollster::block_on(request).map_err(|e| format!("adapter {}: {e}", self.name))
+    }
+}
+
+/// All adapters that can compute, hardware first; empty where there is no driver.
+pub fn adapters() -> Vec<Adapter> {
+    let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    let instance = wgpu::Instance::new(descriptor);
+    let mut found: Vec<_> = pollster::block_on(instance.enumerate_adapters(backends)).into_iter().map(Adapter::new).collect();
+    found.sort_by_key(|a| a.software);
+    found
+}
+
+/// The first adapter whose name contains `name` (any case); the first of all without a name.
+pub fn pick(adapters: &[Adapter], name: Option<&str>) -> Option<Adapter> {
+    let wanted = name.unwrap_or_default().to_lowercase();
+    adapters.iter().find(|a| a.name.to_lowercase().contains(&wanted)).cloned()
+}

@@ -1,0 +1,8 @@
+//! GPU backend: the WGSL kernels through wgpu, on hardware or on software Vulkan. All of wgpu lives in this folder.
+
+mod adapter;
+mod dispatch;
+pub mod shader;
+
+pub use adapter::{Adapter, adapters, pick};
+pub use dispatch::Gpu;

@@ -1,0 +1,93 @@
+//! How finely a tap is solved: nodes, polynomial terms, sweeps.
+
+use crate::scene::Precision;
+
+/// One rung of the ladder that hard taps climb.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Rule {
+    /// Gauss–Legendre nodes n between contact and base.
+    pub nodes: usize,
+    /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
+    pub terms: usize,
+    /// Most sweeps before a tap counts as not converged on this rung.
+    pub sweeps: u32,
+}
+
+impl Rule {
+    /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
+    pub fn gauge_points(&self) -> usize {
+        self.nodes / 2 + 2
+    }
+
+    /// Largest |ψ| (rad) at which `terms` terms of both series reach the precision they are meant for; a tap that bends further
+    /// climbs.
+    pub fn max_angle(&self) -> f64 {
+        match self.terms {
+            ..9 => 1.0,
+            _ => 3.2,
+        }
+    }
+}
+
+/// Smallest tolerance that `precision` reaches on every configuration.
+pub fn smallest_tolerance(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 1e-6,
+        Precision::F64 => 1e-11,
+    }
+}
+
+/// Rungs for `tolerance` in `precision`, cheapest first.
+pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
+    let all = every_rule(precision);
+    match precision {
+        Precision::F32 if tolerance < 5e-6 => all[1..].to_vec(),
+        Precision::F64 if tolerance < 1e-8 => all[1..].to_vec(),
+        _ => all,
+    }
+}
+
+/// All rungs that kernels are compiled for. f32 needs fewer terms; 5 of them hold to 1 rad, which most taps never reach.
+pub fn every_rule(precision: Precision) -> Vec<Rule> {
+    let rule = |nodes, terms, sweeps| Rule { nodes, terms, sweeps };
+    match precision {
+        Precision::F32 => vec![rule(6, 5, 8), rule(10, 9, 40), rule(16, 9, 80)],
+        Precision::F64 => vec![rule(10, 14, 16), rule(16, 14, 60), rule(24, 14, 120)],
+    }
+}
+
+/// Guards of the iteration, the same numbers on every backend.
+pub mod limits {
+    /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
+    pub const APEX: f64 = 1e-3;
+    /// Least c/a − 1 while iterating.
+    pub const LEAST_ARC: f64 = -0.5;
+    /// Largest c/a − 1 while iterating.
+    pub const MOST_ARC: f64 = 2.0;
+    /// Largest contraction rate believed when the remaining error is extrapolated.
+    pub const LARGEST_RATE: f64 = 0.9;
+    /// Smallest contraction rate believed.
+    pub const SMALLEST_RATE: f64 = 0.02;
+    /// Error of a tap whose angle lies outside the range of the series.
+    pub const HOPELESS: f64 = 1e9;
+    /// Below every number of interest and above underflow in f32.
+    pub const TINY: f64 = 1e-20;
+
+    /// Weight of the tail of the bending integrand (to the power 3/2) in the truncation error.
+    pub const BENDING_TAIL: f64 = 0.05;
+    /// Weight of the tail of the shortening integrand in the truncation error.
+    pub const SHORTENING_TAIL: f64 = 0.02;
+
+    /// All, by the names they have in the shaders.
+    pub const NAMED: [(&str, f64); 9] = [
+        ("APEX", APEX),
+        ("LEAST_ARC", LEAST_ARC),
+        ("MOST_ARC", MOST_ARC),
+        ("LARGEST_RATE", LARGEST_RATE),
+        ("SMALLEST_RATE", SMALLEST_RATE),
+        ("HOPELESS", HOPELESS),
+        ("TINY", TINY),
+        ("BENDING_TAIL", BENDING_TAIL),
+        ("SHORTENING_TAIL", SHORTENING_TAIL),
+    ];
+}

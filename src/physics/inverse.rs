@@ -1,0 +1,131 @@
+//! Distance from strain: the roots of f(â) = reading, and the peak of f (model §2).
+//!
+//! f rises from 0 at the gauge's near end to a peak and falls towards the virtual apex, so that a reading has two
+//! roots, or none above the peak. In u = 1/a the plain case (tap angle, no hub, no shear, contact clear of the gauge)
+//! is a quadratic, solved in closed form without cancellation; the others are solved on the monotone pieces of f.
+
+use super::{linear::StrainCurve, root::bracketed};
+use crate::scene::model::Drive;
+
+/// f over u = 1/a, cut at its extrema.
+#[derive(Debug, Clone)]
+pub struct Inverse {
+    curve: StrainCurve,
+    /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0).
+    pieces: Vec<f64>,
+}
+
+/// Distances at which the linear theory gives a reading, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roots {
+    /// The largest.
+    pub far: f64,
+    /// The next one, if any.
+    pub near: Option<f64>,
+}
+
+/// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
+const SAMPLES: usize = 48;
+
+impl Inverse {
+    /// Cuts `curve` into monotone pieces.
+    pub fn new(curve: StrainCurve) -> Self {
+        let [x1, x2] = curve.gauge;
+        let lo = curve.taper.tau.max(0.0);
+        let hi = if x1 > 0.0 { 1.0 / x1 } else { 1e9 / x2 };
+        let mut pieces = vec![lo];
+        let slope = |u: f64| curve.at_inverse(u).1;
+        if plain(&curve) {
+            let [b1, b2] = curve.b();
+            let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
+            let peak = 0.5 * (s / t + curve.taper.tau);
+            if peak > lo && peak < hi {
+                pieces.push(peak);
+            }
+        } else {
+            // Quadratic spacing resolves the steep rise next to the apex.
+            let mid = 1.0 / x2;
+            let first = (0..SAMPLES).map(|i| lo + (mid - lo) * (i as f64 / SAMPLES as f64).powi(2));
+            let second = (0..=SAMPLES).map(|i| mid + (hi - mid) * (i as f64 / SAMPLES as f64).powi(3));
+            let grid: Vec<f64> = first.chain(second).collect();
+            for w in grid.windows(2) {
+                if slope(w[0]) > 0.0 && slope(w[1]) < 0.0 || slope(w[0]) < 0.0 && slope(w[1]) > 0.0 {
+                    pieces.push(bracketed(slope, w[0], w[1]));
+                }
+            }
+        }
+        pieces.push(hi);
+        Self { curve, pieces }
+    }
+
+    /// The curve that is inverted.
+    pub fn curve(&self) -> &StrainCurve {
+        &self.curve
+    }
+
+    /// Distance (mm) and value of the largest strain per unit of drive; infinitely far for a whisker that widens so
+    /// much that f only falls with u.
+    pub fn peak(&self) -> (f64, f64) {
+        let (u, f) = self
+            .pieces
+            .iter()
+            .map(|&u| (u, self.curve.at_inverse(u).0))
+            .fold((self.pieces[0], f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        (1.0 / u, f)
+    }
+
+    /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak, and for a widening whisker
+    /// below what the farthest contact gives.
+    pub fn roots(&self, reading: f64) -> Option<Roots> {
+        let mut found = if plain(&self.curve) { self.plain_roots(reading) } else { [None; 2] };
+        if !plain(&self.curve) {
+            let mut next = 0;
+            for w in self.pieces.windows(2) {
+                let miss = |u: f64| self.curve.at_inverse(u).0 - reading;
+                let (lo, hi) = (miss(w[0]), miss(w[1]));
+                if next < 2 && (lo == 0.0 || lo * hi < 0.0) && w[0].max(w[1]) > 0.0 {
+                    let u = bracketed(miss, w[0], w[1]);
+                    if u > 0.0 {
+                        found[next] = Some(u);
+                        next += 1;
+                    }
+                }
+            }
+        }
+        found[0].map(|far| Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u) })
+    }
+
+    /// Both roots of C (u − τ)(A − B u) = f, or of C₁ (1 − x1 u)² = f where the contact would be on the gauge.
+    fn plain_roots(&self, reading: f64) -> [Option<f64>; 2] {
+        let ([x1, x2], [b1, b2]) = (self.curve.gauge, self.curve.b());
+        let (tau, s, t) = (self.curve.taper.tau, b1 + b2, x1 * b1 + x2 * b2);
+        let y = reading / (0.75 * self.curve.taper.D * b1 * b2);
+        let half_gap2 = (s - tau * t).powi(2) - 4.0 * t * y;
+        if half_gap2.is_nan() || half_gap2 < 0.0 {
+            return [None; 2];
+        }
+        let (sum, gap) = (s + tau * t, half_gap2.sqrt());
+        let (small, large) = if sum >= 0.0 {
+            (2.0 * (tau * s + y) / (sum + gap), (sum + gap) / (2.0 * t))
+        } else {
+            ((sum - gap) / (2.0 * t), 2.0 * (tau * s + y) / (sum - gap))
+        };
+        // On the gauge the quadratic does not hold; there (1 − x1 u)² = y₁.
+        let on_gauge = || {
+            let y1 = reading * (x2 - x1) / (0.75 * self.curve.taper.D * b1 * b1);
+            (x1 > 0.0 && y1 <= 1.0).then(|| (1.0 - y1.sqrt()) / x1)
+        };
+        let valid = |u: f64| u > 0.0 && u * x2 <= 1.0;
+        let far = valid(small).then_some(small);
+        let near = if valid(large) { Some(large) } else { on_gauge().filter(|u| u * x2 > 1.0) };
+        match far {
+            Some(_) => [far, near],
+            None => [near, None],
+        }
+    }
+}
+
+/// Whether the closed form of the quadratic applies.
+fn plain(curve: &StrainCurve) -> bool {
+    curve.drive == Drive::Angle && curve.hub == 0.0 && curve.shear == 0.0
+}

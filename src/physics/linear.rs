@@ -1,0 +1,129 @@
+//! Linear theory (model §2): closed forms of the tapered cantilever pressed at distance a.
+//!
+//! With `D`, τ of [`Taper`], the gauge span [x1, x2], the hub r₀ and the shear length² S = 3 E D²/(16 k G):
+//!
+//! - deflection (Eq. 3), tap angle (Eq. 4), strain per radian f (Eq. 8, unit put right), per mm g = f/a;
+//! - f_T = f/(1 + S/a²), since shear multiplies θ for the same force by 1 + S/a² for *any* taper.
+//!
+//! Everything is written in u = 1/a and b_i = 1/(1 − τ x_i): nothing divides by τ or cancels as d → D.
+
+use std::f64::consts::PI;
+
+use super::taper::Taper;
+use crate::scene::model::{Drive, Model};
+
+/// Deflection y(x) of the centreline, mm, under a transverse force `force` (N) at distance `a` (mm), modulus `e`
+/// (MPa); straight beyond a. Eq. 3.
+pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
+    let c = 32.0 * force / (3.0 * PI * e * taper.D.powi(4));
+    let w = 1.0 - taper.tau * x.min(a);
+    let at = |x: f64| c * x * x * (3.0 * a - x - 2.0 * taper.tau * a * x) / (w * w);
+    if x <= a {
+        return at(x);
+    }
+    // Slope at a: ∫ M/EI from 0 to a.
+    let v = 1.0 - taper.tau * a;
+    let slope = c * 3.0 * a * a * (3.0 - 2.0 * taper.tau * a) / (3.0 * v * v);
+    at(a) + slope * (x - a)
+}
+
+/// Shear length² S = 3 E D²/(16 k G), mm², with k = 6(1+ν)/(7+6ν), G = E/(2(1+ν)); E cancels.
+pub fn shear_length2(taper: &Taper, nu: f64) -> f64 {
+    let k = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu);
+    3.0 * taper.D * taper.D * 2.0 * (1.0 + nu) / (16.0 * k)
+}
+
+/// Strain of a gauge per unit of drive as a function of the contact distance a: f (1/rad), or g = f/a (1/mm) for a
+/// displacement drive, with or without shear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrainCurve {
+    /// The whisker.
+    pub taper: Taper,
+    /// Gauge span x1 < x2, mm.
+    pub gauge: [f64; 2],
+    /// r₀, mm; 0 for a displacement drive, where the hub plays no part.
+    pub hub: f64,
+    /// What is turned or moved.
+    pub drive: Drive,
+    /// S, mm²; 0 for Euler–Bernoulli.
+    pub shear: f64,
+    b: [f64; 2],
+}
+
+impl StrainCurve {
+    /// `shear` is S of [`shear_length2`], or 0 for Euler–Bernoulli theory; lengths in mm.
+    pub fn new(taper: Taper, gauge: [f64; 2], hub: f64, drive: Drive, shear: f64) -> Self {
+        let hub = if drive == Drive::Displacement { 0.0 } else { hub };
+        let b = gauge.map(|x| 1.0 / (1.0 - taper.tau * x));
+        Self { taper, gauge, hub, drive, shear, b }
+    }
+
+    /// S of the theory that `model` computes in linear geometry.
+    pub fn of_model(taper: Taper, gauge: [f64; 2], hub: f64, drive: Drive, model: &Model) -> Self {
+        let shear = if model.shear { shear_length2(&taper, model.nu) } else { 0.0 };
+        Self::new(taper, gauge, hub, drive, shear)
+    }
+
+    /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
+    pub fn b(&self) -> [f64; 2] {
+        self.b
+    }
+
+    /// The factor w(u) that the drive puts on the strain: 1 + r₀u for a tap angle, u for a displacement.
+    fn drive_factor(&self, u: f64) -> (f64, f64) {
+        match self.drive {
+            Drive::Angle => (1.0 + self.hub * u, self.hub),
+            Drive::Displacement => (u, 1.0),
+        }
+    }
+
+    /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
+    pub fn at_inverse(&self, u: f64) -> (f64, f64) {
+        let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
+        if x1 * u >= 1.0 {
+            return (0.0, 0.0);
+        }
+        let quarter = 0.75 * self.taper.D;
+        let (p, dp) = if x2 * u <= 1.0 {
+            // C (u − τ)(A − B u)
+            let c = quarter * b1 * b2;
+            let t = x1 * b1 + x2 * b2;
+            let (m, n) = (u - self.taper.tau, b1 * (1.0 - x1 * u) + b2 * (1.0 - x2 * u));
+            (c * m * n, c * (n - t * m))
+        } else {
+            // The contact is on the gauge: no moment beyond it. C₁ (1 − x1 u)²
+            let c = quarter * b1 * b1 / (x2 - x1);
+            let m = 1.0 - x1 * u;
+            (c * m * m, -2.0 * c * x1 * m)
+        };
+        let (w, dw) = self.drive_factor(u);
+        let (q, dq) = (p * w, dp * w + p * dw);
+        let s = 1.0 + self.shear * u * u;
+        (q / s, (dq - q * 2.0 * self.shear * u / s) / s)
+    }
+
+    /// Mean strain per radian (or per mm) for a contact at `a` mm; 0 at or inside the gauge's near end.
+    pub fn value(&self, a: f64) -> f64 {
+        self.at_inverse(1.0 / a).0
+    }
+
+    /// df/da, per radian (or mm) and mm.
+    pub fn slope(&self, a: f64) -> f64 {
+        -self.at_inverse(1.0 / a).1 / (a * a)
+    }
+
+    /// Contact force per unit of drive, N/rad (or N/mm), modulus `e` in MPa. Eq. 4 with shear.
+    pub fn force(&self, e: f64, a: f64) -> f64 {
+        let v = 1.0 - self.taper.tau * a;
+        let reach = match self.drive {
+            Drive::Angle => a + self.hub,
+            Drive::Displacement => 1.0,
+        };
+        3.0 * PI * e * self.taper.D.powi(4) * v * reach / (64.0 * a.powi(3)) / (1.0 + self.shear / (a * a))
+    }
+}
+
+/// Strain per radian of a point gauge (l → 0) at `x`, contact at `a` ≥ x, hub 0: (3D/2)(1 − τa)(a − x)/(a²(1 − τx)³).
+pub fn point_gauge(taper: &Taper, x: f64, a: f64) -> f64 {
+    1.5 * taper.D * (1.0 - taper.tau * a) * (a - x).max(0.0) / (a * a * (1.0 - taper.tau * x).powi(3))
+}

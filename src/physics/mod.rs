@@ -1,0 +1,6 @@
+//! The physics, pure: f64, no files, no devices. Units mm, N, MPa, radians.
+
+pub mod inverse;
+pub mod linear;
+pub mod root;
+pub mod taper;

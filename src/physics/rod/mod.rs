@@ -1,0 +1,148 @@
+//! The reference solver: a geometrically exact planar rod pressed against a fixed or moving object (model §3).
+//!
+//! It is the yardstick of the fast kernels and shares no method with them. The rod's equations are integrated as an
+//! initial-value problem from the contact to the clamp by Gragg–Bulirsch–Stoer extrapolation, to a local error of
+//! 1e-13; Newton's method shoots for the two unknowns of the contact until the object is where it must be. Errors
+//! of the answers are of the order of 1e-12, relative.
+
+mod ode;
+mod shoot;
+mod statics;
+
+use glam::DVec2;
+use thiserror::Error;
+
+use crate::physics::taper::Taper;
+use crate::scene::model::{Contact, Drive, Model, Side};
+use shoot::{Shooter, Unknowns};
+use statics::{Bending, EndLoad};
+
+/// Intervals at whose ends the fibres of a hyperelastic whisker are compared with the range of its law.
+const RANGE_PARTS: u32 = 64;
+
+/// What the gauge and the contact show at one tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RodTap {
+    /// Mean strain over the gauge, tension positive.
+    pub strain: f64,
+    /// Force P pressing on the object, N.
+    pub normal_force: f64,
+    /// Friction T on the whisker along its surface, N; positive towards the tip.
+    pub tangential_force: f64,
+    /// Arc length c of the contact from the clamp, mm. It exceeds L_a when the whisker has slipped off.
+    pub contact_arc: f64,
+    /// Whether the contact has stayed at its arc length.
+    pub sticking: bool,
+    /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
+    pub base_angle: f64,
+}
+
+/// Why a tap has no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum RodError {
+    /// No equilibrium was found by continuation from the unloaded whisker although the material bears it: the
+    /// contact runs away along the whisker (towards its virtual apex at the latest), or the path folds back.
+    #[error("no equilibrium was found along the loading path")]
+    NotConverged,
+    /// The equilibrium has a fibre outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or the
+    /// loading path ends before it because a section's tangent vanishes. Never of [`Hooke`](crate::scene::model::Material::Hooke).
+    #[error("a fibre leaves the range of the material law")]
+    MaterialLimit,
+}
+
+/// One tap, or one displacement of the object. Lengths in mm.
+#[derive(Debug, Clone, Copy)]
+pub struct RodProblem<'a> {
+    /// The whisker; it goes on beyond its tip.
+    pub taper: Taper,
+    /// Span [x1, x2] of the gauge, 0 ≤ x1 < x2.
+    pub gauge: [f64; 2],
+    /// Side of the whisker that carries the gauge.
+    pub side: Side,
+    /// Distance a > 0 of the object along the undeformed whisker.
+    pub distance: f64,
+    /// Distance r₀ ≥ 0 of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
+    pub hub: f64,
+    /// What moves.
+    pub drive: Drive,
+    /// How far it moves, ≥ 0: θ in radians, or δ in mm.
+    pub amount: f64,
+    /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
+    /// [`Contact::Coulomb`] need `extension` and no `pole_radius`.
+    pub model: &'a Model,
+}
+
+impl RodProblem<'_> {
+    /// The tap at equilibrium.
+    ///
+    /// # Errors
+    /// [`RodError`] says when there is none.
+    pub fn solve(&self) -> Result<RodTap, RodError> {
+        if self.amount == 0.0 {
+            return Ok(RodTap {
+                strain: 0.0,
+                normal_force: 0.0,
+                tangential_force: 0.0,
+                contact_arc: self.distance,
+                sticking: self.model.contact != Contact::Frictionless,
+                base_angle: 0.0,
+            });
+        }
+        match self.model.contact {
+            Contact::Frictionless => self.shoot(Unknowns::Slide(0.0)),
+            Contact::Stick => self.shoot(Unknowns::Stick),
+            Contact::Coulomb(mu) => {
+                let stick = self.shoot(Unknowns::Stick);
+                match stick {
+                    Ok(tap) if tap.tangential_force.abs() <= mu * tap.normal_force => Ok(tap),
+                    _ => self.shoot(Unknowns::Slide(mu.copysign(self.sticking_friction(stick)?))),
+                }
+            }
+        }
+    }
+
+    /// T of the sticking contact, or where it cannot stick so far, of the farthest it can among the halves of halves.
+    fn sticking_friction(&self, stick: Result<RodTap, RodError>) -> Result<f64, RodError> {
+        let earlier = (1..8).map(|k| Self { amount: self.amount * 0.5_f64.powi(k), ..*self });
+        std::iter::once(stick)
+            .chain(earlier.map(|problem| problem.shoot(Unknowns::Stick)))
+            .find_map(Result::ok)
+            .map(|tap| tap.tangential_force)
+            .ok_or(stick.err().unwrap_or(RodError::NotConverged))
+    }
+
+    fn shoot(&self, unknowns: Unknowns) -> Result<RodTap, RodError> {
+        let shooter = Shooter::new(self, unknowns);
+        let shot = shooter.continuation(self.amount)?;
+        if !shooter.whisker.law.is_linear() && !shot.load.is_in_range(&shooter.whisker, RANGE_PARTS) {
+            return Err(RodError::MaterialLimit);
+        }
+        let [x1, x2] = self.gauge;
+        Ok(RodTap {
+            strain: shot.bent.elongation / (x2 - x1),
+            normal_force: shot.normal,
+            tangential_force: shot.tangential,
+            contact_arc: shot.load.arc,
+            sticking: unknowns == Unknowns::Stick,
+            base_angle: shot.bent.angle,
+        })
+    }
+}
+
+/// A rod that was integrated from its loaded end to its clamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BentRod {
+    /// ψ(0): direction of the rod at its clamp in the frame of its end, rad.
+    pub angle: f64,
+    /// Position of the clamp in that frame, mm.
+    pub clamp: DVec2,
+}
+
+/// Bends an inextensible, unshearable rod of length `length`, mm, whose bending stiffness is `stiffness`(s), N mm²,
+/// s from its clamp, by `force`, N, on its end. The frame is the end's: origin there, x along the rod.
+///
+/// `None` when the integration fails.
+pub fn bend(length: f64, stiffness: impl Fn(f64) -> f64, force: DVec2) -> Option<BentRod> {
+    let bent = EndLoad { arc: length, force, point: DVec2::ZERO }.bend(&Bending(stiffness), [0.0; 2])?;
+    Some(BentRod { angle: bent.angle, clamp: bent.offset - DVec2::new(length, 0.0) })
+}

@@ -1,0 +1,97 @@
+//! Gragg–Bulirsch–Stoer extrapolation with adaptive order and step.
+//!
+//! Bulirsch and Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett and Wanner, *Solving ODEs I*, II.9.
+
+use std::array::from_fn;
+
+/// Columns of the extrapolation table; column j takes 2 (j + 1) substeps of the midpoint rule.
+const COLUMNS: usize = 9;
+
+/// Local error of a step, relative to the scale of each component.
+const TOLERANCE: f64 = 1e-13;
+
+/// Smallest step, as a fraction of the interval.
+const SMALLEST: f64 = 1e-4;
+
+/// Carries `y` from `start` over `length` ≥ 0 along y′ = `rhs`(x, y). Errors are relative to `scale` of y or of its
+/// increment over the step, whichever is larger. `None` when the step vanishes, be it because
+/// the error cannot be met or because `rhs` has no value on the way.
+pub(super) fn integrate<const N: usize>(
+    rhs: impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
+    scale: impl Fn(&[f64; N]) -> [f64; N],
+    mut y: [f64; N],
+    start: f64,
+    length: f64,
+) -> Option<[f64; N]> {
+    let (mut done, mut step) = (0.0, length);
+    while done < length {
+        let last = step >= length - done;
+        let h = if last { length - done } else { step };
+        let slope = rhs(start + done, &y)?;
+        let (increment, factor) = extrapolate(&rhs, &scale, start + done, &y, &slope, h);
+        match increment {
+            Some(increment) => {
+                y = from_fn(|i| y[i] + increment[i]);
+                done = if last { length } else { done + h };
+            }
+            None if h < SMALLEST * length => return None,
+            None => {}
+        }
+        step = h * factor;
+    }
+    Some(y)
+}
+
+/// Increment of y over the step `h`, `None` to refuse it, and the factor for the next step.
+fn extrapolate<const N: usize>(
+    rhs: &impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
+    scale: &impl Fn(&[f64; N]) -> [f64; N],
+    x: f64,
+    y: &[f64; N],
+    slope: &[f64; N],
+    h: f64,
+) -> (Option<[f64; N]>, f64) {
+    let mut row = [[0.0; N]; COLUMNS];
+    let mut factor = 0.25;
+    for k in 0..COLUMNS {
+        let Some(mut entry) = midpoint(rhs, x, y, slope, h, 2 * (k + 1)) else {
+            return (None, 0.25);
+        };
+        let mut change = [f64::INFINITY; N];
+        for (j, above) in row.iter_mut().enumerate().take(k) {
+            let ratio = ((k + 1) as f64 / (k - j) as f64).powi(2) - 1.0;
+            change = from_fn(|i| (entry[i] - above[i]) / ratio);
+            (*above, entry) = (entry, from_fn(|i| entry[i] + change[i]));
+        }
+        row[k] = entry;
+        let (here, there) = (scale(y), scale(&entry));
+        let error =
+            (0..N).filter(|&i| change[i] != 0.0).map(|i| change[i].abs() / here[i].max(there[i])).fold(0.0, f64::max);
+        factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
+        if error <= TOLERANCE {
+            let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };
+            return (Some(entry), factor.clamp(0.3, growth));
+        }
+    }
+    (None, factor.clamp(0.1, 0.6))
+}
+
+/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h.
+fn midpoint<const N: usize>(
+    rhs: &impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
+    x: f64,
+    y: &[f64; N],
+    slope: &[f64; N],
+    h: f64,
+    n: usize,
+) -> Option<[f64; N]> {
+    let sub = h / n as f64;
+    let mut before = [0.0; N];
+    let mut now: [f64; N] = from_fn(|i| sub * slope[i]);
+    for m in 1..n {
+        let f = rhs(x + sub * m as f64, &from_fn(|i| y[i] + now[i]))?;
+        let next = from_fn(|i| before[i] + 2.0 * sub * f[i]);
+        before = std::mem::replace(&mut now, next);
+    }
+    Some(now)
+}

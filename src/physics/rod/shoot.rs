@@ -1,0 +1,236 @@
+//! Shooting: the closure of a tap and Newton's method for the force and the place of the contact (model §3).
+
+use std::f64::consts::PI;
+
+use glam::{DMat2, DVec2};
+
+use super::statics::{Bent, EndLoad, Whisker};
+use super::{RodError, RodProblem};
+use crate::physics::section::SectionLaw;
+use crate::scene::model::Drive;
+
+/// Size of the Newton step, relative to the unknowns, at which a shot hits.
+const HIT: f64 = 1e-12;
+
+/// Difference of an unknown, relative to its scale, for the Jacobian.
+const PROBE: f64 = 1e-6;
+
+/// Largest amount, rad or δ/a, that is shot at from the linear solution, and largest step of the continuation.
+const STRIDE: f64 = 0.3;
+
+/// Smallest step of the continuation, as a fraction of the amount.
+const SMALLEST_STRIDE: f64 = 1e-3;
+
+/// What the contact leaves open, beside the force P.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Unknowns {
+    /// The arc length c; T is this multiple of P.
+    Slide(f64),
+    /// The friction T; c is the distance a.
+    Stick,
+}
+
+/// A rod under the load that was tried, and by how much it misses the object.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shot {
+    pub normal: f64,
+    pub tangential: f64,
+    pub load: EndLoad,
+    pub bent: Bent,
+    miss: DVec2,
+}
+
+/// Why a Newton iteration ended without a hit.
+enum Missed {
+    /// The rod has no state under a load on the way.
+    NoState,
+    /// The iteration does not contract.
+    Stalled,
+}
+
+/// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
+pub(super) struct Shooter<'a> {
+    problem: &'a RodProblem<'a>,
+    unknowns: Unknowns,
+    pub whisker: Whisker,
+    /// sin α and cos α of the contact.
+    tilt: DVec2,
+    hub: f64,
+    /// The amount that counts as one: a radian, or a.
+    unit: f64,
+    /// P of linear theory at that amount, N.
+    force: f64,
+}
+
+impl<'a> Shooter<'a> {
+    pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
+        let RodProblem { taper, model, distance: a, .. } = *problem;
+        let e0 = model.material.e0();
+        let shear_compliance = if model.shear {
+            let k = 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
+            2.0 * (1.0 + model.nu) / (k * e0)
+        } else {
+            0.0
+        };
+        let (hub, unit, deflection) = match problem.drive {
+            Drive::Angle => (problem.hub, 1.0, a + problem.hub),
+            Drive::Displacement => (0.0, a, a),
+        };
+        let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
+        let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * shear_compliance / (16.0 * a * a);
+        Self {
+            problem,
+            unknowns,
+            whisker: Whisker {
+                taper,
+                law: SectionLaw::new(&model.material),
+                extension: model.extension,
+                shear_compliance,
+                side: problem.side,
+            },
+            tilt: if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y },
+            hub,
+            unit,
+            force: deflection / (bending * shear),
+        }
+    }
+
+    /// Follows the equilibrium from the unloaded whisker to `amount`, in one stride if that is short.
+    pub fn continuation(&self, amount: f64) -> Result<Shot, RodError> {
+        let longest = STRIDE * self.unit;
+        let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
+        let mut stride = longest;
+        loop {
+            let next = amount.min(at.0 + stride);
+            let guess = if at.0 == 0.0 {
+                DVec2::new(next / self.unit, 0.0)
+            } else {
+                at.1 + (at.1 - before.1) * ((next - at.0) / (at.0 - before.0))
+            };
+            match self.newton(next, guess) {
+                Ok((_, shot)) if next == amount => return Ok(shot),
+                Ok((z, _)) => {
+                    (before, at) = (at, (next, z));
+                    stride = longest.min(2.0 * stride);
+                }
+                Err(missed) => {
+                    stride = 0.5 * (next - at.0);
+                    if stride < SMALLEST_STRIDE * amount {
+                        return Err(match missed {
+                            Missed::NoState if !self.whisker.law.is_linear() => RodError::MaterialLimit,
+                            _ => RodError::NotConverged,
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Newton's method with Broyden's updates, damped by the natural monotonicity test (Deuflhard 1974).
+    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot), Missed> {
+        let mut z = guess;
+        let mut shot = self.shoot(amount, z).ok_or(Missed::NoState)?;
+        let mut jacobian = self.jacobian(amount, z, &shot)?;
+        let mut step = -(jacobian.inverse() * shot.miss);
+        for _ in 0..40 {
+            if self.size(z, step) <= HIT {
+                return Ok((z, shot));
+            }
+            let mut missed = Missed::Stalled;
+            let (fraction, trial, next) = (0..10)
+                .map(|halvings| 0.5_f64.powi(halvings))
+                .find_map(|fraction| {
+                    let Some(trial) = self.shoot(amount, z + fraction * step) else {
+                        missed = Missed::NoState;
+                        return None;
+                    };
+                    missed = Missed::Stalled;
+                    let next = -(jacobian.inverse() * trial.miss);
+                    (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
+                })
+                .ok_or(missed)?;
+            let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
+            z += fraction * step;
+            jacobian = if contracts {
+                let lack = trial.miss - shot.miss - jacobian * step;
+                jacobian + DMat2::from_cols(lack * step.x, lack * step.y) * step.length_squared().recip()
+            } else {
+                self.jacobian(amount, z, &trial)?
+            };
+            shot = trial;
+            step = -(jacobian.inverse() * shot.miss);
+        }
+        Err(Missed::Stalled)
+    }
+
+    /// What changes of the unknowns are measured by: P itself, a, and for T the contact force.
+    fn scale(&self, z: DVec2) -> DVec2 {
+        match self.unknowns {
+            Unknowns::Slide(_) => DVec2::new(z.x, 1.0),
+            Unknowns::Stick => DVec2::new(z.x, z.x.abs() + z.y.abs()),
+        }
+    }
+
+    fn size(&self, z: DVec2, step: DVec2) -> f64 {
+        (step / self.scale(z)).abs().max_element()
+    }
+
+    fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Missed> {
+        let change = PROBE * self.scale(z);
+        let column = |axis: DVec2| {
+            let moved = self.shoot(amount, z + change * axis).ok_or(Missed::NoState)?;
+            Ok((moved.miss - shot.miss) / change.dot(axis))
+        };
+        Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
+    }
+
+    /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
+    fn shoot(&self, amount: f64, z: DVec2) -> Option<Shot> {
+        let RodProblem { taper, gauge, distance: a, .. } = *self.problem;
+        let normal = self.force * z.x;
+        let (slid, tangential) = match self.unknowns {
+            Unknowns::Slide(ratio) => (a * z.y, ratio * normal),
+            Unknowns::Stick => (0.0, self.force * z.y),
+        };
+        let arc = a + slid;
+        if !(arc > 0.0 && taper.radius(arc) > 0.0) {
+            return None;
+        }
+        let (height, widening) = if self.problem.model.surface {
+            (taper.radius(arc), taper.radius(slid) - taper.radius(0.0))
+        } else {
+            (0.0, 0.0)
+        };
+        let load = EndLoad {
+            arc,
+            force: -normal * self.tilt + tangential * DVec2::new(self.tilt.y, -self.tilt.x),
+            point: DVec2::new(0.0, height),
+        };
+        let bent = load.bend(&self.whisker, gauge)?;
+        let miss = self.miss(amount, slid, widening, height - widening, &bent);
+        miss.is_finite().then_some(Shot { normal, tangential, load, bent, miss })
+    }
+
+    /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The
+    /// lengths that cancel are left out, so that a small tap keeps its digits.
+    fn miss(&self, amount: f64, slid: f64, widening: f64, height: f64, bent: &Bent) -> DVec2 {
+        let centre = self.problem.model.pole_radius * self.tilt;
+        let (turn, lift) = match self.problem.drive {
+            Drive::Angle => (amount, 0.0),
+            Drive::Displacement => (0.0, amount),
+        };
+        let reach = self.problem.distance + centre.x + self.hub;
+        let across = height + centre.y - lift;
+        let turned = bent.angle - turn;
+        DVec2::new(
+            slid - self.hub * versine(bent.angle) + reach * versine(turned) + across * turned.sin(),
+            widening + lift + self.hub * bent.angle.sin() + across * versine(turned) - reach * turned.sin(),
+        ) - bent.offset
+    }
+}
+
+/// 1 − cos x.
+fn versine(x: f64) -> f64 {
+    let half = (0.5 * x).sin();
+    2.0 * half * half
+}

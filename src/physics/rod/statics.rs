@@ -1,0 +1,162 @@
+//! Forces, moment and the equations of a planar rod (model §3).
+
+use glam::DVec2;
+
+use super::ode;
+use crate::physics::section::{SectionLaw, SectionStrain};
+use crate::physics::taper::Taper;
+use crate::scene::model::Side;
+
+/// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndLoad {
+    /// c, mm.
+    pub arc: f64,
+    /// N.
+    pub force: DVec2,
+    /// Where the force acts, mm.
+    pub point: DVec2,
+}
+
+/// Deformation of the rod at one section.
+pub(super) struct Deformation {
+    /// Strain of the centreline.
+    pub stretch: f64,
+    /// κ, 1/mm.
+    pub curvature: f64,
+    /// γ.
+    pub shear: f64,
+    /// Strain of the gauge's fibre.
+    pub fibre: f64,
+}
+
+/// What a section does under axial force N, shear force Q (N) and moment M (N mm); `None` if it cannot bear them.
+pub(super) trait Response {
+    fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation>;
+}
+
+/// A whisker's sections.
+pub(super) struct Whisker {
+    pub taper: Taper,
+    pub law: SectionLaw,
+    pub extension: bool,
+    /// 1/(kG), 1/MPa; 0 without shear.
+    pub shear_compliance: f64,
+    pub side: Side,
+}
+
+impl Whisker {
+    fn strain(&self, s: f64, axial: f64, moment: f64) -> Option<SectionStrain> {
+        let r = self.taper.radius(s);
+        let n = if self.extension { axial / (r * r) } else { 0.0 };
+        self.law.deform(n, moment / (r * r * r))
+    }
+}
+
+impl Response for Whisker {
+    fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation> {
+        let r = self.taper.radius(s);
+        let strain = self.strain(s, axial, moment)?;
+        Some(Deformation {
+            stretch: if self.extension { strain.axial } else { 0.0 },
+            curvature: strain.bending / r,
+            shear: shear * self.shear_compliance / (std::f64::consts::PI * r * r),
+            fibre: match self.side {
+                Side::Contact => strain.axial - strain.bending,
+                Side::Far => strain.axial + strain.bending,
+            },
+        })
+    }
+}
+
+/// Sections that only bend; the function gives EI(s), N mm².
+pub(super) struct Bending<F>(pub F);
+
+impl<F: Fn(f64) -> f64> Response for Bending<F> {
+    fn deform(&self, s: f64, _: f64, _: f64, moment: f64) -> Option<Deformation> {
+        Some(Deformation { stretch: 0.0, curvature: moment / (self.0)(s), shear: 0.0, fibre: 0.0 })
+    }
+}
+
+/// The rod between its end and a section at the distance σ = c − s from it, in the contact frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Bent {
+    /// ψ.
+    pub angle: f64,
+    /// r(s) + (σ, 0), mm: the position without its straight part, so that a small deflection keeps its digits.
+    pub offset: DVec2,
+    /// ∫ of the gauge fibre's strain over the gauge, mm.
+    pub elongation: f64,
+}
+
+impl Bent {
+    /// What errors are measured by. The shortening, of second order, may be so small that its digits are noise.
+    fn scale(y: &[f64; 4]) -> [f64; 4] {
+        let [angle, along, across, elongation] = y.map(f64::abs);
+        [angle, along.max(1e-3 * across), across, elongation]
+    }
+}
+
+impl EndLoad {
+    /// N, Q and M at the distance `sigma` from the end.
+    fn resultants(&self, sigma: f64, bent: &Bent) -> [f64; 3] {
+        let d1 = DVec2::from_angle(bent.angle);
+        let arm = self.point + DVec2::new(sigma, 0.0) - bent.offset;
+        [self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force)]
+    }
+
+    /// Derivatives with respect to σ: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
+    fn slope(&self, rod: &impl Response, over_gauge: bool, sigma: f64, y: &[f64; 4]) -> Option<[f64; 4]> {
+        let bent = Bent::from(*y);
+        let [axial, shear, moment] = self.resultants(sigma, &bent);
+        let section = rod.deform(self.arc - sigma, axial, shear, moment)?;
+        let (sin, cos) = bent.angle.sin_cos();
+        let half = (0.5 * bent.angle).sin();
+        Some([
+            -section.curvature,
+            2.0 * half * half - section.stretch * cos + section.shear * sin,
+            -(1.0 + section.stretch) * sin - section.shear * cos,
+            if over_gauge { section.fibre } else { 0.0 },
+        ])
+    }
+
+    fn carry(&self, rod: &impl Response, over_gauge: bool, from: Bent, start: f64, length: f64) -> Option<Bent> {
+        let slope = |sigma, y: &[f64; 4]| self.slope(rod, over_gauge, sigma, y);
+        ode::integrate(slope, Bent::scale, from.into(), start, length).map(Bent::from)
+    }
+
+    /// The clamped end of the rod, with the gauge over [x1, x2].
+    pub fn bend(&self, rod: &impl Response, gauge: [f64; 2]) -> Option<Bent> {
+        let [x1, x2] = gauge.map(|x| x.clamp(0.0, self.arc));
+        let beyond = self.carry(rod, false, Bent::default(), 0.0, self.arc - x2)?;
+        let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
+        self.carry(rod, false, under, self.arc - x1, x1)
+    }
+
+    /// Whether every fibre of `whisker`, looked at in `parts` + 1 equally spaced sections, is in range.
+    pub fn is_in_range(&self, whisker: &Whisker, parts: u32) -> bool {
+        let length = self.arc / f64::from(parts);
+        let mut bent = Bent::default();
+        (0..=parts).all(|i| {
+            let sigma = length * f64::from(i);
+            if i > 0 {
+                let Some(next) = self.carry(whisker, false, bent, sigma - length, length) else { return false };
+                bent = next;
+            }
+            let [axial, _, moment] = self.resultants(sigma, &bent);
+            whisker.strain(self.arc - sigma, axial, moment).is_some_and(|strain| strain.is_in_range())
+        })
+    }
+}
+
+impl From<[f64; 4]> for Bent {
+    fn from([angle, x, y, elongation]: [f64; 4]) -> Self {
+        Self { angle, offset: DVec2::new(x, y), elongation }
+    }
+}
+
+impl From<Bent> for [f64; 4] {
+    fn from(bent: Bent) -> Self {
+        [bent.angle, bent.offset.x, bent.offset.y, bent.elongation]
+    }
+}

@@ -1,0 +1,125 @@
+//! Reductions: mean, spread, rms, extremes. One pass, mergeable, no cancelling sums of squares.
+
+/// Count, mean and sum of squared distances from the mean (Welford; merged after Chan, Golub, LeVeque 1979).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Spread {
+    /// Values seen.
+    pub n: u64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Spread {
+    /// Takes one value.
+    pub fn push(&mut self, x: f64) {
+        self.n += 1;
+        let from_old = x - self.mean;
+        self.mean += from_old / self.n as f64;
+        self.squares += from_old * (x - self.mean);
+    }
+
+    /// As if all values of `other` had been pushed here too.
+    pub fn merge(&mut self, other: &Self) {
+        if other.n == 0 {
+            return;
+        }
+        let n = self.n + other.n;
+        let gap = other.mean - self.mean;
+        self.squares += other.squares + gap * gap * (self.n as f64 * other.n as f64 / n as f64);
+        self.mean += gap * other.n as f64 / n as f64;
+        self.n = n;
+    }
+
+    /// Mean; `None` of nothing.
+    pub fn mean(&self) -> Option<f64> {
+        (self.n > 0).then_some(self.mean)
+    }
+
+    /// Sample standard deviation (n − 1); `None` below two values.
+    pub fn sd(&self) -> Option<f64> {
+        (self.n > 1).then(|| (self.squares / (self.n - 1) as f64).sqrt())
+    }
+}
+
+/// Largest of what it has seen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Largest(Option<f64>);
+
+impl Largest {
+    /// Takes one value.
+    pub fn push(&mut self, x: f64) {
+        self.0 = Some(self.0.map_or(x, |m| m.max(x)));
+    }
+
+    /// The largest; `None` of nothing.
+    pub fn get(&self) -> Option<f64> {
+        self.0
+    }
+}
+
+/// Root mean square, mean and largest absolute value of errors, in their own unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Errors {
+    n: u64,
+    sum: f64,
+    squares: f64,
+    largest: f64,
+}
+
+impl Errors {
+    /// Takes one error.
+    pub fn push(&mut self, e: f64) {
+        self.n += 1;
+        self.sum += e;
+        self.squares += e * e;
+        self.largest = self.largest.max(e.abs());
+    }
+
+    /// √(Σe²/n); `None` of nothing.
+    pub fn rms(&self) -> Option<f64> {
+        (self.n > 0).then(|| (self.squares / self.n as f64).sqrt())
+    }
+
+    /// Σe/n; `None` of nothing.
+    pub fn mean(&self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum / self.n as f64)
+    }
+
+    /// max |e|; `None` of nothing.
+    pub fn largest(&self) -> Option<f64> {
+        (self.n > 0).then_some(self.largest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn merging_is_pushing(a in proptest::collection::vec(-1e3..1e3f64, 0..40), b in proptest::collection::vec(-1e3..1e3f64, 0..40)) {
+            let of = |v: &[f64]| v.iter().fold(Spread::default(), |mut s, &x| { s.push(x); s });
+            let mut merged = of(&a);
+            merged.merge(&of(&b));
+            let all = of(&[a, b].concat());
+            prop_assert_eq!(merged.n, all.n);
+            let close = |x: Option<f64>, y: Option<f64>| match (x, y) {
+                (Some(x), Some(y)) => (x - y).abs() <= 1e-10 * (1.0 + y.abs()),
+                (x, y) => x == y,
+            };
+            prop_assert!(close(merged.mean(), all.mean()));
+            prop_assert!(close(merged.sd(), all.sd()));
+        }
+    }
+
+    #[test]
+    fn tiny_spread_on_a_large_mean_survives() {
+        let mut s = Spread::default();
+        for k in 0..10 {
+            s.push(1.0 + 1e-9 * f64::from(k));
+        }
+        let exact = 1e-9 * (82.5f64 / 9.0).sqrt();
+        assert!((s.sd().unwrap() / exact - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,270 @@
+//! The values of one quantity of a sweep, computed from their index and never stored.
+
+use super::even::{EXACT, Even};
+use super::sampler::{MAX_DIMENSIONS, MAX_SAMPLES, Sampler};
+use crate::error::InputError;
+
+/// Values of one quantity, in the order in which a sweep visits them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Axis {
+    /// One value.
+    Value(f64),
+    /// Values as listed.
+    List(Vec<f64>),
+    /// Evenly spaced values; build with [`Axis::steps`] or [`Axis::step`].
+    Even(Even),
+    /// Values with a constant ratio; build with [`Axis::log_steps`].
+    Log {
+        /// First value, > 0.
+        from: f64,
+        /// Last value, ≥ `from`.
+        to: f64,
+        /// Number of values.
+        len: u64,
+    },
+    /// Sampled values; build with [`Axis::samples`].
+    Samples {
+        /// Lower bound.
+        min: f64,
+        /// Upper bound.
+        max: f64,
+        /// Spread evenly in the logarithm.
+        log: bool,
+        /// The point set.
+        points: Points,
+        /// The coordinate of its points that this axis shows.
+        dimension: u32,
+    },
+}
+
+/// A set of sampled points that several axes share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Points {
+    /// Number of points.
+    pub samples: u64,
+    /// Their kind.
+    pub sampler: Sampler,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl Axis {
+    /// `steps` evenly spaced values, both ends included; the last is exactly `to`. The keys of errors are
+    /// relative to the axis (`steps`, `to`).
+    pub fn steps(from: f64, to: f64, steps: u64) -> Result<Self, InputError> {
+        ends(from, to, steps)?;
+        Ok(Self::Even(Even::steps(from, to, steps)))
+    }
+
+    /// `from`, `from + step`, … up to `to`, which is included when the last step falls on it within 1e-9 of a
+    /// step. The keys of errors are relative to the axis.
+    pub fn step(from: f64, to: f64, step: f64) -> Result<Self, InputError> {
+        if step <= 0.0 {
+            return Err(InputError::new("the step must be larger than zero").key("step").allowed("> 0"));
+        }
+        ascending(from, to)?;
+        if (to - from) / step >= EXACT {
+            return Err(InputError::new("the step is too small: more than 2^53 values").key("step"));
+        }
+        Ok(Self::Even(Even::step(from, to, step)))
+    }
+
+    /// `steps` values with a constant ratio, both ends included. The keys of errors are relative to the axis.
+    pub fn log_steps(from: f64, to: f64, steps: u64) -> Result<Self, InputError> {
+        positive("from", from)?;
+        ends(from, to, steps)?;
+        Ok(Self::Log { from, to, len: steps })
+    }
+
+    /// Coordinate `dimension` of `points`, spread over [min, max]. The keys of errors are relative to the axis.
+    pub fn samples(
+        min: f64,
+        max: f64,
+        log: bool,
+        points: Points,
+        dimension: u32,
+    ) -> Result<Self, InputError> {
+        if log {
+            positive("min", min)?;
+        }
+        if min > max {
+            return Err(InputError::new("min is larger than max")
+                .key("max")
+                .allowed(format!("≥ min = {min}")));
+        }
+        if points.samples == 0 || points.samples > MAX_SAMPLES {
+            let message = "the number of samples is out of range";
+            return Err(InputError::new(message).key("samples").allowed("1 … 2^32 = 4294967296"));
+        }
+        if dimension >= MAX_DIMENSIONS {
+            let message = "too many axes are sampled together";
+            return Err(InputError::new(message).allowed(format!("at most {MAX_DIMENSIONS}")));
+        }
+        Ok(Self::Samples { min, max, log, points, dimension })
+    }
+
+    /// Number of values.
+    pub fn len(&self) -> u64 {
+        match self {
+            Self::Value(_) => 1,
+            Self::List(values) => values.len() as u64,
+            Self::Even(even) => even.len(),
+            Self::Log { len, .. } => *len,
+            Self::Samples { points, .. } => points.samples,
+        }
+    }
+
+    /// Whether there are no values: never for an axis from a spec.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Value `i`, below [`Axis::len`].
+    pub fn at(&self, i: u64) -> f64 {
+        match self {
+            Self::Value(value) => *value,
+            Self::List(values) => values[i as usize],
+            Self::Even(even) => even.at(i),
+            Self::Log { from, .. } if i == 0 => *from,
+            Self::Log { to, len, .. } if i + 1 == *len => *to,
+            Self::Log { from, to, len } => from * (to / from).powf(i as f64 / (len - 1) as f64),
+            Self::Samples { min, max, log, points, dimension } => {
+                let bits = points.sampler.coordinate(points.seed, *dimension, i as u32);
+                let x = (f64::from(bits) + 0.5) / 4_294_967_296.0;
+                if *log { min * (max / min).powf(x) } else { min + (max - min) * x }
+            }
+        }
+    }
+
+    /// All values in order.
+    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.len()).map(|i| self.at(i))
+    }
+
+    /// Smallest value; of a sampled axis, its lower bound.
+    pub fn min(&self) -> f64 {
+        match self {
+            Self::List(values) => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Self::Samples { min, .. } => *min,
+            _ => self.at(0),
+        }
+    }
+
+    /// Largest value; of a sampled axis, its upper bound.
+    pub fn max(&self) -> f64 {
+        match self {
+            Self::List(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            Self::Samples { max, .. } => *max,
+            _ => self.at(self.len() - 1),
+        }
+    }
+
+    /// The point set of a sampled axis.
+    pub fn points(&self) -> Option<Points> {
+        match self {
+            Self::Samples { points, .. } => Some(*points),
+            _ => None,
+        }
+    }
+}
+
+fn ascending(from: f64, to: f64) -> Result<(), InputError> {
+    if from <= to {
+        return Ok(());
+    }
+    Err(InputError::new("from is larger than to").key("to").allowed(format!("≥ from = {from}")))
+}
+
+fn ends(from: f64, to: f64, steps: u64) -> Result<(), InputError> {
+    ascending(from, to)?;
+    let (message, allowed) = match steps {
+        0 => ("steps is the number of values and cannot be zero", "≥ 1"),
+        1 if from != to => ("one step cannot include both ends", "≥ 2, or from equal to to"),
+        2.. if from == to => {
+            ("from and to are equal, so there is only one value", "1, or to larger than from")
+        }
+        s if s as f64 >= EXACT => ("too many values", "< 2^53"),
+        _ => return Ok(()),
+    };
+    Err(InputError::new(message).key("steps").allowed(allowed))
+}
+
+fn positive(key: &str, value: f64) -> Result<(), InputError> {
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(InputError::new("a logarithmic scale has no zero and no negative values").key(key).allowed("> 0"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(axis: &Axis) -> Vec<f64> {
+        axis.iter().collect()
+    }
+
+    #[test]
+    fn steps_are_the_decimal_numbers_one_expects() {
+        let step = Axis::step(0.5, 10.0, 0.1).unwrap();
+        assert_eq!(step.len(), 96);
+        for (i, x) in step.iter().enumerate() {
+            assert_eq!(x, format!("{}.{}", (5 + i) / 10, (5 + i) % 10).parse::<f64>().unwrap());
+        }
+        assert_eq!(values(&Axis::steps(0.5, 10.0, 96).unwrap()), values(&step));
+        assert_eq!(values(&Axis::step(0.0, 0.9, 0.3).unwrap()), [0.0, 0.3, 0.6, 0.9]);
+        assert_eq!(values(&Axis::steps(-0.3, 0.3, 3).unwrap()), [-0.3, 0.0, 0.3]);
+        assert_eq!(values(&Axis::steps(0.0, 1.0, 4).unwrap()), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    }
+
+    #[test]
+    fn step_stops_at_the_last_value_not_beyond_to() {
+        assert_eq!(values(&Axis::step(1.0, 2.0, 0.4).unwrap()), [1.0, 1.4, 1.8]);
+        assert_eq!(values(&Axis::step(1.0, 1.0, 0.4).unwrap()), [1.0]);
+        assert_eq!(values(&Axis::step(1.0, 1.2, 0.4).unwrap()), [1.0]);
+        let third = Axis::step(0.0, 1.0, 1.0 / 3.0).unwrap();
+        assert_eq!((third.len(), third.at(3)), (4, 1.0));
+    }
+
+    #[test]
+    fn logarithmic_steps() {
+        let axis = Axis::log_steps(0.1, 10.0, 3).unwrap();
+        assert_eq!((axis.at(0), axis.at(2)), (0.1, 10.0));
+        assert!((axis.at(1) - 1.0).abs() < 1e-15);
+        assert_eq!(Axis::log_steps(0.0, 1.0, 3).unwrap_err().key.as_deref(), Some("from"));
+    }
+
+    #[test]
+    fn long_axes_cost_nothing() {
+        let axis = Axis::steps(0.0, 1.0, 1 << 40).unwrap();
+        assert_eq!(axis.at((1 << 40) - 1), 1.0);
+        assert!((axis.at(1 << 39) - 0.5).abs() < 1e-11);
+        let extreme = Axis::steps(-1e300, 1e300, 1 << 40).unwrap();
+        assert!(extreme.at(1 << 39).is_finite());
+    }
+
+    #[test]
+    fn samples_stay_inside_and_repeat() {
+        let points = Points { samples: MAX_SAMPLES, sampler: Sampler::Sobol, seed: 0 };
+        let axis = Axis::samples(8.0, 12.0, false, points, 0).unwrap();
+        assert_eq!(axis.at(0), 8.0 + 4.0 * 0.5 / 4_294_967_296.0);
+        assert!((axis.at(1) - 10.0).abs() < 1e-8);
+        assert!(axis.at(MAX_SAMPLES - 1) < 12.0);
+        let log = Axis::samples(0.1, 10.0, true, points, 0).unwrap();
+        assert!((log.at(1) - 1.0).abs() < 1e-8);
+    }
+
+    #[test]
+    fn impossible_axes_say_which_key() {
+        let key = |axis: Result<Axis, InputError>| axis.unwrap_err().key.unwrap();
+        assert_eq!(key(Axis::steps(2.0, 1.0, 2)), "to");
+        assert_eq!(key(Axis::steps(1.0, 2.0, 0)), "steps");
+        assert_eq!(key(Axis::steps(1.0, 2.0, 1)), "steps");
+        assert_eq!(key(Axis::steps(1.0, 1.0, 2)), "steps");
+        assert_eq!(key(Axis::step(1.0, 2.0, 0.0)), "step");
+        assert_eq!(key(Axis::step(0.0, 1.0, 1e-300)), "step");
+        let points = Points { samples: MAX_SAMPLES + 1, sampler: Sampler::Sobol, seed: 0 };
+        assert_eq!(key(Axis::samples(1.0, 2.0, false, points, 0)), "samples");
+        assert!(Axis::samples(1.0, 2.0, false, Points { samples: 1, ..points }, MAX_DIMENSIONS).is_err());
+    }
+}

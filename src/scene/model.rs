@@ -1,0 +1,138 @@
+//! Model switches. An effect that is off costs nothing: kernels are specialised on these.
+
+/// Linear beam theory (closed forms) or the geometrically exact rod.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Geometry {
+    /// Closed forms of the paper, corrected.
+    Linear,
+    /// Geometrically exact planar rod.
+    Exact,
+}
+
+/// Side of the whisker that carries the gauge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Towards the object: strain is positive (tension).
+    Contact,
+    /// Away from the object: strain is negative.
+    Far,
+}
+
+/// What moves: the base (active whisker) or the object (passive whisker).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drive {
+    /// The base turns by θ, degrees.
+    Angle,
+    /// The object moves by δ across the whisker, mm.
+    Displacement,
+}
+
+impl Drive {
+    /// Column name in every table.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Angle => "theta_deg",
+            Self::Displacement => "delta_mm",
+        }
+    }
+}
+
+/// Tangential behaviour of the contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Contact {
+    /// No tangential force; the contact slides along the whisker.
+    Frictionless,
+    /// The contact point stays at its arc length.
+    Stick,
+    /// Coulomb friction with coefficient μ ≥ 0, monotone loading.
+    Coulomb(f64),
+}
+
+/// Constitutive law of an incompressible rubber; moduli in MPa.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Material {
+    /// Linear in the section strain; Young's modulus E.
+    Hooke(f64),
+    /// Initial modulus E; C10 = E/6.
+    NeoHookean(f64),
+    /// C10, C01.
+    MooneyRivlin([f64; 2]),
+    /// C10, C20, C30.
+    Yeoh([f64; 3]),
+}
+
+impl Material {
+    /// Initial Young's modulus E₀, MPa: E, or 6 (C10 + C01).
+    pub fn e0(&self) -> f64 {
+        match self {
+            Self::Hooke(e) | Self::NeoHookean(e) => *e,
+            Self::MooneyRivlin([c10, c01]) => 6.0 * (c10 + c01),
+            Self::Yeoh([c10, ..]) => 6.0 * c10,
+        }
+    }
+}
+
+/// Which effects are computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Linear theory or exact rod.
+    pub geometry: Geometry,
+    /// Timoshenko shear deformation.
+    pub shear: bool,
+    /// Stretch of the centreline.
+    pub extension: bool,
+    /// Contact on the whisker's surface instead of its centreline.
+    pub surface: bool,
+    /// Radius ρ ≥ 0 of the object, mm.
+    pub pole_radius: f64,
+    /// Poisson's ratio ν, 0…0.5; enters shear only.
+    pub nu: f64,
+    /// Friction.
+    pub contact: Contact,
+    /// Constitutive law.
+    pub material: Material,
+}
+
+/// The strain gauge, apart from its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gauge {
+    /// Side of the whisker.
+    pub side: Side,
+    /// One-sigma strain noise σ_ε ≥ 0; `None` when not written (then 0).
+    pub noise_strain: Option<f64>,
+    /// Largest |strain| the gauge bears.
+    pub strain_limit: f64,
+    /// Gauge factor.
+    pub factor: f64,
+}
+
+/// Which closed form the estimator inverts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Theory {
+    /// f, the paper.
+    EulerBernoulli,
+    /// f_T = f/(1 + S/a²), with shear.
+    Timoshenko,
+}
+
+/// What f is per radian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Convention {
+    /// Mean strain over the grid.
+    Mean,
+    /// Elongation of the grid, mm, as the paper prints it: f (x2 − x1).
+    Elongation,
+}
+
+/// How distance is estimated from strain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// f or f_T.
+    pub theory: Theory,
+    /// Mean strain or elongation.
+    pub convention: Convention,
+    /// Distances of interest [a_min, a_max], mm, for `ambiguous`; else those of the design.
+    pub range: Option<[f64; 2]>,
+    /// Fixed K̄ instead of the in-sample mean.
+    pub k: Option<f64>,
+}

@@ -1,0 +1,124 @@
+//! Reading an axis: a value, a list, a range or samples.
+
+use toml::de::DeValue;
+
+use super::check::Domain;
+use super::reader::{Item, Result};
+use super::schema;
+use crate::scene::Axis;
+use crate::scene::axis::Points;
+use crate::scene::sampler::Sampler;
+
+/// Words for both scales.
+const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
+/// Words for both samplers.
+const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("random", Sampler::Random)];
+const RANGE_KEYS: [&str; 4] = ["from", "to", "steps", "step"];
+const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
+const ALL_KEYS: [&str; 10] =
+    ["from", "to", "steps", "step", "min", "max", "samples", "sampler", "seed", "scale"];
+/// Every form of an axis.
+const FORMS: &str =
+    "a number, a list [4, 7, 10], { from, to, steps }, { from, to, step } or { min, max, samples }";
+
+/// An axis and where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct AxisItem<'a> {
+    pub item: Item<'a>,
+    pub axis: Axis,
+}
+
+impl<'a> AxisItem<'a> {
+    /// Reads an axis whose values all lie in `domain`; `dimension` is that of a sampled axis.
+    pub fn read(item: Item<'a>, domain: &Domain, dimension: u32) -> Result<Self> {
+        let axis = match item.value {
+            DeValue::Array(_) => Axis::List(list(&item, domain)?),
+            DeValue::Table(_) => {
+                item.only(&ALL_KEYS, FORMS)?;
+                let found = |keys: &[&str]| keys.iter().find_map(|key| item.child(key));
+                match (found(&RANGE_KEYS), found(&SAMPLE_KEYS)) {
+                    (Some(_), Some(other)) => {
+                        return Err(other
+                            .error("this belongs to samples, but the axis is a range")
+                            .allowed(FORMS));
+                    }
+                    (None, Some(_)) => samples(&item, domain, dimension)?,
+                    _ => range(&item, domain)?,
+                }
+            }
+            DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_) => Axis::Value(item.within(domain)?),
+            _ => return Err(item.error("this must be a number or an axis").allowed(FORMS)),
+        };
+        Ok(Self { item, axis })
+    }
+
+    /// The first value that is `bad`, and its place. Ranges are judged by their ends, samples by the single
+    /// value `best`: their points fall where they fall.
+    pub fn first_where(&self, best: f64, bad: impl Fn(f64) -> bool) -> Option<(f64, Item<'a>)> {
+        let ends = || {
+            let places = [(self.axis.min(), "from"), (self.axis.max(), "to")];
+            let (value, key) = places.into_iter().find(|(value, _)| bad(*value))?;
+            Some((value, self.item.child(key)?))
+        };
+        match &self.axis {
+            Axis::Value(value) => bad(*value).then(|| (*value, self.item.clone())),
+            Axis::List(values) => {
+                values.iter().copied().zip(self.item.elements()?).find(|(value, _)| bad(*value))
+            }
+            Axis::Even(_) | Axis::Log { .. } => ends(),
+            Axis::Samples { .. } => bad(best).then(|| (best, self.item.clone())),
+        }
+    }
+}
+
+fn list(item: &Item<'_>, domain: &Domain) -> Result<Vec<f64>> {
+    let values: Vec<f64> =
+        item.elements().into_iter().flatten().map(|e| e.within(domain)).collect::<Result<_>>()?;
+    if values.is_empty() {
+        return Err(item.error("this list is empty; at least one value is needed").allowed(FORMS));
+    }
+    Ok(values)
+}
+
+fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
+    let from = item.need("from")?.within(domain)?;
+    let last = item.need("to")?;
+    let to = last.number(domain.allowed)?;
+    let log = scale(item)?;
+    let axis = match (item.child("steps"), item.child("step")) {
+        (Some(steps), None) => {
+            let steps = steps.whole(1)?;
+            if log { Axis::log_steps(from, to, steps) } else { Axis::steps(from, to, steps) }
+        }
+        (None, Some(step)) if log => return Err(step.error("a logarithmic scale needs steps, not step")),
+        (None, Some(step)) => Axis::step(from, to, step.number("> 0")?),
+        (Some(_), Some(step)) => {
+            return Err(step.error("steps and step contradict each other; keep one of them"));
+        }
+        (None, None) => {
+            return Err(item
+                .error("steps (the number of values) or step (their distance) is missing")
+                .allowed(FORMS));
+        }
+    };
+    let axis = axis.map_err(|e| item.place(e))?;
+    // `to` itself need not be a value of the axis.
+    if (domain.holds)(axis.max()) {
+        return Ok(axis);
+    }
+    Err(last.error(format!("the last value, {}, is out of range", axis.max())).allowed(domain.allowed))
+}
+
+fn samples(item: &Item<'_>, domain: &Domain, dimension: u32) -> Result<Axis> {
+    let min = item.need("min")?.within(domain)?;
+    let max = item.need("max")?.within(domain)?;
+    let samples = item.need("samples")?.whole(1)?;
+    let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&SAMPLERS))?;
+    let seed = item.child("seed").map_or(Ok(schema::SEED), |s| s.whole(0))?;
+    let log = scale(item)?;
+    Axis::samples(min, max, log, Points { samples, sampler, seed }, dimension).map_err(|e| item.place(e))
+}
+
+fn scale(item: &Item<'_>) -> Result<bool> {
+    item.child("scale").map_or(Ok(false), |s| s.word(&SCALES))
+}

@@ -1,0 +1,122 @@
+//! What values may be: one at a time, and together.
+
+use super::axis::AxisItem;
+use super::reader::Result;
+use crate::scene::{Contact, Geometry, Material, Model};
+
+/// A set of numbers and how to name it to the user.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Domain {
+    /// Range and unit in words.
+    pub allowed: &'static str,
+    /// Whether a finite number belongs.
+    pub holds: fn(f64) -> bool,
+}
+
+const fn domain(allowed: &'static str, holds: fn(f64) -> bool) -> Domain {
+    Domain { allowed, holds }
+}
+
+pub(super) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
+pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);
+pub(super) const TAP_ANGLE: Domain = domain("0 < theta < 90 degrees", |v| v > 0.0 && v < 90.0);
+pub(super) const MODULUS: Domain = domain("> 0 MPa", |v| v > 0.0);
+pub(super) const POISSON: Domain = domain("0 … 0.5", |v| (0.0..=0.5).contains(&v));
+pub(super) const FRICTION: Domain = domain("≥ 0", |v| v >= 0.0);
+pub(super) const NOISE: Domain = domain("≥ 0 (strain, one standard deviation)", |v| v >= 0.0);
+pub(super) const STRAIN_LIMIT: Domain = domain("> 0 (strain; 0.05 is 5 %)", |v| v > 0.0);
+pub(super) const POSITIVE: Domain = domain("> 0", |v| v > 0.0);
+pub(super) const TOLERANCE: Domain = domain("0 < tolerance < 1", |v| v > 0.0 && v < 1.0);
+
+/// `part ≤ whole`, up to the rounding of a sum of decimal numbers.
+fn fits(part: f64, whole: f64) -> bool {
+    part <= whole * (1.0 + 1e-12)
+}
+
+/// Refuses values of D, d, L_a, x_ss, l, a, drive that no tuple can satisfy, each judged against the most
+/// permissive values of the other axes.
+pub(super) fn satisfiable(axes: &[AxisItem<'_>; 7]) -> Result<()> {
+    let [_, _, length, place, grid, distance, _] = axes;
+    let longest = length.axis.max();
+    let (nearest, first, shortest) = (distance.axis.min(), place.axis.min(), grid.axis.min());
+
+    if let Some((a, item)) = distance.first_where(nearest, |a| !fits(a, longest)) {
+        let message =
+            format!("the whisker is too short to be touched at a = {a} mm: its largest L_a is {longest} mm");
+        return Err(item.error(message).allowed(format!("0 < a ≤ {longest} mm")));
+    }
+    if let Some((x, item)) = place.first_where(first, |x| !fits(x + shortest, longest)) {
+        let message = format!(
+            "the gauge ends beyond the whisker: x_ss + l = {x} + {shortest} mm, but its largest L_a is {longest} mm"
+        );
+        return Err(item.error(message).allowed(format!("x_ss + l ≤ {longest} mm")));
+    }
+    if let Some((l, item)) = grid.first_where(shortest, |l| !fits(first + l, longest)) {
+        let message = format!(
+            "the gauge ends beyond the whisker: x_ss + l = {first} + {l} mm, but its largest L_a is {longest} mm"
+        );
+        return Err(item.error(message).allowed(format!("x_ss + l ≤ {longest} mm")));
+    }
+    if let Some((length, item)) = length.first_where(longest, |length| !fits(nearest, length)) {
+        let message = format!("a whisker of L_a = {length} mm is shorter than the smallest a, {nearest} mm");
+        return Err(item.error(message).allowed(format!("L_a ≥ {nearest} mm")));
+    }
+    let gauge_end = first + shortest;
+    if let Some((length, item)) = length.first_where(longest, |length| !fits(gauge_end, length)) {
+        let message = format!(
+            "a whisker of L_a = {length} mm is shorter than the smallest x_ss + l, {first} + {shortest} mm"
+        );
+        return Err(item.error(message).allowed(format!("L_a ≥ {gauge_end} mm")));
+    }
+    Ok(())
+}
+
+/// An effect that contradicts another: its key in `[model]`, what is wrong, what is allowed.
+pub(super) type Fault = (&'static str, &'static str, &'static str);
+
+/// Refuses combinations of effects that have no meaning.
+pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
+    if model.geometry == Geometry::Linear {
+        let why = "geometry = \"linear\" has no such effect; it takes only shear, nu, hub, side and a hooke material";
+        let checks = [
+            (model.extension, "extension", "false, or geometry = \"exact\""),
+            (model.surface, "surface", "false, or geometry = \"exact\""),
+            (model.pole_radius != 0.0, "pole_radius", "0, or geometry = \"exact\""),
+            (model.contact != Contact::Frictionless, "contact", "\"frictionless\", or geometry = \"exact\""),
+            (
+                !matches!(model.material, Material::Hooke(_)),
+                "material",
+                "{ hooke = E }, or geometry = \"exact\"",
+            ),
+        ];
+        if let Some((_, key, allowed)) = checks.into_iter().find(|(wrong, ..)| *wrong) {
+            return Err((key, why, allowed));
+        }
+    }
+    if model.contact != Contact::Frictionless && !model.extension {
+        let why =
+            "friction needs extension = true: an inextensible whisker held at its own arc length cannot bend";
+        return Err(("contact", why, "\"frictionless\", or add extension = true to [model]"));
+    }
+    if model.contact != Contact::Frictionless && model.pole_radius != 0.0 {
+        let why = "friction needs pole_radius = 0: it is defined for a thin edge only";
+        return Err(("contact", why, "\"frictionless\", or pole_radius = 0 in [model]"));
+    }
+    Ok(())
+}
+
+/// Refuses effects that the kernels do not compute yet: names the first such key of `[model]`.
+pub(super) fn available(model: &Model) -> std::result::Result<(), &'static str> {
+    if model.geometry == Geometry::Linear {
+        return Ok(());
+    }
+    let missing = [
+        (model.shear, "shear"),
+        (model.extension, "extension"),
+        (model.surface, "surface"),
+        (model.pole_radius != 0.0, "pole_radius"),
+        (model.contact != Contact::Frictionless, "contact"),
+        (!matches!(model.material, Material::Hooke(_)), "material"),
+    ];
+    missing.into_iter().find(|(on, _)| *on).map_or(Ok(()), |(_, key)| Err(key))
+}

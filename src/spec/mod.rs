@@ -1,0 +1,111 @@
+//! The spec: a TOML file read into a [`Scene`], or an [`InputError`] that says where and why not.
+//!
+//! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
+//! `model`, `sections` and `tuple_file` read their parts; `check` says which values and combinations are allowed.
+
+mod axis;
+mod check;
+mod model;
+mod reader;
+mod schema;
+mod sections;
+mod space;
+mod tuple_file;
+
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use crate::error::InputError;
+use crate::scene::{Drive, Scene};
+use reader::{Document, Result};
+use schema::Sections;
+
+/// Reads the spec at `path`. Paths in the spec are relative to its folder.
+pub fn read(path: &Path) -> Result<Scene> {
+    let label = path.display().to_string();
+    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
+    parse(&label, &text, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
+pub fn parse(label: &str, text: &str, base: &Path) -> Result<Scene> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    let defaults = DeTable::parse(schema::DEFAULTS).expect("the defaults are valid TOML");
+    let sections = Sections::new(&document, user.get_ref(), defaults.get_ref())?;
+
+    if let Some(format) = sections.format() {
+        let number = format.whole(1)?;
+        if number > schema::FORMAT {
+            let message =
+                format!("this spec is of a newer format than this program reads, {}", schema::FORMAT);
+            return Err(format.error(message).allowed("format = 1, or a newer version of the program"));
+        }
+    }
+    let tap = sections.section("tap");
+    let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
+    let hub = sections.section("whisker").get("hub")?.within(&check::PLACE)?;
+    let gauge = sections::gauge(&sections.section("gauge"))?;
+    let model = model::read(&sections.section("model"))?;
+    let estimate = sections::estimate(&sections.section("estimate"))?;
+    let output = sections::output(&sections.section("output"))?;
+    let run = sections::run(&sections.section("run"), base)?;
+    let (space, warnings) = space::read(&sections, drive, base)?;
+    Ok(Scene {
+        name: Path::new(label)
+            .file_stem()
+            .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
+        text: text.to_owned(),
+        space,
+        hub,
+        drive,
+        gauge,
+        model,
+        estimate,
+        output,
+        run,
+        in_force: sections.in_force(),
+        warnings,
+    })
+}
+
+/// Text of a file without byte order mark; `what` says what the file is.
+fn load(path: &Path, what: &str) -> Result<String> {
+    if path.is_dir() {
+        return Err(InputError::new(format!("this is a folder; a {what} file is needed")));
+    }
+    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => InputError::new(format!("there is no such {what} file")),
+        _ => InputError::new(format!("this {what} file cannot be read: {e}")),
+    })?;
+    let mut text = String::from_utf8(bytes).map_err(|e| {
+        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
+        InputError {
+            line: Some(line),
+            ..InputError::new(format!("this {what} file is not UTF-8 text; save it as UTF-8"))
+        }
+    })?;
+    if text.starts_with('\u{feff}') {
+        text.drain(..'\u{feff}'.len_utf8());
+    }
+    Ok(text)
+}
+
+/// A text that is no TOML at all.
+fn syntax(document: &Document<'_>, error: &toml::de::Error) -> InputError {
+    let at = error.span().unwrap_or(document.text.len()..document.text.len());
+    let rest = document.text.get(at.start..).unwrap_or_default();
+    let starts_as_number = rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    let reason = match error.message().trim() {
+        reason if reason.contains("must be quoted") && starts_as_number => {
+            "a number must stand without its unit"
+        }
+        reason => reason,
+    };
+    let allowed = "lines such as [whisker], D = 10.0, side = \"contact\", a = [20, 30]; \
+                   numbers without unit, words in quotes";
+    document.error(Some(at), format!("this line cannot be understood: {reason}")).allowed(allowed)
+}

@@ -1,0 +1,68 @@
+//! `[model]`.
+
+use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
+use super::reader::{Item, Result, Section};
+use crate::scene::{Contact, Geometry, Material, Model};
+
+/// Reads the section and refuses effects that contradict each other.
+pub(super) fn read(section: &Section<'_>) -> Result<Model> {
+    let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
+    let model = Model {
+        geometry: section.get("geometry")?.word(&geometries)?,
+        shear: section.get("shear")?.flag()?,
+        extension: section.get("extension")?.flag()?,
+        surface: section.get("surface")?.flag()?,
+        pole_radius: section.get("pole_radius")?.within(&PLACE)?,
+        nu: section.get("nu")?.within(&POISSON)?,
+        contact: contact(&section.get("contact")?)?,
+        material: material(&section.get("material")?)?,
+    };
+    if let Err((key, message, allowed)) = check::consistent(&model) {
+        return Err(section.get(key)?.error(message).allowed(allowed));
+    }
+    if let Err(key) = check::available(&model) {
+        let message = "this effect is not available yet with geometry = \"exact\"";
+        return Err(section.get(key)?.error(message).allowed(format!("leave {key} out")));
+    }
+    Ok(model)
+}
+
+fn contact(item: &Item<'_>) -> Result<Contact> {
+    let allowed = "\"frictionless\", \"stick\" or { coulomb = 0.3 }";
+    if item.value.is_table() {
+        item.only(&["coulomb"], allowed)?;
+        return Ok(Contact::Coulomb(item.need("coulomb")?.within(&FRICTION)?));
+    }
+    let word = item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)]);
+    word.map_err(|e| e.allowed(allowed))
+}
+
+fn material(item: &Item<'_>) -> Result<Material> {
+    let allowed = "one of { hooke = E }, { neo-hookean = E }, { mooney-rivlin = [C10, C01] }, \
+                   { yeoh = [C10, C20, C30] }, { curve = \"file.csv\" }; moduli in MPa";
+    item.only(&["hooke", "neo-hookean", "mooney-rivlin", "yeoh", "curve"], allowed)?;
+    let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
+    let laws: Vec<&str> = laws.collect();
+    let &[law] = laws.as_slice() else {
+        return Err(item.error("exactly one material law is needed").allowed(allowed));
+    };
+    let value = item.need(law)?;
+    let material = match law {
+        "hooke" => Material::Hooke(value.within(&MODULUS)?),
+        "neo-hookean" => Material::NeoHookean(value.within(&MODULUS)?),
+        "mooney-rivlin" => Material::MooneyRivlin(value.numbers("[C10, C01] in MPa")?),
+        "yeoh" => Material::Yeoh(value.numbers("[C10, C20, C30] in MPa")?),
+        _ => {
+            value.text()?;
+            return Err(value
+                .error("a material fitted to a curve file is not available yet")
+                .allowed(allowed));
+        }
+    };
+    if material.e0() > 0.0 && material.e0().is_finite() {
+        return Ok(material);
+    }
+    let message = format!("the initial modulus E0 is {} MPa", material.e0());
+    let allowed = if law == "yeoh" { "E0 = 6 C10 > 0 MPa" } else { "E0 = 6 (C10 + C01) > 0 MPa" };
+    Err(value.error(message).allowed(allowed))
+}

@@ -1,0 +1,272 @@
+//! Values of a TOML document with their places, so that every complaint can point at one.
+
+use std::ops::Range;
+
+use miette::NamedSource;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::check::Domain;
+use super::schema;
+use crate::error::InputError;
+
+/// Result of reading.
+pub(super) type Result<T> = std::result::Result<T, InputError>;
+
+/// A text and the name of its file.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Document<'a> {
+    pub file: &'a str,
+    pub text: &'a str,
+}
+
+impl<'a> Document<'a> {
+    /// 1-based line of a byte.
+    pub fn line(&self, byte: usize) -> usize {
+        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
+        1 + before.iter().filter(|&&b| b == b'\n').count()
+    }
+
+    /// An error at `span`, with the lines around it.
+    pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
+        let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
+        match span {
+            Some(span) => error.snippet(NamedSource::new(self.file, self.text.to_owned()), span),
+            None => error,
+        }
+    }
+
+    /// Text of `span` on one line, shortened if long.
+    pub fn excerpt(&self, span: Range<usize>) -> String {
+        let words: Vec<_> = self.text.get(span).unwrap_or_default().split_whitespace().collect();
+        let line = words.join(" ");
+        match line.char_indices().nth(60) {
+            Some((end, _)) => format!("{}…", &line[..end]),
+            None => line,
+        }
+    }
+}
+
+/// A value, its dotted key and its place; a defaulted value has no place.
+#[derive(Debug, Clone)]
+pub(super) struct Item<'a> {
+    document: &'a Document<'a>,
+    pub key: String,
+    span: Option<Range<usize>>,
+    pub value: &'a DeValue<'a>,
+}
+
+impl<'a> Item<'a> {
+    pub fn written(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { document, key, span: Some(value.span()), value: value.get_ref() }
+    }
+
+    pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { document, key, span: None, value: value.get_ref() }
+    }
+
+    /// An error at this value.
+    pub fn error(&self, message: impl Into<String>) -> InputError {
+        let value = match &self.span {
+            Some(span) => self.document.excerpt(span.clone()),
+            None => schema::toml_text(self.value),
+        };
+        self.document.error(self.span.clone(), message).key(&self.key).value(value)
+    }
+
+    /// Places an error whose key is relative to this value.
+    pub fn place(&self, relative: InputError) -> InputError {
+        let child = relative.key.and_then(|key| self.child(&key));
+        let placed = child.as_ref().unwrap_or(self).error(relative.message);
+        InputError { allowed: relative.allowed, ..placed }
+    }
+
+    fn wrong_type(&self, wanted: &str, allowed: &str) -> InputError {
+        let found = match self.value {
+            DeValue::String(_) => "a text in quotes",
+            DeValue::Integer(_) | DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        self.error(format!("this must be {wanted}, not {found}")).allowed(allowed)
+    }
+
+    /// A finite number; whole numbers count.
+    pub fn number(&self, allowed: &str) -> Result<f64> {
+        let parsed = match self.value {
+            DeValue::Float(x) => x.as_str().parse().ok(),
+            DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).ok().map(|n| n as f64),
+            DeValue::String(_) => return Err(self.wrong_type("a number, without unit and quotes", allowed)),
+            _ => return Err(self.wrong_type("a number", allowed)),
+        };
+        match parsed {
+            Some(x) if f64::is_finite(x) => Ok(x),
+            _ => Err(self.error("this must be a finite number").allowed(allowed)),
+        }
+    }
+
+    /// A number inside `domain`.
+    pub fn within(&self, domain: &Domain) -> Result<f64> {
+        let value = self.number(domain.allowed)?;
+        if (domain.holds)(value) {
+            return Ok(value);
+        }
+        Err(self.error("this value is out of range").allowed(domain.allowed))
+    }
+
+    /// A whole number from `min` to 2⁶³ − 1.
+    pub fn whole(&self, min: u64) -> Result<u64> {
+        let allowed = format!("a whole number ≥ {min}");
+        let value = self.number(&allowed)?;
+        if value.fract() != 0.0 {
+            return Err(self.error("this must be a whole number").allowed(allowed));
+        }
+        let exact = match self.value {
+            DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).unwrap_or(i128::MAX),
+            _ => value as i128,
+        };
+        if exact > i128::from(i64::MAX) {
+            return Err(self.error("this number is too large").allowed(format!("{min} … 2^63 − 1")));
+        }
+        match u64::try_from(exact) {
+            Ok(n) if n >= min => Ok(n),
+            _ => Err(self.error("this number is too small").allowed(allowed)),
+        }
+    }
+
+    /// true or false.
+    pub fn flag(&self) -> Result<bool> {
+        match self.value {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => Err(self.wrong_type("true or false, without quotes", "true or false")),
+        }
+    }
+
+    /// A text that is not empty.
+    pub fn text(&self) -> Result<&'a str> {
+        match self.value {
+            DeValue::String(text) if text.trim().is_empty() => Err(self.error("this text is empty")),
+            DeValue::String(text) => Ok(text),
+            _ => Err(self.wrong_type("a text in quotes", "\"…\"")),
+        }
+    }
+
+    /// One of several words.
+    pub fn word<T: Copy>(&self, words: &[(&str, T)]) -> Result<T> {
+        let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
+        let allowed = names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
+        let DeValue::String(text) = self.value else {
+            return Err(self.wrong_type("one of the words", &allowed));
+        };
+        match words.iter().find(|(name, _)| name == text) {
+            Some((_, meaning)) => Ok(*meaning),
+            None => Err(self.error(format!("unknown word{}", schema::hint(text, &names))).allowed(allowed)),
+        }
+    }
+
+    /// The elements of a list, under the list's own key.
+    pub fn elements(&self) -> Option<impl ExactSizeIterator<Item = Item<'a>> + use<'a>> {
+        let (document, key, placed) = (self.document, self.key.clone(), self.span.is_some());
+        let list = self.value.as_array()?;
+        Some(list.iter().map(move |value| Item {
+            document,
+            key: key.clone(),
+            span: placed.then(|| value.span()),
+            value: value.get_ref(),
+        }))
+    }
+
+    /// Exactly `N` numbers in a list.
+    pub fn numbers<const N: usize>(&self, allowed: &str) -> Result<[f64; N]> {
+        let elements = self.elements().ok_or_else(|| self.wrong_type("a list of numbers", allowed))?;
+        let values = elements.map(|e| e.number(allowed)).collect::<Result<Vec<_>>>()?;
+        let count = values.len();
+        values
+            .try_into()
+            .map_err(|_| self.error(format!("{N} numbers are needed, not {count}")).allowed(allowed))
+    }
+
+    /// The value of a table's key.
+    pub fn child(&self, key: &str) -> Option<Item<'a>> {
+        let value = self.value.as_table()?.get(key)?;
+        let span = self.span.is_some().then(|| value.span());
+        Some(Item {
+            document: self.document,
+            key: format!("{}.{key}", self.key),
+            span,
+            value: value.get_ref(),
+        })
+    }
+
+    /// The value of a key that a table must have.
+    pub fn need(&self, key: &str) -> Result<Item<'a>> {
+        self.child(key).ok_or_else(|| self.error(format!("{key} is missing here")))
+    }
+
+    /// Refuses keys other than `known` in a table; `what` says what the table is.
+    pub fn only(&self, known: &[&str], what: &str) -> Result<()> {
+        let Some(table) = self.value.as_table() else {
+            return Err(self.wrong_type("a table { key = value, … }", what));
+        };
+        for (key, value) in table {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let message = format!("unknown key{}", schema::hint(name, known));
+                let error =
+                    self.document.error(Some(key.span()), message).key(format!("{}.{name}", self.key));
+                return Err(error.value(self.document.excerpt(value.span())).allowed(what));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One `[section]`: what the user wrote, and the defaults behind it.
+#[derive(Debug, Clone)]
+pub(super) struct Section<'a> {
+    pub document: &'a Document<'a>,
+    pub name: &'static str,
+    pub span: Option<Range<usize>>,
+    pub user: Option<&'a DeTable<'a>>,
+    pub defaults: Option<&'a DeTable<'a>>,
+}
+
+impl<'a> Section<'a> {
+    fn dotted(&self, key: &str) -> String {
+        format!("{}.{key}", self.name)
+    }
+
+    /// The user's value of `key`.
+    pub fn written(&self, key: &str) -> Option<Item<'a>> {
+        Some(Item::written(self.document, self.dotted(key), self.user?.get(key)?))
+    }
+
+    /// The user's value of `key`, or the default.
+    pub fn get(&self, key: &str) -> Result<Item<'a>> {
+        if let Some(item) = self.written(key) {
+            return Ok(item);
+        }
+        match self.defaults.and_then(|d| d.get(key)) {
+            Some(value) => Ok(Item::default(self.document, self.dotted(key), value)),
+            None => Err(self.missing(key)),
+        }
+    }
+
+    /// What the user wrote under `key`, if anything, read by `read`.
+    pub fn optional<T>(&self, key: &str, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<Option<T>> {
+        self.written(key).as_ref().map(read).transpose()
+    }
+
+    fn missing(&self, key: &str) -> InputError {
+        let (name, example) = (self.name, schema::example(key));
+        let message = match self.user {
+            Some(_) => format!("{key} is missing from [{name}]; add a line such as {key} = {example}"),
+            None => {
+                format!("[{name}] with {key} is missing; add [{name}] and a line such as {key} = {example}")
+            }
+        };
+        self.document.error(self.span.clone(), message).key(self.dotted(key))
+    }
+}

@@ -1,0 +1,219 @@
+//! The sections and keys of a spec, their defaults, and what to say about unknown ones.
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::reader::{Document, Item, Result, Section};
+
+/// Highest `format` that can be read.
+pub(super) const FORMAT: u64 = 1;
+
+/// Sections and their keys, in the order in which values in force are listed.
+const SECTIONS: [(&str, &[&str]); 8] = [
+    ("whisker", &["D", "d", "L_a", "hub"]),
+    ("gauge", &["x_ss", "l", "side", "noise_strain", "strain_limit", "factor"]),
+    ("tap", &["drive", "a", "theta", "delta"]),
+    ("tuples", &["file"]),
+    ("model", &["geometry", "shear", "extension", "surface", "pole_radius", "nu", "contact", "material"]),
+    ("estimate", &["theory", "convention", "range", "K"]),
+    ("output", &["tuples", "designs", "distances", "format", "top", "by", "per"]),
+    (
+        "run",
+        &["out", "force", "backend", "adapter", "precision", "tolerance", "threads", "plan", "quiet", "json"],
+    ),
+];
+
+/// Values in force where the user says nothing. A key that is absent here is required, or means "off".
+pub(super) const DEFAULTS: &str = r#"
+format = 1
+[whisker]
+hub = 0.0
+[gauge]
+side = "contact"
+noise_strain = 0.0
+strain_limit = 0.05
+factor = 2.21
+[tap]
+drive = "angle"
+[model]
+geometry = "exact"
+shear = false
+extension = false
+surface = false
+pole_radius = 0.0
+nu = 0.5
+contact = "frictionless"
+material = { hooke = 3.2 }
+[estimate]
+theory = "euler-bernoulli"
+convention = "mean"
+[output]
+tuples = true
+designs = true
+distances = true
+format = "csv"
+by = "K_sd"
+per = "row"
+"#;
+
+/// Defaults of a sampled axis.
+pub(super) const SAMPLER: &str = "sobol";
+/// Default seed of a sampled axis.
+pub(super) const SEED: u64 = 0;
+
+/// A value to show for a missing key.
+pub(super) fn example(key: &str) -> &'static str {
+    match key {
+        "D" => "10.0 (base diameter, mm)",
+        "d" => "4.0 (tip diameter, mm)",
+        "L_a" => "96.0 (length, mm)",
+        "x_ss" => "6.0 (start of the gauge grid, mm)",
+        "l" => "2.0 (length of the gauge grid, mm)",
+        "a" => "[30, 50, 70] (contact distances, mm)",
+        "theta" => "[2, 4, 6] (tap angles, degrees)",
+        "delta" => "[1, 2, 3] (displacements, mm)",
+        _ => "\"…\"",
+    }
+}
+
+/// A parsed spec whose sections and keys are all known.
+pub(super) struct Sections<'a> {
+    document: &'a Document<'a>,
+    user: &'a DeTable<'a>,
+    defaults: &'a DeTable<'a>,
+}
+
+impl<'a> Sections<'a> {
+    /// Checks the names of all sections and keys.
+    pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, defaults: &'a DeTable<'a>) -> Result<Self> {
+        let mut top: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
+        top.extend(["optimise", "format"]);
+        for (key, value) in user {
+            let name: &str = key.get_ref();
+            let item = Item::written(document, name.to_owned(), value);
+            if !top.contains(&name) {
+                return Err(unknown(document, None, key, value, &top));
+            }
+            let Some(table) = value.get_ref().as_table() else {
+                if name == "format" {
+                    continue;
+                }
+                let message =
+                    format!("{name} is a section: write [{name}] on a line of its own, its keys below");
+                return Err(item.error(message));
+            };
+            let Some((section, keys)) = SECTIONS.iter().find(|(section, _)| *section == name) else {
+                continue;
+            };
+            for (key, value) in table {
+                if !keys.contains(&&**key.get_ref()) {
+                    return Err(unknown(document, Some(section), key, value, keys));
+                }
+            }
+        }
+        Ok(Self { document, user, defaults })
+    }
+
+    /// One section.
+    pub fn section(&self, name: &'static str) -> Section<'a> {
+        let user = self.user.get_key_value(name);
+        Section {
+            document: self.document,
+            name,
+            span: user.map(|(key, _)| key.span()),
+            user: user.and_then(|(_, value)| value.get_ref().as_table()),
+            defaults: self.defaults.get(name).and_then(|value| value.get_ref().as_table()),
+        }
+    }
+
+    /// `format`, if written.
+    pub fn format(&self) -> Option<Item<'a>> {
+        Some(Item::written(self.document, "format".to_owned(), self.user.get("format")?))
+    }
+
+    /// Every value in force: dotted key, value as TOML, whether the user wrote it.
+    pub fn in_force(&self) -> Vec<(String, String, bool)> {
+        let mut all = Vec::new();
+        let mut note =
+            |key: String, user: Option<&Spanned<DeValue<'_>>>, default: Option<&Spanned<DeValue<'_>>>| {
+                if let Some(value) = user.or(default) {
+                    all.push((key.clone(), toml_text(value.get_ref()), user.is_some()));
+                }
+                let sampled = user.and_then(|v| v.get_ref().as_table()).filter(|t| t.contains_key("samples"));
+                if let Some(table) = sampled {
+                    for (name, text) in [("sampler", format!("{SAMPLER:?}")), ("seed", SEED.to_string())] {
+                        if !table.contains_key(name) {
+                            all.push((format!("{key}.{name}"), text, false));
+                        }
+                    }
+                }
+            };
+        note("format".to_owned(), self.user.get("format"), self.defaults.get("format"));
+        for (name, keys) in SECTIONS {
+            let section = self.section(name);
+            for key in keys {
+                let (user, default) =
+                    (section.user.and_then(|t| t.get(*key)), section.defaults.and_then(|t| t.get(*key)));
+                note(format!("{name}.{key}"), user, default);
+            }
+        }
+        all
+    }
+}
+
+fn unknown<'a>(
+    document: &'a Document<'a>,
+    section: Option<&str>,
+    key: &Spanned<std::borrow::Cow<'a, str>>,
+    value: &Spanned<DeValue<'a>>,
+    known: &[&str],
+) -> crate::error::InputError {
+    let name: &str = key.get_ref();
+    let home = SECTIONS.iter().find(|(_, keys)| keys.contains(&name)).map(|(home, _)| home);
+    let hint = match home {
+        Some(home) => format!("; it belongs under [{home}]"),
+        None => hint(name, known),
+    };
+    let (dotted, place) = match section {
+        Some(section) => (format!("{section}.{name}"), format!(" in [{section}]")),
+        None => (name.to_owned(), String::new()),
+    };
+    let what = if value.get_ref().is_table() && section.is_none() { "section" } else { "key" };
+    let error = document.error(Some(key.span()), format!("unknown {what}{place}{hint}")).key(dotted);
+    let error = if what == "key" { error.value(document.excerpt(value.span())) } else { error };
+    if home.is_some() { error } else { error.allowed(known.join(", ")) }
+}
+
+/// "; did you mean …?" if one of `known` is close to `word`.
+pub(super) fn hint(word: &str, known: &[&str]) -> String {
+    nearest(word, known).map_or_else(String::new, |name| format!("; did you mean {name}?"))
+}
+
+/// The one of `known` that is most like `word`, if it is like it at all; case, `_` and `-` hardly count.
+pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let plain = |s: &str| s.to_lowercase().replace(['_', '-', ' '], "");
+    let distance = |name: &str| strsim::damerau_levenshtein(&plain(word), &plain(name));
+    let close =
+        |name: &&str| distance(name) <= (plain(word).len() / 3).max(1) && distance(name) < plain(name).len();
+    let nearest = known.iter().copied().min_by_key(|name| (distance(name), strsim::levenshtein(word, name)));
+    nearest.filter(close)
+}
+
+/// A value written as TOML on one line.
+pub(super) fn toml_text(value: &DeValue<'_>) -> String {
+    let join = |parts: Vec<String>| parts.join(", ");
+    match value {
+        DeValue::String(text) => toml::Value::String(text.clone().into_owned()).to_string(),
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(flag) => flag.to_string(),
+        DeValue::Datetime(date) => date.to_string(),
+        DeValue::Array(list) => format!("[{}]", join(list.iter().map(|v| toml_text(v.get_ref())).collect())),
+        DeValue::Table(table) => {
+            let entry = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &Spanned<DeValue<'_>>)| {
+                format!("{} = {}", key.get_ref(), toml_text(value.get_ref()))
+            };
+            format!("{{ {} }}", join(table.iter().map(entry).collect()))
+        }
+    }
+}

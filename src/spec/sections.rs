@@ -1,0 +1,89 @@
+//! `[gauge]`, `[estimate]`, `[output]` and `[run]`.
+
+use std::path::Path;
+
+use super::check::{LENGTH, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
+use super::reader::{Item, Result, Section};
+use crate::scene::{
+    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side,
+    TableFormat, Theory,
+};
+
+/// `[gauge]` apart from x_ss and l.
+pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
+    Ok(Gauge {
+        side: section.get("side")?.word(&[("contact", Side::Contact), ("far", Side::Far)])?,
+        noise_strain: section.optional("noise_strain", |v| v.within(&NOISE))?,
+        strain_limit: section.get("strain_limit")?.within(&STRAIN_LIMIT)?,
+        factor: section.get("factor")?.within(&POSITIVE)?,
+    })
+}
+
+/// `[estimate]`.
+pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
+    let theories = [("euler-bernoulli", Theory::EulerBernoulli), ("timoshenko", Theory::Timoshenko)];
+    let conventions = [("mean", Convention::Mean), ("elongation", Convention::Elongation)];
+    Ok(Estimate {
+        theory: section.get("theory")?.word(&theories)?,
+        convention: section.get("convention")?.word(&conventions)?,
+        range: section.optional("range", range)?,
+        k: section.optional("K", |v| v.within(&POSITIVE))?,
+    })
+}
+
+fn range(item: &Item<'_>) -> Result<[f64; 2]> {
+    let allowed = "[a_min, a_max] in mm with 0 < a_min < a_max";
+    let [min, max] = item.numbers(allowed)?;
+    if (LENGTH.holds)(min) && min < max {
+        return Ok([min, max]);
+    }
+    Err(item.error("this is no range of distances").allowed(allowed))
+}
+
+/// `[output]`.
+pub(super) fn output(section: &Section<'_>) -> Result<Output> {
+    let format = section.get("format")?;
+    if format.word(&[("csv", false), ("parquet", true)])? {
+        return Err(format.error("parquet tables are not available yet").allowed("\"csv\""));
+    }
+    let top = |v: &Item<'_>| {
+        let n = v.whole(1)?;
+        usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))
+    };
+    Ok(Output {
+        tuples: section.optional("tuples", Item::flag)?,
+        designs: section.get("designs")?.flag()?,
+        distances: section.get("distances")?.flag()?,
+        format: TableFormat::Csv,
+        top: section.optional("top", top)?,
+        by: section.get("by")?.word(&RankBy::ALL.map(|by| (by.name(), by)))?,
+        per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
+    })
+}
+
+/// `[run]`; paths are relative to `base`.
+pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
+    let backends = [
+        ("auto", BackendChoice::Auto),
+        ("gpu", BackendChoice::Gpu),
+        ("cpu", BackendChoice::Cpu),
+        ("reference", BackendChoice::Reference),
+    ];
+    let precisions = [("f32", Precision::F32), ("f64", Precision::F64)];
+    let threads = |v: &Item<'_>| {
+        let n = v.whole(1)?;
+        usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))
+    };
+    Ok(RunOptions {
+        out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
+        force: section.optional("force", Item::flag)?,
+        backend: section.optional("backend", |v| v.word(&backends))?,
+        adapter: section.optional("adapter", |v| v.text().map(str::to_owned))?,
+        precision: section.optional("precision", |v| v.word(&precisions))?,
+        tolerance: section.optional("tolerance", |v| v.within(&TOLERANCE))?,
+        threads: section.optional("threads", threads)?,
+        plan: section.optional("plan", Item::flag)?,
+        quiet: section.optional("quiet", Item::flag)?,
+        json: section.optional("json", Item::flag)?,
+    })
+}

@@ -1,0 +1,114 @@
+//! The tuples: axes to factors, or a tuple file.
+
+use std::path::Path;
+
+use super::axis::AxisItem;
+use super::check::{self, LENGTH, PLACE, TAP_ANGLE};
+use super::reader::Result;
+use super::schema::Sections;
+use super::tuple_file;
+use crate::scene::{Column, Drive, Factor, Space};
+
+/// Section and key of each column; the last has the key of its drive.
+const KEYS: [(&str, &str); 6] =
+    [("whisker", "D"), ("whisker", "d"), ("whisker", "L_a"), ("gauge", "x_ss"), ("gauge", "l"), ("tap", "a")];
+
+/// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
+pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result<(Space, Vec<String>)> {
+    let (key, other) = match drive {
+        Drive::Angle => ("theta", "delta"),
+        Drive::Displacement => ("delta", "theta"),
+    };
+    let tap = sections.section("tap");
+    if let Some(item) = tap.written(other) {
+        let message = match drive {
+            Drive::Angle => "delta needs drive = \"displacement\" in [tap]",
+            Drive::Displacement => {
+                "with drive = \"displacement\" the object moves by delta; theta has no meaning"
+            }
+        };
+        return Err(item.error(message).allowed(format!("{key} in place of {other}")));
+    }
+    let keys = KEYS.into_iter().chain([("tap", key)]);
+
+    let tuples = sections.section("tuples");
+    if tuples.user.is_some() {
+        if let Some(item) = keys.clone().find_map(|(section, key)| sections.section(section).written(key)) {
+            return Err(item.error("this comes from the tuple file of [tuples]; remove one of the two"));
+        }
+        return tuple_file::read(&tuples.get("file")?, drive, base);
+    }
+
+    let mut sampled = 0;
+    let mut axes = Vec::with_capacity(7);
+    for (section, key) in keys {
+        let domain = match key {
+            "x_ss" => PLACE,
+            "theta" => TAP_ANGLE,
+            _ => LENGTH,
+        };
+        let read = AxisItem::read(sections.section(section).get(key)?, &domain, sampled)?;
+        sampled += u32::from(read.axis.points().is_some());
+        axes.push(read);
+    }
+    let axes: [AxisItem<'_>; 7] = axes.try_into().expect("seven columns");
+    check::satisfiable(&axes)?;
+    zipped(&axes)?;
+    grid(axes).map(|space| (space, Vec::new()))
+}
+
+/// Sampled axes share one point set, and `a` shares it with none.
+fn zipped(axes: &[AxisItem<'_>; 7]) -> Result<()> {
+    let mut sampled =
+        Column::ALL.into_iter().zip(axes).filter_map(|(column, a)| Some((column, a, a.axis.points()?)));
+    let Some((_, first, points)) = sampled.next() else {
+        return Ok(());
+    };
+    let is_a = |item: &AxisItem<'_>| item.item.key == axes[5].item.key;
+    for (_, other, others) in sampled {
+        let (key, first_key) = (&other.item.key, &first.item.key);
+        if is_a(first) || is_a(other) {
+            let message =
+                format!("{first_key} and {key} are both sampled; a is sampled only if no other axis is");
+            return Err(axes[5].item.error(message).allowed("a value, a list or a range for a"));
+        }
+        let differing = if others.samples != points.samples {
+            "samples"
+        } else if others.sampler != points.sampler {
+            "sampler"
+        } else if others.seed != points.seed {
+            "seed"
+        } else {
+            continue;
+        };
+        let place = other.item.child(differing).unwrap_or_else(|| other.item.clone());
+        let message = format!("{first_key} and {key} are sampled together, but differ in {differing}");
+        return Err(place.error(message).allowed("the same samples, sampler and seed for all sampled axes"));
+    }
+    Ok(())
+}
+
+/// One factor per axis in row order; all sampled axes are one factor in the place of the first.
+fn grid(axes: [AxisItem<'_>; 7]) -> Result<Space> {
+    let largest = axes.iter().max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
+    let mut factors: Vec<Factor> = Vec::new();
+    let mut zip = None;
+    for (column, AxisItem { axis, .. }) in Column::ALL.into_iter().zip(axes) {
+        match (axis.points(), zip) {
+            (Some(_), Some(place)) => {
+                let factor: &mut Factor = &mut factors[place];
+                factor.axes.push((column, axis));
+            }
+            (points, _) => {
+                zip = zip.or(points.map(|_| factors.len()));
+                factors.push(Factor { len: axis.len(), axes: vec![(column, axis)] });
+            }
+        }
+    }
+    match (factors.iter().try_fold(1u64, |n, f| n.checked_mul(f.len)), largest) {
+        (None, Some(item)) => {
+            Err(item.error("all axes together have more than 2^64 tuples; make this axis shorter"))
+        }
+        _ => Ok(Space::Grid(factors)),
+    }
+}

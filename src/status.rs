@@ -1,0 +1,101 @@
+//! The closed list of what can be wrong with a row.
+
+use std::fmt;
+
+/// A set of status words; `ok` when empty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Status(u16);
+
+impl Status {
+    /// Nothing to report.
+    pub const OK: Self = Self(0);
+    /// The tuple lies outside its domain.
+    pub const INVALID_GEOMETRY: Self = Self(1);
+    /// The contact is at or inside the gauge's near end.
+    pub const NO_STRAIN: Self = Self(1 << 1);
+    /// The tolerance was not met.
+    pub const NOT_CONVERGED: Self = Self(1 << 2);
+    /// A fibre leaves the range of its material law.
+    pub const MATERIAL_LIMIT: Self = Self(1 << 3);
+    /// The contact has run past the tip (c > L_a); values are those of a continued taper.
+    pub const SLIPPED_OFF: Self = Self(1 << 4);
+    /// |strain| exceeds the gauge's limit.
+    pub const STRAIN_LIMIT: Self = Self(1 << 5);
+    /// No distance gives this reading.
+    pub const NO_ROOT: Self = Self(1 << 6);
+    /// A second distance in the range of interest gives this reading.
+    pub const AMBIGUOUS: Self = Self(1 << 7);
+    /// The drive or the side lies outside the calibration.
+    pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
+    /// The input line could not be read.
+    pub const BAD_INPUT: Self = Self(1 << 9);
+
+    /// All words in the order in which tables join them.
+    pub const ALL: [(Self, &str); 10] = [
+        (Self::INVALID_GEOMETRY, "invalid_geometry"),
+        (Self::NO_STRAIN, "no_strain"),
+        (Self::NOT_CONVERGED, "not_converged"),
+        (Self::MATERIAL_LIMIT, "material_limit"),
+        (Self::SLIPPED_OFF, "slipped_off"),
+        (Self::STRAIN_LIMIT, "strain_limit"),
+        (Self::NO_ROOT, "no_root"),
+        (Self::AMBIGUOUS, "ambiguous"),
+        (Self::OUTSIDE_CALIBRATION, "outside_calibration"),
+        (Self::BAD_INPUT, "bad_input"),
+    ];
+
+    /// Whether any word of `other` is in this set.
+    pub fn has(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    /// Whether the tap enters the statistics of its row.
+    pub fn counts(self) -> bool {
+        !self.has(Self::INVALID_GEOMETRY | Self::NO_STRAIN | Self::NOT_CONVERGED | Self::MATERIAL_LIMIT | Self::SLIPPED_OFF)
+    }
+
+    /// Words of this set, in order; empty for `ok`.
+    pub fn words(self) -> impl Iterator<Item = &'static str> {
+        Self::ALL.into_iter().filter(move |(s, _)| self.has(*s)).map(|(_, w)| w)
+    }
+}
+
+impl std::ops::BitOr for Status {
+    type Output = Self;
+    fn bitor(self, o: Self) -> Self {
+        Self(self.0 | o.0)
+    }
+}
+
+impl std::ops::BitOrAssign for Status {
+    fn bitor_assign(&mut self, o: Self) {
+        self.0 |= o.0;
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Self::OK {
+            return f.write_str("ok");
+        }
+        for (i, word) in self.words().enumerate() {
+            write!(f, "{}{word}", if i == 0 { "" } else { "+" })?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Status;
+
+    #[test]
+    fn words_join_in_the_order_of_the_list() {
+        assert_eq!(Status::OK.to_string(), "ok");
+        assert_eq!((Status::AMBIGUOUS | Status::SLIPPED_OFF).to_string(), "slipped_off+ambiguous");
+        assert!((Status::STRAIN_LIMIT | Status::NO_ROOT | Status::AMBIGUOUS).counts());
+        for s in [Status::INVALID_GEOMETRY, Status::NO_STRAIN, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::SLIPPED_OFF] {
+            assert!(!(s | Status::AMBIGUOUS).counts());
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Specs that are read, and their tuples; tuple files, read and refused.
+
+use std::fs;
+use std::path::Path;
+
+use vibrissa::error::InputError;
+use vibrissa::scene::{Axis, Column, Contact, Drive, Material, Scene, Side, Space, Tuple};
+use vibrissa::spec;
+
+/// A complete spec.
+const GOOD: &str = r#"format = 1
+[whisker]
+D = 10.0
+d = 4
+L_a = 96.0
+[gauge]
+x_ss = 6.0
+l = 2.0
+[tap]
+a = [30, 50, 70]
+theta = { from = 2, to = 4, steps = 3 }
+[model]
+[estimate]
+[output]
+[run]
+"#;
+
+fn parse(text: &str) -> Result<Scene, InputError> {
+    spec::parse("whisker.toml", text, Path::new("."))
+}
+
+/// Replaces one line of [`GOOD`].
+fn with(line: &str, new: &str) -> String {
+    assert!(GOOD.contains(line), "no line {line}");
+    GOOD.replacen(line, new, 1)
+}
+
+/// All tuples of a small grid whose factors are all single axes.
+fn tuples(scene: &Scene) -> Vec<[f64; 7]> {
+    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+    let mut all = vec![Vec::new()];
+    for factor in factors {
+        assert_eq!(factor.axes.len(), 1);
+        all = all
+            .iter()
+            .flat_map(|head| factor.axes[0].1.iter().map(|v| [head.as_slice(), &[v]].concat()))
+            .collect();
+    }
+    all.into_iter().map(|values| values.try_into().unwrap()).collect()
+}
+
+#[test]
+fn a_grid_in_row_order() {
+    let scene = parse(GOOD).unwrap();
+    let whisker = [10.0, 4.0, 96.0, 6.0, 2.0];
+    let expected: Vec<[f64; 7]> = [30.0, 50.0, 70.0]
+        .iter()
+        .flat_map(|&a| {
+            [2.0, 3.0, 4.0].map(|theta| [whisker.as_slice(), &[a, theta]].concat().try_into().unwrap())
+        })
+        .collect();
+    assert_eq!(tuples(&scene), expected);
+    assert_eq!(scene.name, "whisker");
+    assert_eq!(
+        (scene.drive, scene.gauge.side, scene.gauge.noise_strain),
+        (Drive::Angle, Side::Contact, None)
+    );
+    assert_eq!((scene.model.contact, scene.model.material), (Contact::Frictionless, Material::Hooke(3.2)));
+    assert!(scene.warnings.is_empty() && scene.output.tuples.is_none());
+}
+
+#[test]
+fn sampled_axes_are_one_factor() {
+    let axis = |min: f64, max: f64| format!("{{ min = {min}, max = {max}, samples = 1_000, seed = 7 }}");
+    let text = with("d = 4", &format!("d = {}", axis(2.0, 4.0)))
+        .replace("x_ss = 6.0", &format!("x_ss = {}", axis(3.0, 15.0)))
+        .replace("theta = {", &format!("theta = {} # {{", axis(0.5, 10.0)));
+    let scene = parse(&text).unwrap();
+    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+    assert_eq!(factors.iter().map(|f| f.len).collect::<Vec<_>>(), [1, 1000, 1, 1, 3]);
+    let zip = &factors[1].axes;
+    assert_eq!(
+        zip.iter().map(|(c, _)| *c).collect::<Vec<_>>(),
+        [Column::TipDiameter, Column::GaugePosition, Column::Drive]
+    );
+    let dimensions: Vec<u32> = zip
+        .iter()
+        .map(|(_, axis)| match axis {
+            Axis::Samples { dimension, .. } => *dimension,
+            _ => panic!("samples were expected"),
+        })
+        .collect();
+    assert_eq!(dimensions, [0, 1, 2]);
+    let sampler = ("whisker.d.sampler".to_owned(), "\"sobol\"".to_owned(), false);
+    assert!(scene.in_force.contains(&sampler));
+}
+
+#[test]
+fn values_in_force() {
+    let scene = parse(&with("[run]", "[run]\nout = \"there\"")).unwrap();
+    let value = |key: &str| {
+        scene.in_force.iter().find(|(k, ..)| k == key).map(|(_, v, written)| (v.as_str(), *written))
+    };
+    assert_eq!(value("whisker.D"), Some(("10.0", true)));
+    assert_eq!(value("whisker.hub"), Some(("0.0", false)));
+    assert_eq!(value("tap.a"), Some(("[30, 50, 70]", true)));
+    assert_eq!(value("tap.theta"), Some(("{ from = 2, to = 4, steps = 3 }", true)));
+    assert_eq!(value("model.material"), Some(("{ hooke = 3.2 }", false)));
+    assert_eq!(value("run.out"), Some(("\"there\"", true)));
+    assert_eq!(value("estimate.K"), None);
+    assert_eq!(scene.in_force[0], ("format".to_owned(), "1".to_owned(), true));
+}
+
+#[test]
+fn other_ways_to_write_it() {
+    let one_line = "whisker = { D = 10, d = 4, L_a = 96 }\ngauge.x_ss = 6\ngauge.l = 2\ntap = { a = 0x1e, theta = 1_0e-1 }\n";
+    assert_eq!(tuples(&parse(one_line).unwrap()), [[10.0, 4.0, 96.0, 6.0, 2.0, 30.0, 1.0]]);
+    parse(&format!("\u{feff}{}", GOOD.replace('\n', "\r\n"))).unwrap();
+    parse(&format!("{GOOD}[optimise]\nobjective = \"sd\"\nanything = 1\n")).unwrap();
+}
+
+/// A folder with a tuple file, and a spec that names it.
+fn listed(rows: &[u8]) -> Result<Scene, InputError> {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("taps.csv"), rows).unwrap();
+    let path = folder.path().join("listed.toml");
+    fs::write(&path, "[tuples]\nfile = \"taps.csv\"\n").unwrap();
+    spec::read(&path)
+}
+
+const HEADER: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg";
+
+#[test]
+fn tuple_files() {
+    let first = Tuple { D: 10.0, d: 4.0, L_a: 96.0, x_ss: 6.0, l: 2.0, a: 30.0, drive: 2.5 };
+    let rows = format!(
+        "\u{feff}# taps\r\n{HEADER}\r\n\r\n 10 ,4,96,6,2,30,2.5\r\n# more\r\n10,4,9.6e1,6,2,300,2.5\r\n"
+    );
+    let scene = listed(rows.as_bytes()).unwrap();
+    assert_eq!(scene.space, Space::List(vec![first, Tuple { a: 300.0, ..first }]));
+    assert!(scene.warnings.is_empty());
+
+    let scene = listed(
+        b"theta_deg,note,a_mm,l_mm,x_ss_mm,L_a_mm,d_mm,D_mm,who\n\
+          2.5,\"one,\ntwo\",30,2,6,96,4,10,me\n",
+    )
+    .unwrap();
+    assert_eq!(scene.space, Space::List(vec![first]));
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(scene.warnings[0].ends_with("ignored columns note, who"));
+    assert_eq!(listed(HEADER.as_bytes()).unwrap().space, Space::List(vec![]));
+}
+
+#[test]
+fn bad_tuple_files() {
+    let bad = |rows: &[u8], line: Option<usize>, key: Option<&str>, part: &str| {
+        let error = listed(rows).expect_err(part);
+        let said = error.to_string();
+        assert_eq!((error.line, error.key.as_deref()), (line, key), "{said}");
+        assert!(error.file.as_deref().unwrap().ends_with("taps.csv"), "{said}");
+        assert!(said.contains(part), "`{part}` is not in: {said}");
+    };
+    let rows = |body: &str| format!("# taps\n{HEADER}\n{body}\n").into_bytes();
+    let ok = "10,4,96,6,2,30,2.5";
+    bad(b"", None, None, "empty");
+    bad(b"# nothing\n", None, None, "empty");
+    bad(
+        b"\n# taps\nD_mm,d_mm,La_mm,x_ss_mm,l_mm,a_mm,theta_deg\n",
+        Some(3),
+        Some("L_a_mm"),
+        "is La_mm meant?",
+    );
+    bad(format!("{HEADER},a_mm\n").as_bytes(), Some(1), Some("a_mm"), "twice");
+    bad(
+        &rows(&format!("{ok}\n\n# x\n10,4,96,6,2,thirty,2.5")),
+        Some(6),
+        Some("a_mm"),
+        "a_mm = thirty: this is not a finite",
+    );
+    bad(&rows("10,4,96,6,2,NaN,2.5"), Some(3), Some("a_mm"), "not a finite");
+    bad(&rows("10,4,96,6,2,30,inf"), Some(3), Some("theta_deg"), "degrees");
+    bad(&rows("10,4,,6,2,30,2.5"), Some(3), Some("L_a_mm"), "(empty)");
+    bad(
+        &rows(&format!("{ok}\n10,4,96,6,2,30")),
+        Some(4),
+        Some("theta_deg"),
+        "6 fields, but the header has 7",
+    );
+    bad(&rows(&format!("{ok}\n{ok},1")), Some(4), None, "8 fields, but the header has 7");
+    bad(&rows("10,4"), Some(3), Some("L_a_mm"), "2 fields");
+    bad(b"D_mm,d_mm\n1,\xff\n", Some(2), None, "UTF-8");
+}
+
+#[test]
+fn spec_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.whisker.toml");
+    assert!(spec::read(&path).unwrap_err().to_string().contains("no such spec file"));
+    assert!(spec::read(folder.path()).unwrap_err().to_string().contains("folder"));
+    fs::write(&path, b"format = 1\n# \xe9\n").unwrap();
+    let error = spec::read(&path).unwrap_err();
+    assert!(error.message.contains("UTF-8") && error.line == Some(2));
+    fs::write(&path, with("[run]", "[run]\nout = \"results/one\"")).unwrap();
+    let scene = spec::read(&path).unwrap();
+    assert_eq!(scene.name, "my.whisker");
+    assert_eq!(scene.run.out, Some(folder.path().join("results/one")));
+}
