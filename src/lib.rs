@@ -1,8 +1,22 @@
 //! Vibrissa sweeps and optimises tapered soft whisker sensors.
+//!
+//! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
+//! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
+//! tables; [`sweep`] drives it all. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! [`sink`].
+
+pub mod backend;
+pub mod design;
 pub mod error;
+pub mod estimate;
+pub mod evaluate;
 pub mod kernel;
 pub mod physics;
+pub mod plan;
 pub mod reduce;
 pub mod scene;
+pub mod sink;
 pub mod spec;
+pub mod statistics;
 pub mod status;
+pub mod sweep;

@@ -51,7 +51,13 @@ impl Status {
 
     /// Whether the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
-        !self.has(Self::INVALID_GEOMETRY | Self::NO_STRAIN | Self::NOT_CONVERGED | Self::MATERIAL_LIMIT | Self::SLIPPED_OFF)
+        !self.has(
+            Self::INVALID_GEOMETRY
+                | Self::NO_STRAIN
+                | Self::NOT_CONVERGED
+                | Self::MATERIAL_LIMIT
+                | Self::SLIPPED_OFF,
+        )
     }
 
     /// Words of this set, in order; empty for `ok`.
@@ -94,7 +100,13 @@ mod tests {
         assert_eq!(Status::OK.to_string(), "ok");
         assert_eq!((Status::AMBIGUOUS | Status::SLIPPED_OFF).to_string(), "slipped_off+ambiguous");
         assert!((Status::STRAIN_LIMIT | Status::NO_ROOT | Status::AMBIGUOUS).counts());
-        for s in [Status::INVALID_GEOMETRY, Status::NO_STRAIN, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::SLIPPED_OFF] {
+        for s in [
+            Status::INVALID_GEOMETRY,
+            Status::NO_STRAIN,
+            Status::NOT_CONVERGED,
+            Status::MATERIAL_LIMIT,
+            Status::SLIPPED_OFF,
+        ] {
             assert!(!(s | Status::AMBIGUOUS).counts());
         }
     }

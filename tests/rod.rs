@@ -69,7 +69,8 @@ fn cantilevers_under_a_dead_load_are_the_published_ones() {
         (0.7, 1.0, 0.6858840, 0.3879646, 0.1027618, 1e-7),
         (0.4, 1.0, 1.1270460, 0.4925373, 0.2017951, 1e-7),
     ] {
-        let (tip_angle, tip) = cantilever(1.0, |s| (1.0 - (1.0 - slenderness) * s).powi(4), DVec2::new(0.0, load));
+        let (tip_angle, tip) =
+            cantilever(1.0, |s| (1.0 - (1.0 - slenderness) * s).powi(4), DVec2::new(0.0, load));
         assert_close(tip_angle, angle, 0.51 * digits);
         assert_close(tip.y, deflection, 0.51 * digits);
         assert_close(1.0 - tip.x, shortening, 0.51 * digits);
@@ -116,7 +117,14 @@ fn lengths_and_moduli_only_scale_the_force() {
     let large = Model { pole_radius: 6.0, ..all_effects(Material::MooneyRivlin([3.5, 1.5])) };
     let small = RodProblem { hub: 4.0, ..tap(&model, 7.0, 30.0, 8.0) };
     let taper = Taper::new(30.0, 21.0, 150.0);
-    let scaled = RodProblem { taper, gauge: taper.gauge(15.0, 6.0), distance: 90.0, hub: 12.0, model: &large, ..small };
+    let scaled = RodProblem {
+        taper,
+        gauge: taper.gauge(15.0, 6.0),
+        distance: 90.0,
+        hub: 12.0,
+        model: &large,
+        ..small
+    };
     let (small, scaled) = (small.solve().unwrap(), scaled.solve().unwrap());
     let back = RodTap {
         normal_force: scaled.normal_force / 90.0,
@@ -130,7 +138,9 @@ fn lengths_and_moduli_only_scale_the_force() {
 #[test]
 fn tiny_taps_are_linear() {
     let model = hooke();
-    for (d, distance, degrees) in [(10.0, 30.0, 1e-3), (4.0, 40.0, 1e-3), (14.0, 40.0, 1e-3), (0.2, 48.5, 1e-5)] {
+    for (d, distance, degrees) in
+        [(10.0, 30.0, 1e-3), (4.0, 40.0, 1e-3), (14.0, 40.0, 1e-3), (0.2, 48.5, 1e-5)]
+    {
         let problem = tap(&model, d, distance, degrees);
         let (a, tau) = (distance, problem.taper.tau);
         let [r1, r2] = problem.gauge.map(|x| (a - x) / (1.0 - tau * x));
@@ -141,6 +151,15 @@ fn tiny_taps_are_linear() {
         assert_close(tap.strain / strain, 1.0, 1e-8);
         assert_close(tap.normal_force / force, 1.0, 1e-8);
         assert_close(tap.contact_arc / a, 1.0, 1e-8);
+    }
+}
+
+#[test]
+fn every_effect_bears_tiny_taps() {
+    let sizes = ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+    for (model, side) in sizes.map(configuration) {
+        let strain = |degrees| RodProblem { side, ..tap(&model, 4.0, 30.0, degrees) }.solve().unwrap().strain;
+        assert_close(strain(2e-3) / strain(1e-3), 2.0, 1e-4);
     }
 }
 

@@ -37,7 +37,14 @@ pub enum Kernel {
 /// A backend that solves batches of dimensionless taps.
 pub trait Solver: Send {
     /// Solves every tap of `taps` on `rule` into the same place of `out`.
-    fn solve(&mut self, kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>) -> Result<(), String>;
+    fn solve(
+        &mut self,
+        kernel: Kernel,
+        rule: &Rule,
+        tolerance: f64,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<(), String>;
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;

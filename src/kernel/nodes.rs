@@ -92,7 +92,8 @@ mod tests {
     fn legendre_coefficients_rebuild_the_function() {
         let t = Nodes::new(12);
         let values: Vec<f64> = t.points.iter().map(|w| (1.5 * w).exp()).collect();
-        let c: Vec<f64> = t.legendre.iter().map(|row| row.iter().zip(&values).map(|(a, y)| a * y).sum()).collect();
+        let c: Vec<f64> =
+            t.legendre.iter().map(|row| row.iter().zip(&values).map(|(a, y)| a * y).sum()).collect();
         let w = 0.3;
         let sum: f64 = legendre(11, 2.0 * w - 1.0).iter().zip(&c).map(|(p, c)| p * c).sum();
         assert!((sum - (1.5f64 * w).exp()).abs() < 1e-13);

@@ -61,7 +61,8 @@ macro_rules! pod {
 pod!(f32, f64);
 
 /// Fields of [`Tap`], in order.
-pub const TAP_FIELDS: [&str; 9] = ["taper", "rest", "angle", "hub", "near", "far", "width", "shear", "weight"];
+pub const TAP_FIELDS: [&str; 9] =
+    ["taper", "rest", "angle", "hub", "near", "far", "width", "shear", "weight"];
 /// Fields of [`Solution`], in order.
 pub const SOLUTION_FIELDS: [&str; 5] = ["force", "arc", "strain", "error", "sweeps"];
 
@@ -87,7 +88,13 @@ impl Solution<f32> {
     /// Widened; nothing is added.
     pub fn to_f64(self) -> Solution<f64> {
         let c = f64::from;
-        Solution { force: c(self.force), arc: c(self.arc), strain: c(self.strain), error: c(self.error), sweeps: c(self.sweeps) }
+        Solution {
+            force: c(self.force),
+            arc: c(self.arc),
+            strain: c(self.strain),
+            error: c(self.error),
+            sweeps: c(self.sweeps),
+        }
     }
 }
 
@@ -98,7 +105,8 @@ impl Solution<f64> {
     }
 
     /// A tap that has no solution.
-    pub const FAILED: Self = Self { force: f64::NAN, arc: f64::NAN, strain: f64::NAN, error: f64::INFINITY, sweeps: 0.0 };
+    pub const FAILED: Self =
+        Self { force: f64::NAN, arc: f64::NAN, strain: f64::NAN, error: f64::INFINITY, sweeps: 0.0 };
 }
 
 /// A tap in its own units: what is asked of the rod, and how a solution is read.

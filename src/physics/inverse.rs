@@ -66,11 +66,10 @@ impl Inverse {
     /// Distance (mm) and value of the largest strain per unit of drive; infinitely far for a whisker that widens so
     /// much that f only falls with u.
     pub fn peak(&self) -> (f64, f64) {
-        let (u, f) = self
-            .pieces
-            .iter()
-            .map(|&u| (u, self.curve.at_inverse(u).0))
-            .fold((self.pieces[0], f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        let (u, f) = self.pieces.iter().map(|&u| (u, self.curve.at_inverse(u).0)).fold(
+            (self.pieces[0], f64::NEG_INFINITY),
+            |best, next| if next.1 > best.1 { next } else { best },
+        );
         (1.0 / u, f)
     }
 

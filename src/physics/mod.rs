@@ -2,5 +2,7 @@
 
 pub mod inverse;
 pub mod linear;
+pub mod rod;
 pub mod root;
+pub mod section;
 pub mod taper;

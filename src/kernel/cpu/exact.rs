@@ -29,7 +29,9 @@ use super::pack::{Pack, Scalar};
 use crate::kernel::{
     Rule, Solution, Tap,
     nodes::{Nodes, gauss},
-    rule::limits::{APEX, BENDING_TAIL, HOPELESS, LARGEST_RATE, LEAST_ARC, MOST_ARC, SHORTENING_TAIL, SMALLEST_RATE, TINY},
+    rule::limits::{
+        APEX, BENDING_TAIL, HOPELESS, LARGEST_RATE, LEAST_ARC, MOST_ARC, SHORTENING_TAIL, SMALLEST_RATE, TINY,
+    },
 };
 
 /// Tables of [`Nodes`] in the kernel's own precision.
@@ -80,7 +82,10 @@ fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L,
 
 /// Σ row_j y_j.
 #[inline(always)]
-fn dot<T: Scalar, const N: usize, const L: usize, const FMA: bool>(row: &[T; N], y: &[Pack<T, L, FMA>; N]) -> Pack<T, L, FMA> {
+fn dot<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    row: &[T; N],
+    y: &[Pack<T, L, FMA>; N],
+) -> Pack<T, L, FMA> {
     let mut sum = Pack::splat(row[0]) * y[0];
     for j in 1..N {
         sum = Pack::splat(row[j]).mul_add(y[j], sum);
@@ -205,7 +210,8 @@ fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let (reach, back) = (c + tap.hub, short + tap.hub * cosine);
     let (x, height) = (reach - back, eta + tap.hub * (base - sine));
     let beta = base - tap.angle;
-    let correction = x * x_minus_sin(tables, beta) - height * one_minus_cos(tables, beta) - tap.angle * back + c * lag
+    let correction = x * x_minus_sin(tables, beta) - height * one_minus_cos(tables, beta) - tap.angle * back
+        + c * lag
         + short * base
         - sigma
         + tap.hub * (base * cosine - sine);
@@ -226,13 +232,19 @@ fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 }
 
 #[inline(always)]
-fn one_minus_cos<T: Scalar, const N: usize, const L: usize, const FMA: bool>(tables: &Tables<T, N>, x: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+fn one_minus_cos<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    x: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
     let z = x * x;
     z * polynomial(&tables.one_minus_cos, z)
 }
 
 #[inline(always)]
-fn x_minus_sin<T: Scalar, const N: usize, const L: usize, const FMA: bool>(tables: &Tables<T, N>, x: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+fn x_minus_sin<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    x: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
     let z = x * x;
     x * z * polynomial(&tables.x_minus_sin, z)
 }
@@ -298,7 +310,10 @@ fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 
 /// ∫₀^w of a series of shifted Legendre polynomials.
 #[inline(always)]
-fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(series: &[Pack<T, L, FMA>; N], w: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    series: &[Pack<T, L, FMA>; N],
+    w: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
     let of = Pack::<T, L, FMA>::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0] * w;

@@ -7,7 +7,9 @@ use crate::kernel::{Solution, Tap, rule::limits::TINY};
 
 /// Evaluates `L` taps at once.
 #[inline(always)]
-pub fn taps<T: Scalar, const L: usize, const FMA: bool>(tap: &Tap<Pack<T, L, FMA>>) -> Solution<Pack<T, L, FMA>> {
+pub fn taps<T: Scalar, const L: usize, const FMA: bool>(
+    tap: &Tap<Pack<T, L, FMA>>,
+) -> Solution<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, tiny) = (of(0.0), of(1.0), of(TINY));
     let b1 = one / tap.taper.mul_add(tap.near, tap.rest);

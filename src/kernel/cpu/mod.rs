@@ -1,13 +1,16 @@
 //! CPU backend: the fast kernel in f32 or f64 on all cores, in lanes, for the instruction set found at run time.
 
+// Index loops are what the lanes vectorise on, and they read like their WGSL twins.
+#![allow(clippy::needless_range_loop)]
+
 mod exact;
 mod linear;
 mod pack;
 
 use rayon::prelude::*;
 
-pub use exact::series;
 use exact::Tables;
+pub use exact::series;
 use pack::{Pack, Scalar};
 
 use super::{Kernel, Rule, Solution, Solver, Tap};
@@ -16,28 +19,21 @@ use crate::scene::Precision;
 /// Taps of one work item: enough to hide scheduling, few enough to balance.
 const GRAIN: usize = 1024;
 
-/// The vectorised CPU kernels.
+/// The vectorised CPU kernels, on rayon's current thread pool.
 #[derive(Debug)]
 pub struct Cpu {
     precision: Precision,
-    pool: rayon::ThreadPool,
 }
 
 impl Cpu {
-    /// `threads` worker threads; 0 takes one per core.
-    pub fn new(precision: Precision, threads: usize) -> Result<Self, String> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())?;
-        Ok(Self { precision, pool })
+    /// Kernels that compute in `precision`.
+    pub fn new(precision: Precision) -> Self {
+        Self { precision }
     }
 
     /// Instruction set in use, for `devices` and `run.json`.
     pub fn instructions() -> &'static str {
         if fused() { "avx2+fma" } else { std::env::consts::ARCH }
-    }
-
-    /// Worker threads.
-    pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
     }
 }
 
@@ -52,13 +48,20 @@ fn fused() -> bool {
 }
 
 impl Solver for Cpu {
-    fn solve(&mut self, kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>) -> Result<(), String> {
+    fn solve(
+        &mut self,
+        kernel: Kernel,
+        rule: &Rule,
+        tolerance: f64,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<(), String> {
         out.clear();
         out.resize(taps.len(), Solution::FAILED);
-        self.pool.install(|| match self.precision {
+        match self.precision {
             Precision::F32 => by_nodes_f32(kernel, rule, tolerance, taps, out),
             Precision::F64 => by_nodes_f64(kernel, rule, tolerance, taps, out),
-        })
+        }
     }
 
     fn batch_limit(&self) -> usize {
@@ -85,7 +88,11 @@ macro_rules! by_nodes {
 by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
 by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
 
-fn parallel(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync) {
+fn parallel(
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+    f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync,
+) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 

@@ -65,7 +65,8 @@ pub fn adapters() -> Vec<Adapter> {
     descriptor.backends = backends;
     descriptor.flags = wgpu::InstanceFlags::empty();
     let instance = wgpu::Instance::new(descriptor);
-    let mut found: Vec<_> = pollster::block_on(instance.enumerate_adapters(backends)).into_iter().map(Adapter::new).collect();
+    let mut found: Vec<_> =
+        pollster::block_on(instance.enumerate_adapters(backends)).into_iter().map(Adapter::new).collect();
     found.sort_by_key(|a| a.software);
     found
 }

@@ -61,9 +61,14 @@ impl Gpu {
         let (name, wgsl) = (variant.name(), variant.wgsl());
         validate(&name, &wgsl)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let source = wgpu::ShaderModuleDescriptor { label: Some(&name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
+        let source = wgpu::ShaderModuleDescriptor {
+            label: Some(&name),
+            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+        };
         // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
-        let module = unsafe { self.device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked()) };
+        let module = unsafe {
+            self.device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked())
+        };
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(&name),
             layout: None,
@@ -110,7 +115,14 @@ const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;
 const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
 
 impl Solver for Gpu {
-    fn solve(&mut self, kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>) -> Result<(), String> {
+    fn solve(
+        &mut self,
+        kernel: Kernel,
+        rule: &Rule,
+        tolerance: f64,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<(), String> {
         out.clear();
         if taps.is_empty() {
             return Ok(());
@@ -142,7 +154,8 @@ impl Solver for Gpu {
         let bytes = (count * SOLUTION_WORDS * self.word()) as u64;
         encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
         self.queue.submit([encoder.finish()]);
-        read(&self.device, &buffers.readback, bytes, precision, out).map_err(|e| format!("{}: {e}", self.adapter.name))
+        read(&self.device, &buffers.readback, bytes, precision, out)
+            .map_err(|e| format!("{}: {e}", self.adapter.name))
     }
 
     fn batch_limit(&self) -> usize {
@@ -154,7 +167,13 @@ impl Solver for Gpu {
 }
 
 /// Waits for the device and appends what `readback` holds.
-fn read(device: &wgpu::Device, readback: &wgpu::Buffer, bytes: u64, precision: Precision, out: &mut Vec<Solution<f64>>) -> Result<(), String> {
+fn read(
+    device: &wgpu::Device,
+    readback: &wgpu::Buffer,
+    bytes: u64,
+    precision: Precision,
+    out: &mut Vec<Solution<f64>>,
+) -> Result<(), String> {
     let (send, receive) = std::sync::mpsc::channel();
     readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
         let _ = send.send(r);
@@ -164,7 +183,9 @@ fn read(device: &wgpu::Device, readback: &wgpu::Buffer, bytes: u64, precision: P
     {
         let view = readback.get_mapped_range(0..bytes).map_err(|e| e.to_string())?;
         match precision {
-            Precision::F32 => out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.to_f64())),
+            Precision::F32 => {
+                out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.to_f64()))
+            }
             Precision::F64 => out.extend_from_slice(bytemuck::cast_slice(&view)),
         }
     }

@@ -94,23 +94,34 @@ fn tables(v: &Variant) -> String {
         (1..n).fold(first, |sum, j| format!("fma({}, y[{j}], {sum})", lit(row[j])))
     };
     let rows = |m: &[Vec<f64>]| m.iter().map(|r| dot(r)).collect::<Vec<_>>().join(",\n        ");
-    let horner = |c: &[f64]| c[..c.len() - 1].iter().rev().fold(lit(c[c.len() - 1]), |sum, &c| format!("fma({sum}, z, {})", lit(c)));
+    let horner = |c: &[f64]| {
+        c[..c.len() - 1]
+            .iter()
+            .rev()
+            .fold(lit(c[c.len() - 1]), |sum, &c| format!("fma({sum}, z, {})", lit(c)))
+    };
     let (gauge_points, gauge_weights) = gauss(v.rule.gauge_points());
     let mut text = format!(
         "const N = {n}u;\nconst SWEEPS = {}u;\nconst GAUGE_N = {}u;\nalias Nodes = array<real, {n}>;\n",
         v.rule.sweeps,
         gauge_points.len()
     );
-    for (name, x) in [("POINTS", &nodes.points), ("GAUGE_POINTS", &gauge_points), ("GAUGE_WEIGHTS", &gauge_weights)] {
+    for (name, x) in
+        [("POINTS", &nodes.points), ("GAUGE_POINTS", &gauge_points), ("GAUGE_WEIGHTS", &gauge_weights)]
+    {
         let _ = writeln!(text, "const {name} = array<real, {}>({});", x.len(), list(x));
     }
     let _ = writeln!(text, "fn weigh(y: Nodes) -> real {{\n    return {};\n}}", dot(&nodes.weights));
     for (name, m) in [("integrate", &nodes.integral), ("coefficients", &nodes.legendre)] {
-        let _ = writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
+        let _ =
+            writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
     }
     for (name, power, first) in [("one_minus_cos", "z", 2), ("x_minus_sin", "x * z", 3)] {
         let sum = horner(&series(v.rule.terms, first));
-        let _ = writeln!(text, "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}");
+        let _ = writeln!(
+            text,
+            "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
+        );
     }
     text + &primitive(n, &lit)
 }
@@ -136,7 +147,8 @@ fn primitive(n: usize, lit: &dyn Fn(f64) -> String) -> String {
 
 /// Parses and validates a shader text; the error names the variant and shows the place.
 pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, String> {
-    let module = naga::front::wgsl::parse_str(wgsl).map_err(|e| format!("shader {name}: {}", e.emit_to_string_with_path(wgsl, name)))?;
+    let module = naga::front::wgsl::parse_str(wgsl)
+        .map_err(|e| format!("shader {name}: {}", e.emit_to_string_with_path(wgsl, name)))?;
     let capabilities = naga::valid::Capabilities::FLOAT64;
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
         .validate(&module)
@@ -184,7 +196,10 @@ mod tests {
         let offsets = |name: &str| {
             let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
             let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
-            (members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect::<Vec<_>>(), *span as usize)
+            (
+                members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect::<Vec<_>>(),
+                *span as usize,
+            )
         };
         macro_rules! rust {
             ($t:ty: $($f:ident)*) => { (vec![$((stringify!($f).to_owned(), offset_of!($t, $f))),*], size_of::<$t>()) };

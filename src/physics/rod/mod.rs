@@ -25,7 +25,7 @@ const RANGE_PARTS: u32 = 64;
 pub struct RodTap {
     /// Mean strain over the gauge, tension positive.
     pub strain: f64,
-    /// Force P pressing on the object, N.
+    /// Force P pressing on the object, N. Negative where a contact that sticks would have to pull.
     pub normal_force: f64,
     /// Friction T on the whisker along its surface, N; positive towards the tip.
     pub tangential_force: f64,
@@ -73,7 +73,7 @@ pub struct RodProblem<'a> {
 }
 
 impl RodProblem<'_> {
-    /// The tap at equilibrium.
+    /// The tap at equilibrium, on the path that starts unloaded.
     ///
     /// # Errors
     /// [`RodError`] says when there is none.

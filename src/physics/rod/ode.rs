@@ -65,8 +65,10 @@ fn extrapolate<const N: usize>(
         }
         row[k] = entry;
         let (here, there) = (scale(y), scale(&entry));
-        let error =
-            (0..N).filter(|&i| change[i] != 0.0).map(|i| change[i].abs() / here[i].max(there[i])).fold(0.0, f64::max);
+        let error = (0..N)
+            .filter(|&i| change[i] != 0.0)
+            .map(|i| change[i].abs() / here[i].max(there[i]))
+            .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
         if error <= TOLERANCE {
             let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };

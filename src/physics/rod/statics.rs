@@ -120,7 +120,14 @@ impl EndLoad {
         ])
     }
 
-    fn carry(&self, rod: &impl Response, over_gauge: bool, from: Bent, start: f64, length: f64) -> Option<Bent> {
+    fn carry(
+        &self,
+        rod: &impl Response,
+        over_gauge: bool,
+        from: Bent,
+        start: f64,
+        length: f64,
+    ) -> Option<Bent> {
         let slope = |sigma, y: &[f64; 4]| self.slope(rod, over_gauge, sigma, y);
         ode::integrate(slope, Bent::scale, from.into(), start, length).map(Bent::from)
     }
@@ -140,7 +147,9 @@ impl EndLoad {
         (0..=parts).all(|i| {
             let sigma = length * f64::from(i);
             if i > 0 {
-                let Some(next) = self.carry(whisker, false, bent, sigma - length, length) else { return false };
+                let Some(next) = self.carry(whisker, false, bent, sigma - length, length) else {
+                    return false;
+                };
                 bent = next;
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);

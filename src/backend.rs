@@ -1,0 +1,162 @@
+//! Which backend runs: what was asked, what the machine has, and why the one was taken.
+
+use serde::Serialize;
+
+use crate::error::{Error, InputError};
+use crate::evaluate::Method;
+use crate::kernel::{
+    cpu::Cpu,
+    gpu::{self, Adapter, Gpu},
+    rule::{ladder, smallest_tolerance},
+};
+use crate::scene::{BackendChoice, Precision, RunOptions};
+
+/// The backend taken, in words and numbers; part of `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Backend {
+    /// gpu, cpu or reference.
+    pub name: &'static str,
+    /// Why this one.
+    pub reason: String,
+    /// Adapter's name.
+    pub adapter: Option<String>,
+    /// Driver and version.
+    pub driver: Option<String>,
+    /// f32 or f64.
+    pub precision: &'static str,
+    /// Bound on the strain error; none for the reference, which ignores it.
+    pub tolerance: Option<f64>,
+    /// CPU threads.
+    pub threads: usize,
+    /// Instruction set of the CPU kernels.
+    pub instructions: Option<&'static str>,
+    /// Taps per second to expect, to the order of magnitude; only for `--plan`.
+    #[serde(skip)]
+    pub expected_rate: f64,
+}
+
+/// A backend chosen but not opened.
+#[derive(Debug)]
+pub struct Choice {
+    /// What will run.
+    pub backend: Backend,
+    precision: Precision,
+    adapter: Option<Adapter>,
+}
+
+/// The adapter that `auto` takes: hardware first, then software.
+pub fn auto_adapter(adapters: &[Adapter], name: Option<&str>) -> Option<Adapter> {
+    gpu::pick(adapters, name)
+}
+
+impl Choice {
+    /// Decides from the options; looks for adapters only where one may be used.
+    pub fn new(options: &RunOptions) -> Result<Self, Error> {
+        let asked = options.backend.unwrap_or(BackendChoice::Auto);
+        let adapters = match asked {
+            BackendChoice::Auto | BackendChoice::Gpu => gpu::adapters(),
+            BackendChoice::Cpu | BackendChoice::Reference => Vec::new(),
+        };
+        Self::among(options, &adapters)
+    }
+
+    /// As [`Self::new`] on a machine with these adapters.
+    pub fn among(options: &RunOptions, adapters: &[Adapter]) -> Result<Self, Error> {
+        let asked = options.backend.unwrap_or(BackendChoice::Auto);
+        let precision = options.precision.unwrap_or(Precision::F32);
+        let name = options.adapter.as_deref();
+        let found = auto_adapter(adapters, name);
+        if let (Some(name), None, BackendChoice::Auto | BackendChoice::Gpu) = (name, &found, asked) {
+            return Err(InputError::new("no adapter has this in its name")
+                .key("--adapter")
+                .value(name)
+                .allowed(names(adapters))
+                .into());
+        }
+        let usable = |a: &Adapter| precision == Precision::F32 || a.f64;
+        let (name, adapter, reason) = match (asked, found) {
+            (BackendChoice::Reference, _) => ("reference", None, "asked for".to_owned()),
+            (BackendChoice::Cpu, _) => ("cpu", None, "asked for".to_owned()),
+            (BackendChoice::Gpu, None) => {
+                return Err(InputError::new(
+                    "no Vulkan, Metal or DirectX 12 adapter was found on this machine",
+                )
+                .key("--backend")
+                .value("gpu")
+                .allowed("auto, cpu, reference; or install a driver (Debian: mesa-vulkan-drivers)")
+                .into());
+            }
+            (BackendChoice::Gpu, Some(a)) if !usable(&a) => {
+                return Err(InputError::new(format!("the shaders of {} have no f64", a.name))
+                    .key("--precision")
+                    .value("f64")
+                    .allowed("f32, or --backend cpu --precision f64")
+                    .into());
+            }
+            (BackendChoice::Gpu, Some(a)) => ("gpu", Some(a), "asked for".to_owned()),
+            (BackendChoice::Auto, None) => ("cpu", None, "no Vulkan, Metal or DirectX 12 adapter".to_owned()),
+            (BackendChoice::Auto, Some(a)) if !usable(&a) => ("cpu", None, format!("{} has no f64", a.name)),
+            (BackendChoice::Auto, Some(a)) => {
+                let reason =
+                    if a.software { "software adapter, no hardware one" } else { "hardware adapter" };
+                ("gpu", Some(a), reason.to_owned())
+            }
+        };
+        let precision = if name == "reference" { Precision::F64 } else { precision };
+        let tolerance = tolerance(options, precision).map(|t| Some(t).filter(|_| name != "reference"))?;
+        let threads = rayon::current_num_threads();
+        let expected_rate = match (name, &adapter, precision) {
+            ("reference", ..) => 1e4 * threads as f64,
+            (_, Some(a), _) if !a.software => 2e7,
+            (_, _, Precision::F32) => 2e6 * threads as f64,
+            (_, _, Precision::F64) => 1e6 * threads as f64,
+        };
+        let backend = Backend {
+            name,
+            reason,
+            adapter: adapter.as_ref().map(|a| a.name.clone()),
+            driver: adapter.as_ref().map(|a| a.driver.clone()),
+            precision: if precision == Precision::F32 { "f32" } else { "f64" },
+            tolerance,
+            threads,
+            instructions: (name == "cpu").then(Cpu::instructions),
+            expected_rate,
+        };
+        Ok(Self { backend, precision, adapter })
+    }
+
+    /// Opens the device.
+    pub fn open(&self) -> Result<Method, Error> {
+        let Some(tolerance) = self.backend.tolerance else { return Ok(Method::Reference) };
+        let solver: Box<dyn crate::kernel::Solver> = match &self.adapter {
+            Some(adapter) => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
+            None => Box::new(Cpu::new(self.precision)),
+        };
+        Ok(Method::Fast { solver, rules: ladder(self.precision, tolerance), tolerance })
+    }
+}
+
+/// The tolerance in force; an error for one that the precision cannot reach.
+fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputError> {
+    let (default, least) = match precision {
+        Precision::F32 => (1e-5, smallest_tolerance(precision)),
+        Precision::F64 => (1e-8, smallest_tolerance(precision)),
+    };
+    let t = options.tolerance.unwrap_or(default);
+    let reference = options.backend == Some(BackendChoice::Reference);
+    if !reference && !(least..1.0).contains(&t) {
+        let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-11" } else { "" };
+        return Err(InputError::new("this precision cannot keep such a tolerance")
+            .key("--tolerance")
+            .value(t)
+            .allowed(format!("{least:e} … 1 (exclusive){hint}")));
+    }
+    Ok(t)
+}
+
+fn names(adapters: &[Adapter]) -> String {
+    match adapters {
+        [] => "nothing: this machine has no adapter".to_owned(),
+        some => some.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", "),
+    }
+}

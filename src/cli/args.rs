@@ -1,0 +1,115 @@
+//! What was typed.
+
+use std::path::PathBuf;
+
+use clap::{Args as Flags, Parser, Subcommand};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+
+/// Sweeps and optimises tapered soft whisker sensors.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(after_help = "Exit codes: 0 done, 1 the run failed, 2 bad usage or bad spec.")]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One question each.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
+    Sweep(Sweep),
+    /// List adapters, their limits and features, and which one `--backend auto` takes
+    Devices(Common),
+}
+
+impl Command {
+    /// Name as typed.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sweep(_) => "sweep",
+            Self::Devices(_) => "devices",
+        }
+    }
+
+    /// The flags that every command has.
+    pub fn common(&self) -> &Common {
+        match self {
+            Self::Sweep(s) => &s.common,
+            Self::Devices(c) => c,
+        }
+    }
+}
+
+/// Evaluate a design space.
+#[derive(Debug, Flags)]
+pub struct Sweep {
+    /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
+    pub spec: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
+#[derive(Debug, Clone, Flags)]
+pub struct Common {
+    /// Folder for the results [default: results/<spec name>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace a result folder that belongs to another spec
+    #[arg(long)]
+    pub force: bool,
+    /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]
+    #[arg(long, value_enum, value_name = "NAME", hide_possible_values = false)]
+    pub backend: Option<BackendChoice>,
+    /// Take the adapter whose name contains this
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Floating-point type of the fast kernels [default: f32]
+    #[arg(long, value_enum, value_name = "TYPE")]
+    pub precision: Option<Precision>,
+    /// Bound on each row's strain error, relative to max(|strain|, 1e-3 of the peak) [default: 1e-5 with f32, 1e-8 with f64]
+    #[arg(long, value_name = "E")]
+    pub tolerance: Option<f64>,
+    /// CPU threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Say what would run, how many tuples, bytes, seconds; run nothing
+    #[arg(long)]
+    pub plan: bool,
+    /// No progress, no summary
+    #[arg(long)]
+    pub quiet: bool,
+    /// One JSON object on stdout and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Common {
+    /// The spec's options with those of the command line on top.
+    pub fn over(&self, spec: &RunOptions) -> RunOptions {
+        let flag = |typed: bool, spec: Option<bool>| if typed { Some(true) } else { spec };
+        RunOptions {
+            out: self.out.clone().or_else(|| spec.out.clone()),
+            force: flag(self.force, spec.force),
+            backend: self.backend.or(spec.backend),
+            adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
+            precision: self.precision.or(spec.precision),
+            tolerance: self.tolerance.or(spec.tolerance),
+            threads: self.threads.map(|n| n as usize).or(spec.threads),
+            plan: flag(self.plan, spec.plan),
+            quiet: flag(self.quiet, spec.quiet),
+            json: flag(self.json, spec.json),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Args::command().debug_assert();
+    }
+}

@@ -1,0 +1,41 @@
+//! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
+
+mod args;
+mod devices;
+mod progress;
+mod reply;
+mod sweep;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+use reply::Reply;
+
+/// Mesa's device-selection layer complains on stderr where there is no desktop session; it is not needed there.
+pub fn quiet_driver() {
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: first thing in `main`, before any other thread exists.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
+/// Runs the command line.
+pub fn run() -> ExitCode {
+    let json = std::env::args().any(|a| a == "--json");
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(e) => return reply::usage(&e, json),
+    };
+    let (name, common) = (args.command.name(), args.command.common().clone());
+    let result = match &args.command {
+        Command::Sweep(sweep) => sweep::run(sweep),
+        Command::Devices(common) => devices::run(common),
+    };
+    let json = json || matches!(&result, Ok(Reply { json: true, .. }));
+    match result {
+        Ok(reply) => reply.print(name, json, common.quiet),
+        Err(e) => reply::failure(name, &e, json),
+    }
+}

@@ -1,0 +1,121 @@
+//! How a result or an error reaches the user: text, or one JSON object.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use miette::{GraphicalReportHandler, GraphicalTheme};
+use serde_json::{Value, json};
+use vibrissa::error::{Error, InputError};
+
+/// Version of the JSON object.
+const FORMAT: u32 = 1;
+
+/// A finished command.
+pub struct Reply {
+    /// For people, on stdout.
+    pub text: String,
+    /// Result folder.
+    pub out: Option<PathBuf>,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+    /// Counts, seconds, backend, result; null where a command has none.
+    pub counts: Value,
+    pub seconds: Value,
+    pub backend: Value,
+    pub result: Value,
+    /// The spec asks for JSON.
+    pub json: bool,
+    /// The spec asks for silence.
+    pub quiet: bool,
+}
+
+impl Reply {
+    /// Prints it.
+    pub fn print(self, command: &str, json: bool, quiet: bool) -> ExitCode {
+        let show = |p: &Path| p.display().to_string();
+        if json {
+            let object = json!({
+                "format": FORMAT,
+                "command": command,
+                "version": env!("CARGO_PKG_VERSION"),
+                "ok": true,
+                "out": self.out.as_deref().map(show),
+                "files": self.files.iter().map(|p| show(p)).collect::<Vec<_>>(),
+                "counts": self.counts,
+                "seconds": self.seconds,
+                "backend": self.backend,
+                "result": self.result,
+            });
+            write_out(&format!("{object}\n"));
+        } else if !quiet && !self.quiet {
+            write_out(&self.text);
+        }
+        ExitCode::SUCCESS
+    }
+}
+
+/// Writes to stdout; a reader that has gone away is no failure of ours.
+fn write_out(text: &str) {
+    use std::io::Write;
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// Prints an error: JSON on stdout or, with the offending lines, on stderr.
+pub fn failure(command: &str, error: &Error, json: bool) -> ExitCode {
+    if json {
+        let empty = InputError::default();
+        let (e, message) = match error {
+            Error::Input(e) => (e, e.message.clone()),
+            other => (&empty, other.to_string()),
+        };
+        print_failure(command, e, &message);
+    } else {
+        eprintln!("{}", render(error));
+    }
+    ExitCode::from(error.exit_code())
+}
+
+fn print_failure(command: &str, e: &InputError, message: &str) {
+    let object = json!({
+        "format": FORMAT,
+        "command": command,
+        "version": env!("CARGO_PKG_VERSION"),
+        "ok": false,
+        "error": {
+            "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message,
+        },
+    });
+    write_out(&format!("{object}\n"));
+}
+
+fn render(error: &Error) -> String {
+    let Error::Input(input) = error else { return format!("error: {error}") };
+    if input.snippet.is_none() {
+        return format!("error: {error}");
+    }
+    let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
+    let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+    let mut text = String::new();
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(160).without_cause_chain();
+    match handler.render_report(&mut text, input) {
+        Ok(()) => format!("error: {}", text.trim()),
+        Err(_) => format!("error: {error}"),
+    }
+}
+
+/// A command line that cannot be understood, or a request for help.
+pub fn usage(e: &clap::Error, json: bool) -> ExitCode {
+    if !e.use_stderr() {
+        let _ = e.print();
+        return ExitCode::SUCCESS;
+    }
+    if json {
+        let text = e.to_string();
+        let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        let command = std::env::args().nth(1).filter(|a| !a.starts_with('-')).unwrap_or_default();
+        print_failure(&command, &InputError::default(), &message);
+    } else {
+        let _ = e.print();
+    }
+    ExitCode::from(2)
+}

@@ -1,0 +1,190 @@
+//! `vibrissa sweep SPEC.toml`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::{Value, json};
+use vibrissa::backend::{Backend, Choice};
+use vibrissa::error::Error;
+use vibrissa::plan::Plan;
+use vibrissa::scene::{Geometry, RunOptions, Scene};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::spec;
+use vibrissa::sweep::{Kept, Report, Target};
+
+use super::args::Sweep;
+use super::progress::Shown;
+use super::reply::Reply;
+
+/// Reads the spec and runs it, or says what would run.
+pub fn run(args: &Sweep) -> Result<Reply, Error> {
+    let scene = spec::read(&args.spec)?;
+    let options = args.common.over(&scene.run);
+    let (json, quiet) = (options.json == Some(true), options.quiet == Some(true));
+    if let Some(n) = options.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build_global()
+            .map_err(|e| Error::Run(e.to_string()))?;
+    }
+    if !quiet {
+        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    let plan = Plan::new(&scene)?;
+    let choice = Choice::new(&options)?;
+    if options.plan == Some(true) {
+        return Ok(planned(&scene, &plan, &choice.backend, &options, out));
+    }
+    if !quiet {
+        eprintln!("{}", headline(&scene, &plan, &choice.backend));
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let mut progress = Shown::new(plan.taps, quiet);
+    let target = Target { out: &out, force: options.force == Some(true), stop: &stop };
+    let report = vibrissa::sweep::run(&scene, &choice, &target, &mut progress);
+    progress.finish();
+    let report = report?;
+    Ok(Reply {
+        text: summary(&scene, &report),
+        out: Some(out),
+        counts: run_json::counts(&report.counts),
+        seconds: json!(report.seconds),
+        backend: json!(report.backend),
+        result: json!({ "best": report.highlights.iter().map(|k| best(&scene, k)).collect::<Vec<_>>() }),
+        files: report.files,
+        json,
+        quiet,
+    })
+}
+
+fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {
+    let model = if scene.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
+    format!(
+        "{}: {} taps of {} designs, {model}, on {}",
+        scene.name,
+        plan.taps,
+        plan.designs,
+        where_and_why(b)
+    )
+}
+
+fn where_and_why(b: &Backend) -> String {
+    let place = match &b.adapter {
+        Some(name) => format!("gpu {name}"),
+        None => format!("{} with {} threads", b.name, b.threads),
+    };
+    let tolerance = b.tolerance.map_or(String::new(), |t| format!(", tolerance {t:e}"));
+    format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
+}
+
+/// Estimated seconds: solving at the nominal rate of the backend, writing at 100 MB/s.
+fn expected_seconds(plan: &Plan, b: &Backend) -> f64 {
+    plan.taps as f64 / b.expected_rate + plan.bytes / 1e8
+}
+
+fn planned(scene: &Scene, plan: &Plan, b: &Backend, options: &RunOptions, out: PathBuf) -> Reply {
+    let seconds = expected_seconds(plan, b);
+    let mut text = headline(scene, plan, b) + "\n";
+    let names = ["tuples.csv", "designs.csv", "distances.csv"];
+    for (name, rows) in names.iter().zip(plan.rows) {
+        let _ = writeln!(
+            text,
+            "  {name:<14} {}",
+            if rows > 0 { format!("{rows} rows") } else { "not written".into() }
+        );
+    }
+    let _ = writeln!(
+        text,
+        "  about {:.3e} bytes in {}, about {seconds:.1e} s; nothing was run",
+        plan.bytes,
+        out.display()
+    );
+    let _ = writeln!(text, "values in force:");
+    for (key, value, written) in &scene.in_force {
+        let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
+    }
+    Reply {
+        text,
+        out: Some(out),
+        files: Vec::new(),
+        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes }),
+        seconds: json!({ "expected": seconds }),
+        backend: json!(b),
+        result: json!({ "in_force": run_json::in_force(scene) }),
+        json: options.json == Some(true),
+        quiet: false,
+    }
+}
+
+fn best(scene: &Scene, k: &Kept) -> Value {
+    let d = &k.design;
+    let mut value = json!({
+        "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
+        "n": k.row.deviation.n,
+        "error_rms_mm": k.row.error_rms(),
+        "total_rms_mm": k.row.total_rms(),
+        "strain_max": k.row.strain_max(),
+        "force_max_N": k.row.force_max(),
+        "status": k.row.status.to_string(),
+    });
+    value[scene.drive.column()] = k.drive.into();
+    let unit = if scene.estimate.convention == vibrissa::scene::Convention::Elongation { "_mm" } else { "" };
+    value[format!("K_mean{unit}")] = json!(k.row.deviation.mean().map(|m| (1.0 + m) * k.unit));
+    value[format!("K_sd{unit}")] = json!(k.row.deviation.sd().map(|s| s * k.unit));
+    value
+}
+
+fn summary(scene: &Scene, report: &Report) -> String {
+    let mut text = String::new();
+    let by = scene.output.by.name();
+    let (symbol, unit) = drive_unit(scene.drive);
+    if !report.highlights.is_empty() {
+        let title = if scene.output.top.is_some() { "best rows" } else { "best row of each design" };
+        let _ = writeln!(text, "{title} by {by}:");
+        let _ = writeln!(
+            text,
+            "  {:>8} {:>8} {:>8} {:>8} {:>6} {symbol:>8}   {:>10} {:>10} {:>12}",
+            "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "K_mean", "K_sd", "error_rms_mm"
+        );
+    }
+    for k in &report.highlights {
+        let d = &k.design;
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.3e}"));
+        let mean = k.row.deviation.mean().map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
+        let drive = format!("{:.4}", k.drive);
+        let drive = drive.trim_end_matches('0').trim_end_matches('.');
+        let _ = writeln!(
+            text,
+            "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3} {:>8}   {mean:>10} {:>10} {:>12}",
+            d.D,
+            d.d,
+            d.L_a,
+            d.x_ss,
+            d.l,
+            format!("{drive}{unit}"),
+            number(k.row.deviation.sd().map(|s| s * k.unit)),
+            number(k.row.error_rms()),
+        );
+    }
+    let c = &report.counts;
+    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{n} {word}")).collect();
+    let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
+    let _ = writeln!(text, "status of {} taps: {words}", c.taps);
+    if let (Some(complete), Some(top)) = (c.complete, scene.output.top) {
+        let _ = writeln!(
+            text,
+            "kept {} of {complete} complete rows (top = {top})",
+            c.rows[1].max(report.highlights.len() as u64)
+        );
+    }
+    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
+    let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds.total);
+    text
+}

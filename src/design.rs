@@ -1,0 +1,72 @@
+//! A design, (D, d, L_a, x_ss, l), with everything of the linear theory that its taps share.
+
+use crate::physics::{
+    inverse::Inverse,
+    linear::{StrainCurve, shear_length2},
+    taper::Taper,
+};
+use crate::scene::{Drive, Geometry, Scene, Theory, Tuple};
+
+/// Relative slack of L_a when a sum of decimal numbers is compared with it.
+const ROUNDING: f64 = 1e-12;
+
+/// One whisker with its gauge.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// D, d, L_a, x_ss, l; distance and drive are not its own.
+    pub tuple: Tuple,
+    /// What its taps share; `None` where the numbers are no whisker with a gauge on it.
+    pub shared: Option<Shared>,
+}
+
+/// Curves of a valid design.
+#[derive(Debug, Clone)]
+pub struct Shared {
+    /// Shape.
+    pub taper: Taper,
+    /// Gauge span [x1, x2], mm.
+    pub gauge: [f64; 2],
+    /// Strain curve of the theory that the model reduces to at small drive; for the exact rod Euler–Bernoulli.
+    pub model: StrainCurve,
+    /// Largest value of `model`.
+    pub peak: f64,
+    /// The estimator's curve and its inverse.
+    pub theory: Inverse,
+}
+
+impl Design {
+    /// The design of `tuple` in `scene`.
+    pub fn new(scene: &Scene, tuple: Tuple) -> Self {
+        let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
+        let positive = [D, d, L_a, l].iter().all(|x| x.is_finite() && *x > 0.0);
+        let valid = positive && x_ss >= 0.0 && x_ss + l <= L_a * (1.0 + ROUNDING);
+        let shared = valid.then(|| {
+            let taper = Taper::new(D, d, L_a);
+            let gauge = taper.gauge(x_ss, l);
+            let curve = |shear| StrainCurve::new(taper, gauge, scene.hub, scene.drive, shear);
+            let shear = shear_length2(&taper, scene.model.nu);
+            let with_shear = scene.model.geometry == Geometry::Linear && scene.model.shear;
+            let model = curve(if with_shear { shear } else { 0.0 });
+            let theory = curve(if scene.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
+            Shared { taper, gauge, model, peak: Inverse::new(model).peak().1, theory: Inverse::new(theory) }
+        });
+        Self { tuple, shared }
+    }
+
+    /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
+    pub fn admits(&self, kind: Drive, a: f64, drive: f64) -> bool {
+        let drive_ok = match kind {
+            Drive::Angle => drive > 0.0 && drive < 90.0,
+            Drive::Displacement => drive > 0.0 && drive.is_finite(),
+        };
+        self.shared.is_some() && drive_ok && a > 0.0 && a <= self.tuple.L_a * (1.0 + ROUNDING)
+    }
+}
+
+/// θ in rad, or δ in mm.
+pub fn amount(kind: Drive, drive: f64) -> f64 {
+    match kind {
+        Drive::Angle => drive.to_radians(),
+        Drive::Displacement => drive,
+    }
+}

@@ -1,0 +1,66 @@
+//! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
+
+use crate::design::Shared;
+use crate::scene::{Convention, Scene};
+use crate::status::Status;
+
+/// Relative widening of the range of interest.
+const WIDENING: f64 = 1e-6;
+
+/// An estimated distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// â, mm; NaN where no distance gives the reading.
+    pub distance: f64,
+    /// σ_a = K̄ σ_ε/(θ |f′(â)|), mm.
+    pub sigma: f64,
+    /// `no_root`, `ambiguous` or nothing.
+    pub status: Status,
+}
+
+/// What the estimates of one design share.
+#[derive(Debug, Clone, Copy)]
+pub struct Estimator<'a> {
+    shared: &'a Shared,
+    noise: f64,
+    range: [f64; 2],
+    /// Length by which K is multiplied in the tables: 1, or x2 − x1 for elongation.
+    pub k_unit: f64,
+    /// `[estimate] K`, without unit.
+    pub fixed: Option<f64>,
+}
+
+impl<'a> Estimator<'a> {
+    /// `reach`: smallest and largest distance asked of this design, mm.
+    pub fn new(scene: &Scene, shared: &'a Shared, reach: [f64; 2]) -> Self {
+        let [lo, hi] = scene.estimate.range.unwrap_or(reach);
+        let k_unit = match scene.estimate.convention {
+            Convention::Mean => 1.0,
+            Convention::Elongation => shared.gauge[1] - shared.gauge[0],
+        };
+        Self {
+            shared,
+            noise: scene.gauge.noise_strain.unwrap_or(0.0),
+            range: [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)],
+            k_unit,
+            fixed: scene.estimate.k.map(|k| k / k_unit),
+        }
+    }
+
+    /// K̄ of a row from the mean of its K − 1: the given K, else the mean of two or more taps.
+    pub fn calibration(&self, n: u64, mean_deviation: Option<f64>) -> Option<f64> {
+        self.fixed.or(mean_deviation.filter(|_| n >= 2).map(|m| 1.0 + m))
+    }
+
+    /// Distance from |ε| = `strain` at a drive of `amount` (rad or mm) with the calibration `k`.
+    pub fn estimate(&self, k: f64, strain: f64, amount: f64) -> Estimated {
+        let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
+            return Estimated { distance: f64::NAN, sigma: f64::NAN, status: Status::NO_ROOT };
+        };
+        let slope = self.shared.theory.curve().slope(roots.far).abs();
+        let inside = |a: f64| a >= self.range[0] && a <= self.range[1];
+        let status = if roots.near.is_some_and(inside) { Status::AMBIGUOUS } else { Status::OK };
+        let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
+        Estimated { distance: roots.far, sigma, status }
+    }
+}

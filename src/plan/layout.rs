@@ -1,0 +1,136 @@
+//! Index ↔ tuple, without listing the tuples.
+//!
+//! A grid is designs × distances × drives, last fastest: the tap (i, j) of design k has the index
+//! (k · distances + i) · drives + j. A drive that is sampled together with a design's axes belongs to that design.
+
+use crate::scene::{Axis, Column, Factor, Tuple};
+
+/// A grid of taps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    designs: Vec<Factor>,
+    distance: Axis,
+    drive: Option<Axis>,
+    /// Number of designs.
+    pub n_designs: u64,
+    /// Distances of each design.
+    pub n_distances: u64,
+    /// Drives of each design; 1 where the drive is sampled with the design.
+    pub n_drives: u64,
+}
+
+impl Layout {
+    /// From the factors of a grid space, in row order.
+    pub fn new(factors: &[Factor]) -> Self {
+        let mut designs = Vec::new();
+        let (mut distance, mut drive) = (Axis::Value(f64::NAN), None);
+        for factor in factors {
+            match factor.axes.as_slice() {
+                [(Column::Distance, axis)] => distance = axis.clone(),
+                [(Column::Drive, axis)] => drive = Some(axis.clone()),
+                _ => designs.push(factor.clone()),
+            }
+        }
+        let n_drives = drive.as_ref().map_or(1, Axis::len);
+        let n_designs = designs.iter().map(|f| f.len).product();
+        Self { n_designs, n_distances: distance.len(), n_drives, designs, distance, drive }
+    }
+
+    /// Taps of one design.
+    pub fn block(&self) -> u64 {
+        self.n_distances * self.n_drives
+    }
+
+    /// Taps of the grid.
+    pub fn len(&self) -> u64 {
+        self.n_designs * self.block()
+    }
+
+    /// Whether there is no tap.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Design `k` as a tuple without distance; its drive is set only where it is sampled with the design.
+    pub fn design(&self, mut k: u64) -> Tuple {
+        let mut values = [f64::NAN; 7];
+        for factor in self.designs.iter().rev() {
+            let at = k % factor.len;
+            k /= factor.len;
+            for (column, axis) in &factor.axes {
+                values[*column as usize] = axis.at(at);
+            }
+        }
+        Tuple::from_array(values)
+    }
+
+    /// Distance `i`, mm.
+    pub fn distance(&self, i: u64) -> f64 {
+        self.distance.at(i)
+    }
+
+    /// Smallest and largest distance, mm.
+    pub fn reach(&self) -> [f64; 2] {
+        [self.distance.min(), self.distance.max()]
+    }
+
+    /// Drive `j` of `design`, degrees or mm.
+    pub fn drive(&self, design: &Tuple, j: u64) -> f64 {
+        self.drive.as_ref().map_or(design.drive, |axis| axis.at(j))
+    }
+
+    /// Tuple `index`.
+    pub fn tuple(&self, index: u64) -> Tuple {
+        let design = self.design(index / self.block());
+        let (i, j) = (index % self.block() / self.n_drives, index % self.n_drives);
+        Tuple { a: self.distance(i), drive: self.drive(&design, j), ..design }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Space;
+    use crate::spec::parse;
+    use std::path::Path;
+
+    fn layout(text: &str) -> Layout {
+        match parse("t.toml", text, Path::new("")).expect("valid spec").space {
+            Space::Grid(factors) => Layout::new(&factors),
+            Space::List(_) => unreachable!(),
+        }
+    }
+
+    #[test]
+    fn last_axis_is_fastest() {
+        let l = layout(
+            "[whisker]\nD = [8, 10]\nd = 4\nL_a = 50\n[gauge]\nx_ss = [3, 5, 7]\nl = 2\n[tap]\na = [20, 30]\ntheta = [1, 2, 3]",
+        );
+        assert_eq!((l.n_designs, l.n_distances, l.n_drives, l.len()), (6, 2, 3, 36));
+        let mut index = 0;
+        for big in [8.0, 10.0] {
+            for x_ss in [3.0, 5.0, 7.0] {
+                for a in [20.0, 30.0] {
+                    for drive in [1.0, 2.0, 3.0] {
+                        let want = Tuple { D: big, d: 4.0, L_a: 50.0, x_ss, l: 2.0, a, drive };
+                        assert_eq!(l.tuple(index), want);
+                        index += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_drive_sampled_with_a_design_belongs_to_it() {
+        let l = layout(
+            "[whisker]\nD = { min = 8, max = 12, samples = 5 }\nd = [2, 4]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
+             [tap]\na = [20, 30]\ntheta = { min = 1, max = 2, samples = 5 }",
+        );
+        assert_eq!((l.n_designs, l.n_distances, l.n_drives), (10, 2, 1));
+        let (first, second) = (l.tuple(0), l.tuple(2));
+        assert_eq!((first.D, first.drive), (second.D, second.drive));
+        assert_eq!((first.d, second.d), (2.0, 4.0));
+        assert_ne!(l.tuple(4).drive, first.drive);
+    }
+}

@@ -1,0 +1,94 @@
+//! What will run, as data: `--plan` prints it, `sweep` executes it.
+
+mod layout;
+
+pub use layout::Layout;
+
+use crate::error::InputError;
+use crate::scene::{Scene, Space};
+
+/// Largest tuples table that is written without being asked for, bytes.
+pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
+
+/// Distances, and drives, that one design may have: each keeps its running statistics in memory.
+pub const AXIS_LIMIT: u64 = 1 << 22;
+
+/// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
+const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
+
+/// Sizes of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Taps to evaluate.
+    pub taps: u64,
+    /// Designs (D, d, L_a, x_ss, l).
+    pub designs: u64,
+    /// Rows of tuples, designs and distances tables; 0 for a table that is not written.
+    pub rows: [u64; 3],
+    /// Estimated bytes of the tables.
+    pub bytes: f64,
+    /// Whether tuples are written.
+    pub tuples: bool,
+}
+
+impl Plan {
+    /// Sizes of `scene`; an error where its default tables would be too large to write or to reduce.
+    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+        let (taps, designs, full) = match &scene.space {
+            Space::Grid(factors) => {
+                let l = Layout::new(factors);
+                for (key, n) in [("tap.a", l.n_distances), (drive_key(scene), l.n_drives)] {
+                    if n > AXIS_LIMIT {
+                        return Err(InputError::new(
+                            "one design would have too many of these; use several specs",
+                        )
+                        .key(key)
+                        .value(format!("{n} values"))
+                        .allowed(format!("at most {AXIS_LIMIT} values")));
+                    }
+                }
+                (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances])
+            }
+            Space::List(tuples) => {
+                let n = tuples.len() as u64;
+                (n, n, [n; 3])
+            }
+        };
+        let output = &scene.output;
+        let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
+        let (per_row, per_design) = match &scene.space {
+            Space::Grid(factors) => {
+                let l = Layout::new(factors);
+                (l.n_distances, l.n_distances)
+            }
+            Space::List(_) => (1, 1),
+        };
+        let tuples = output.tuples.unwrap_or(true);
+        let rows = [
+            if tuples { kept(full[0], per_row) } else { 0 },
+            if output.designs { kept(full[1], 1) } else { 0 },
+            if output.distances { kept(full[2], per_design) } else { 0 },
+        ];
+        let bytes: f64 = rows.iter().zip(ROW_BYTES).map(|(&n, b)| n as f64 * b).sum();
+        let tuple_bytes = rows[0] as f64 * ROW_BYTES[0];
+        if output.tuples.is_none() && tuple_bytes > DEFAULT_TUPLES_LIMIT {
+            return Err(InputError::new(format!(
+                "the tuples table would hold {} rows, about {:.0} GB; say that you want it, or leave it out",
+                rows[0],
+                tuple_bytes / 1e9
+            ))
+            .key("output.tuples")
+            .value("true (by default)")
+            .allowed("tuples = true or tuples = false in [output], or top = N"));
+        }
+        Ok(Self { taps, designs, rows, bytes, tuples })
+    }
+}
+
+/// The spec's key of the drive axis.
+fn drive_key(scene: &Scene) -> &'static str {
+    match scene.drive {
+        crate::scene::Drive::Angle => "tap.theta",
+        crate::scene::Drive::Displacement => "tap.delta",
+    }
+}

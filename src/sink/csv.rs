@@ -1,0 +1,67 @@
+//! Tables as comma-separated text: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
+
+use super::table::Field;
+
+/// Rows as bytes of a CSV file, formatted away from the file so that it can be done in parallel.
+pub struct Text {
+    writer: csv::Writer<Vec<u8>>,
+    number: ryu::Buffer,
+}
+
+impl Default for Text {
+    fn default() -> Self {
+        let writer =
+            csv::WriterBuilder::new().terminator(csv::Terminator::Any(b'\n')).from_writer(Vec::new());
+        Self { writer, number: ryu::Buffer::new() }
+    }
+}
+
+impl Text {
+    /// The header line.
+    pub fn header(&mut self, columns: &[&str]) -> csv::Result<()> {
+        self.writer.write_record(columns)
+    }
+
+    /// One row; `fields` is left empty for the next.
+    pub fn row(&mut self, fields: &mut Vec<Field>) -> csv::Result<()> {
+        for field in fields.drain(..) {
+            match field {
+                Field::Number(x) if x.is_finite() => {
+                    let text = self.number.format_finite(x);
+                    self.writer.write_field(text.strip_suffix(".0").unwrap_or(text))?;
+                }
+                Field::Number(_) => self.writer.write_field("")?,
+                Field::Count(n) => self.writer.write_field(n.to_string())?,
+                Field::Word(w) => self.writer.write_field(w)?,
+                Field::Status(s) => self.writer.write_field(s.to_string())?,
+            }
+        }
+        self.writer.write_record(None::<&[u8]>)
+    }
+
+    /// What has been written.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.writer.into_inner().expect("writing to memory does not fail")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::Status;
+
+    #[test]
+    fn missing_is_empty_and_numbers_round_trip() {
+        let mut t = Text::default();
+        let numbers = [0.1 + 0.2, 21.0, 1.8694963735265467e-7, f64::NAN, -0.5];
+        let mut row: Vec<_> = numbers.map(Field::Number).to_vec();
+        row.extend([
+            Field::Count(3),
+            Field::Word(""),
+            Field::Status(Status::SLIPPED_OFF | Status::AMBIGUOUS),
+        ]);
+        t.row(&mut row).unwrap();
+        let text = String::from_utf8(t.into_bytes()).unwrap();
+        assert_eq!(text, "0.30000000000000004,21,1.8694963735265467e-7,,-0.5,3,,slipped_off+ambiguous\n");
+    }
+}

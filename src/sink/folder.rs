@@ -1,0 +1,107 @@
+//! The result folder: nothing half-written under a final name, and only the same spec replaces an older result.
+
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::error::{Error, InputError};
+
+/// Every file that this program writes into a result folder; a new result removes the older ones.
+const OURS: [&str; 4] = ["tuples.csv", "designs.csv", "distances.csv", "run.json"];
+
+/// Hex SHA-256 of a spec text: the identity of a result.
+pub fn hash(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// A result folder that is being written beside its final place.
+#[derive(Debug)]
+pub struct Folder {
+    target: PathBuf,
+    partial: tempfile::TempDir,
+    names: Vec<String>,
+}
+
+impl Folder {
+    /// Refuses a non-empty `target` that is not the result of the spec with this `hash`, unless `force`.
+    pub fn new(target: &Path, hash: &str, force: bool) -> Result<Self, Error> {
+        let refuse = |why: &str| {
+            InputError::new(format!("{why}; it is kept"))
+                .key("--out")
+                .value(target.display())
+                .allowed("an empty or new folder, the result of the same spec, or --force")
+        };
+        if target.exists() && !target.is_dir() {
+            return Err(refuse("this is a file, not a folder").into());
+        }
+        let occupied = fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_some());
+        if occupied && !force {
+            let run = fs::read_to_string(target.join("run.json")).ok();
+            let older = run.and_then(|t| serde_json::from_str::<serde_json::Value>(&t).ok());
+            match older.as_ref().and_then(|j| j["spec"]["hash"].as_str()) {
+                Some(h) if h == hash => {}
+                Some(_) => return Err(refuse("this folder holds the result of another spec").into()),
+                None => {
+                    return Err(refuse("this folder is not empty and holds no result of this program").into());
+                }
+            }
+        }
+        let parent = match target.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        fs::create_dir_all(&parent).map_err(|e| Error::io(&parent, e))?;
+        let partial = tempfile::Builder::new()
+            .prefix(".vibrissa-")
+            .tempdir_in(&parent)
+            .map_err(|e| Error::io(&parent, e))?;
+        Ok(Self { target: target.to_owned(), partial, names: Vec::new() })
+    }
+
+    /// A new file of the result.
+    pub fn file(&mut self, name: &str) -> Result<Output, Error> {
+        let path = self.partial.path().join(name);
+        let file = fs::File::create(&path).map_err(|e| Error::io(&path, e))?;
+        self.names.push(name.to_owned());
+        Ok(Output { writer: BufWriter::with_capacity(1 << 20, file), path: self.target.join(name) })
+    }
+
+    /// Moves all files to their final place: older files of ours go first, `run.json` comes last.
+    pub fn finish(self) -> Result<Vec<PathBuf>, Error> {
+        fs::create_dir_all(&self.target).map_err(|e| Error::io(&self.target, e))?;
+        for name in OURS.iter().rev() {
+            let old = self.target.join(name);
+            if old.exists() {
+                fs::remove_file(&old).map_err(|e| Error::io(&old, e))?;
+            }
+        }
+        let mut files = Vec::new();
+        for name in &self.names {
+            let (from, to) = (self.partial.path().join(name), self.target.join(name));
+            fs::rename(&from, &to).map_err(|e| Error::io(&to, e))?;
+            files.push(to);
+        }
+        Ok(files)
+    }
+}
+
+/// A file of the result while it is written.
+#[derive(Debug)]
+pub struct Output {
+    writer: BufWriter<fs::File>,
+    path: PathBuf,
+}
+
+impl Output {
+    /// Appends `bytes`.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.writer.write_all(bytes).map_err(|e| Error::io(&self.path, e))
+    }
+
+    /// Flushes to the disk.
+    pub fn close(mut self) -> Result<(), Error> {
+        self.writer.flush().map_err(|e| Error::io(&self.path, e))
+    }
+}

@@ -1,0 +1,106 @@
+//! `run.json`: what ran, on what, how long, and how it went.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::folder::hash;
+use crate::backend::Backend;
+use crate::scene::Scene;
+use crate::status::Status;
+
+/// Version of the result format.
+pub const FORMAT: u32 = 1;
+
+/// What a sweep counts while it runs.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Counts {
+    /// Taps evaluated and reduced.
+    pub taps: u64,
+    /// Taps solved by a kernel or the reference (again for kept rows, and where a design is too large to keep).
+    pub solved: u64,
+    /// Taps interpolated instead of solved.
+    pub interpolated: u64,
+    /// Rows of tuples, designs, distances tables.
+    pub rows: [u64; 3],
+    /// Taps per status word, and `ok`.
+    pub status: BTreeMap<&'static str, u64>,
+    /// Designs rows that `top` could choose from.
+    pub complete: Option<u64>,
+    /// Sum and largest number of kernel sweeps of a tap.
+    pub sweeps: (f64, f32),
+}
+
+impl Counts {
+    /// Notes the words of one tap.
+    pub fn note(&mut self, status: Status, taps: u64) {
+        if status == Status::OK {
+            *self.status.entry("ok").or_default() += taps;
+        }
+        for word in status.words() {
+            *self.status.entry(word).or_default() += taps;
+        }
+    }
+}
+
+/// Seconds of a run.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Seconds {
+    /// Start of the command to last byte.
+    pub total: f64,
+    /// Finding and opening the device.
+    pub open: f64,
+    /// Solving taps.
+    pub solve: f64,
+}
+
+impl Seconds {
+    /// From durations.
+    pub fn new(total: Duration, open: Duration, solve: Duration) -> Self {
+        Self { total: total.as_secs_f64(), open: open.as_secs_f64(), solve: solve.as_secs_f64() }
+    }
+}
+
+/// Counts as they stand in `run.json` and in `--json`.
+pub fn counts(c: &Counts) -> Value {
+    let mut value = json!({
+        "taps": c.taps,
+        "solved": c.solved,
+        "interpolated": c.interpolated,
+        "tuples": c.rows[0],
+        "designs": c.rows[1],
+        "distances": c.rows[2],
+        "status": c.status,
+        "sweeps_mean": if c.solved > 0 { c.sweeps.0 / c.solved as f64 } else { 0.0 },
+        "sweeps_max": c.sweeps.1,
+    });
+    if let Some(n) = c.complete {
+        value["complete_rows"] = n.into();
+    }
+    value
+}
+
+/// Every value in force, defaulted ones marked.
+pub fn in_force(scene: &Scene) -> Value {
+    let entry = |(key, value, written): &(String, String, bool)| json!({ "key": key, "value": value, "default": !written });
+    scene.in_force.iter().map(entry).collect()
+}
+
+/// The whole of `run.json`.
+pub fn document(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
+    json!({
+        "format": FORMAT,
+        "command": "sweep",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
+        "in_force": in_force(scene),
+        "warnings": scene.warnings,
+        "backend": backend,
+        "counts": counts(c),
+        "seconds": seconds,
+        "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
+    })
+}

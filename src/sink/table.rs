@@ -1,0 +1,190 @@
+//! The columns of every table: names, order, values. The one place that knows them.
+
+use crate::design::Design;
+use crate::estimate::{Estimated, Estimator};
+use crate::evaluate::Outcome;
+use crate::scene::{Convention, Drive, RankBy, Scene, Tuple};
+use crate::statistics::{DistanceRow, DriveRow};
+use crate::status::Status;
+
+/// A table that a sweep writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// One row per tap.
+    Tuples,
+    /// One row per design and drive.
+    Designs,
+    /// One row per design and distance.
+    Distances,
+}
+
+/// One value of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Field {
+    /// A number; not finite is missing.
+    Number(f64),
+    /// A count.
+    Count(u64),
+    /// One of a few words.
+    Word(&'static str),
+    /// Status words.
+    Status(Status),
+}
+
+impl From<Option<f64>> for Field {
+    fn from(x: Option<f64>) -> Self {
+        Self::Number(x.unwrap_or(f64::NAN))
+    }
+}
+
+impl Table {
+    /// File name without extension.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tuples => "tuples",
+            Self::Designs => "designs",
+            Self::Distances => "distances",
+        }
+    }
+
+    /// Column names for `scene`.
+    pub fn columns(self, scene: &Scene) -> Vec<&'static str> {
+        let drive = scene.drive.column();
+        let mm = scene.estimate.convention == Convention::Elongation;
+        let (k, mean, sd) = if mm { ("K_mm", "K_mean_mm", "K_sd_mm") } else { ("K", "K_mean", "K_sd") };
+        let mut names = vec!["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+        let rest: &[&str] = match self {
+            Self::Tuples => &[
+                "a_mm",
+                drive,
+                "strain",
+                "strain_linear",
+                k,
+                "K_deviation",
+                "distance_mm",
+                "error_mm",
+                "sigma_mm",
+                "normal_force_N",
+                "tangential_force_N",
+                "contact_arc_mm",
+                "contact_state",
+                "status",
+            ],
+            Self::Designs => &[
+                drive,
+                "n",
+                mean,
+                sd,
+                "error_rms_mm",
+                "error_max_mm",
+                "error_mean_mm",
+                "noise_rms_mm",
+                "total_rms_mm",
+                "strain_max",
+                "force_max_N",
+                "status",
+            ],
+            Self::Distances => &["a_mm", "n", mean, sd, "status"],
+        };
+        names.extend(rest);
+        names
+    }
+}
+
+fn design_fields(t: &Tuple) -> [Field; 5] {
+    [t.D, t.d, t.L_a, t.x_ss, t.l].map(Field::Number)
+}
+
+/// K̄ and SD in the unit of the table.
+fn k_fields(row: &crate::reduce::Spread, unit: f64) -> [Field; 3] {
+    let mean = row.mean().map(|m| (1.0 + m) * unit);
+    [Field::Count(row.n), mean.into(), row.sd().map(|s| s * unit).into()]
+}
+
+/// Row of tuples.csv.
+pub fn tuple_row(
+    design: &Design,
+    (a, drive): (f64, f64),
+    tap: &Outcome,
+    e: &Estimated,
+    mm: Option<f64>,
+    out: &mut Vec<Field>,
+) {
+    let unit = mm.unwrap_or(1.0);
+    let solved = tap.arc.is_finite();
+    out.extend(design_fields(&design.tuple));
+    out.extend(
+        [
+            a,
+            drive,
+            tap.strain,
+            tap.strain_linear,
+            (1.0 + tap.deviation) * unit,
+            if mm.is_some() { f64::NAN } else { tap.deviation },
+            e.distance,
+            e.distance - a,
+            e.sigma,
+            tap.normal_force,
+            tap.tangential_force,
+            tap.arc,
+        ]
+        .map(Field::Number),
+    );
+    let state = if tap.sticking { "stick" } else { "slide" };
+    out.push(Field::Word(if solved { state } else { "" }));
+    out.push(Field::Status(tap.status | e.status));
+}
+
+/// Row of designs.csv.
+pub fn drive_row(design: &Tuple, drive: f64, row: &DriveRow, unit: f64, out: &mut Vec<Field>) {
+    out.extend(design_fields(design));
+    out.push(Field::Number(drive));
+    out.extend(k_fields(&row.deviation, unit));
+    out.extend(
+        [
+            row.error_rms(),
+            row.error_max(),
+            row.error_mean(),
+            row.noise_rms(),
+            row.total_rms(),
+            row.strain_max(),
+            row.force_max(),
+        ]
+        .map(Field::from),
+    );
+    out.push(Field::Status(row.status));
+}
+
+/// Row of distances.csv.
+pub fn distance_row(design: &Design, a: f64, row: &DistanceRow, unit: f64, out: &mut Vec<Field>) {
+    out.extend(design_fields(&design.tuple));
+    out.push(Field::Number(a));
+    out.extend(k_fields(&row.deviation, unit));
+    out.push(Field::Status(row.status));
+}
+
+/// The value by which `top` ranks a row; `None` makes the row incomplete.
+pub fn rank(row: &DriveRow, by: RankBy, unit: f64) -> Option<f64> {
+    match by {
+        RankBy::KSd => row.deviation.sd().map(|s| s * unit),
+        RankBy::ErrorRms => row.error_rms(),
+        RankBy::ErrorMax => row.error_max(),
+        RankBy::NoiseRms => row.noise_rms(),
+        RankBy::TotalRms => row.total_rms(),
+        RankBy::StrainMax => row.strain_max(),
+        RankBy::ForceMax => row.force_max(),
+    }
+}
+
+/// Unit of K in the tables, where it has one.
+pub fn elongation(scene: &Scene, estimator: Option<&Estimator<'_>>) -> Option<f64> {
+    (scene.estimate.convention == Convention::Elongation).then(|| estimator.map_or(f64::NAN, |e| e.k_unit))
+}
+
+/// Name of the drive with unit, for people.
+pub fn drive_unit(drive: Drive) -> (&'static str, &'static str) {
+    match drive {
+        Drive::Angle => ("θ", "°"),
+        Drive::Displacement => ("δ", " mm"),
+    }
+}

@@ -1,0 +1,134 @@
+//! One design: two passes over its taps, then its rows as text.
+
+use super::select::Kept;
+use crate::design::Design;
+use crate::error::Error;
+use crate::estimate::Estimator;
+use crate::evaluate::Outcome;
+use crate::scene::{Per, Scene};
+use crate::sink::{
+    csv::Text,
+    run_json::Counts,
+    table::{self, Table},
+};
+use crate::statistics::Tally;
+
+/// A tap's place in its design: distance and drive.
+pub(super) type Place = (usize, usize);
+
+/// Who may ask for the taps of a design, one after the other, as often as needed.
+pub(super) type Taps<'a> =
+    dyn FnMut(&mut dyn FnMut(Place, &Outcome) -> Result<(), Error>) -> Result<(), Error> + 'a;
+
+/// What to render of a design.
+pub(super) struct Wanted<'a> {
+    /// Tables of which rows are asked.
+    pub tables: &'a dyn Fn(Table) -> bool,
+    /// Drives whose taps are written; all without `top`.
+    pub drives: Option<&'a [u32]>,
+}
+
+/// Rows of one design.
+#[derive(Default)]
+pub(super) struct Rendered {
+    pub designs: Vec<u8>,
+    pub distances: Vec<u8>,
+    /// Rows in tuples, designs, distances.
+    pub rows: [u64; 3],
+    pub counts: Counts,
+    /// Complete rows, for `top` and for the summary.
+    pub candidates: Vec<Kept>,
+}
+
+/// Axes of a design: its distances, mm, and drives, degrees or mm.
+pub(super) struct Axes<'a> {
+    pub n: (usize, usize),
+    pub reach: [f64; 2],
+    pub distance: &'a (dyn Fn(usize) -> f64 + Sync),
+    pub drive: &'a (dyn Fn(usize) -> f64 + Sync),
+}
+
+/// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes text of tuple rows.
+pub(super) fn render(
+    scene: &Scene,
+    (k, design): (u64, &Design),
+    axes: &Axes<'_>,
+    wanted: &Wanted<'_>,
+    taps: &mut Taps<'_>,
+    tuples: &mut dyn FnMut(Vec<u8>) -> Result<(), Error>,
+) -> Result<Rendered, Error> {
+    let fail = |e: csv::Error| Error::Run(e.to_string());
+    let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, axes.reach));
+    let estimator = estimator.as_ref();
+    let elongation = table::elongation(scene, estimator);
+    let mut tally = Tally::new(axes.n.0, axes.n.1);
+    taps(&mut |(i, j), tap| {
+        tally.count(i, j, tap);
+        Ok(())
+    })?;
+    tally.calibrate(estimator);
+
+    let mut out = Rendered::default();
+    let (mut text, mut fields, mut waiting) = (Text::default(), Vec::new(), 0);
+    let write_tuples = (wanted.tables)(Table::Tuples);
+    taps(&mut |(i, j), tap| {
+        let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
+        let estimated = tally.estimate((i, j), (a, scene.drive, drive), tap, estimator);
+        out.counts.taps += 1;
+        out.counts.note(tap.status | estimated.status, 1);
+        if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
+            table::tuple_row(design, (a, drive), tap, &estimated, elongation, &mut fields);
+            text.row(&mut fields).map_err(fail)?;
+            out.rows[0] += 1;
+            waiting += 1;
+            if waiting == 1 << 14 {
+                tuples(std::mem::take(&mut text).into_bytes())?;
+                waiting = 0;
+            }
+        }
+        Ok(())
+    })?;
+    tuples(text.into_bytes())?;
+
+    let unit = elongation.unwrap_or(1.0);
+    let (mut designs, mut distances) = (Text::default(), Text::default());
+    for (j, row) in tally.drives.iter().enumerate() {
+        let drive = (axes.drive)(j);
+        if (wanted.tables)(Table::Designs) {
+            table::drive_row(&design.tuple, drive, row, unit, &mut fields);
+            designs.row(&mut fields).map_err(fail)?;
+            out.rows[1] += 1;
+        }
+        let rank = table::rank(row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        out.candidates.extend(rank.map(|rank| Kept {
+            rank,
+            index: (k, j as u32),
+            design: design.tuple,
+            drive,
+            row: *row,
+            unit,
+        }));
+    }
+    if (wanted.tables)(Table::Distances) {
+        for (i, row) in tally.distances.iter().enumerate() {
+            table::distance_row(design, (axes.distance)(i), row, unit, &mut fields);
+            distances.row(&mut fields).map_err(fail)?;
+            out.rows[2] += 1;
+        }
+    }
+    (out.designs, out.distances) = (designs.into_bytes(), distances.into_bytes());
+    Ok(out)
+}
+
+/// Best of the candidates of one design: smallest value, then smallest index.
+pub(super) fn best(candidates: &[Kept]) -> Option<Kept> {
+    candidates.iter().min_by(|a, b| a.rank.total_cmp(&b.rank).then(a.index.cmp(&b.index))).cloned()
+}
+
+/// The candidates that compete: every row, or each design's best.
+pub(super) fn competing(per: Per, candidates: Vec<Kept>) -> Vec<Kept> {
+    match per {
+        Per::Row => candidates,
+        Per::Design => best(&candidates).into_iter().collect(),
+    }
+}

@@ -1,0 +1,205 @@
+//! Sweep over a grid: designs in order, many small ones at a time or one large one in parts.
+
+use rayon::prelude::*;
+
+use super::design::{Axes, Rendered, Wanted, best, competing, render};
+use super::select::{Best, Kept};
+use super::{CHUNK, KEEP, Run};
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::{Outcome, Task};
+use crate::plan::Layout;
+use crate::sink::{
+    csv::Text,
+    table::{self, Table},
+};
+
+/// Evaluates `layout` and writes its tables.
+pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
+    let every: Vec<Table> = [Table::Tuples, Table::Designs, Table::Distances]
+        .into_iter()
+        .filter(|t| run.writers.wants(*t))
+        .collect();
+    let Some(top) = run.scene.output.top else {
+        return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
+            run.highlight(best(&rendered.candidates));
+            Ok(())
+        });
+    };
+    let mut best_rows = Best::new(top);
+    let per = run.scene.output.per;
+    pass(run, layout, &mut (0..layout.n_designs), &[], &|_| None, &mut |_, rendered| {
+        competing(per, rendered.candidates).into_iter().for_each(|row| best_rows.offer(row));
+        Ok(())
+    })?;
+    run.counts.complete = Some(best_rows.offered);
+    let kept = best_rows.into_rows();
+    write_kept(run, &kept)?;
+
+    // The taps and designs of the kept rows, in row order.
+    let rest: Vec<Table> = every.into_iter().filter(|t| *t != Table::Designs).collect();
+    if rest.is_empty() {
+        return Ok(());
+    }
+    let mut order: Vec<(u64, Vec<u32>)> = Vec::new();
+    let mut places: Vec<_> = kept.iter().map(|k| k.index).collect();
+    places.sort_unstable();
+    for (k, j) in places {
+        match order.last_mut() {
+            Some((last, drives)) if *last == k => drives.push(j),
+            _ => order.push((k, vec![j])),
+        }
+    }
+    let drives = |k: u64| order.binary_search_by_key(&k, |(k, _)| *k).ok().map(|at| order[at].1.clone());
+    let (taps, status) = (run.counts.taps, run.counts.status.clone());
+    pass(run, layout, &mut order.iter().map(|(k, _)| *k), &rest, &drives, &mut |_, _| Ok(()))?;
+    (run.counts.taps, run.counts.status) = (taps, status);
+    Ok(())
+}
+
+/// Writes designs.csv of the kept rows, best first.
+pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
+    let (mut text, mut fields) = (Text::default(), Vec::new());
+    for row in kept {
+        table::drive_row(&row.design, row.drive, &row.row, row.unit, &mut fields);
+        text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+        run.highlight(Some(row.clone()));
+    }
+    run.write(Table::Designs, &text.into_bytes(), kept.len() as u64)
+}
+
+/// Goes through `designs` in order, writes `tables` and hands every design's candidates to `each`.
+fn pass(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    designs: &mut dyn Iterator<Item = u64>,
+    tables: &[Table],
+    drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
+    each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let together = (CHUNK / layout.block().max(1)).max(1) as usize;
+    loop {
+        let group: Vec<u64> = designs.take(together).collect();
+        if group.is_empty() {
+            return Ok(());
+        }
+        if layout.block() > CHUNK {
+            let rendered = large(run, layout, group[0], tables, drives)?;
+            finish(run, rendered, each)?;
+            continue;
+        }
+        for (texts, rendered) in small(run, layout, &group, tables, drives)? {
+            for text in texts {
+                run.write(Table::Tuples, &text, 0)?;
+            }
+            finish(run, rendered, each)?;
+        }
+    }
+}
+
+fn finish(
+    run: &mut Run<'_>,
+    rendered: Rendered,
+    each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
+) -> Result<(), Error> {
+    run.write(Table::Tuples, &[], rendered.rows[0])?;
+    run.write(Table::Designs, &rendered.designs, rendered.rows[1])?;
+    run.write(Table::Distances, &rendered.distances, rendered.rows[2])?;
+    run.absorb(&rendered.counts);
+    each(run, rendered)
+}
+
+/// A rendered design and the text of its tuple rows.
+type Part = (Vec<Vec<u8>>, Rendered);
+
+/// Designs that fit into one chunk together: evaluated at once, reduced in parallel.
+fn small(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    group: &[u64],
+    tables: &[Table],
+    drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
+) -> Result<Vec<Part>, Error> {
+    let scene = run.scene;
+    let designs: Vec<Design> = group.par_iter().map(|&k| Design::new(scene, layout.design(k))).collect();
+    let block = layout.block() as usize;
+    let tasks: Vec<Task> = (0..group.len() * block)
+        .into_par_iter()
+        .map(|t| task(layout, &designs[t / block], (t / block) as u32, (t % block) as u64))
+        .collect();
+    let outcomes = run.evaluate(&designs, &tasks)?;
+    let one = |d: usize| {
+        let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
+        let kept = drives(k);
+        let mut texts = Vec::new();
+        let rendered = with_axes(layout, &designs[d], |axes| {
+            let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+            let mut go = |f: &mut dyn FnMut((usize, usize), &Outcome) -> Result<(), Error>| {
+                taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
+            };
+            render(scene, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
+                texts.push(text);
+                Ok(())
+            })
+        })?;
+        Ok((texts, rendered))
+    };
+    (0..group.len()).into_par_iter().map(one).collect()
+}
+
+/// One design larger than a chunk.
+fn large(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    k: u64,
+    tables: &[Table],
+    drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
+) -> Result<Rendered, Error> {
+    let scene = run.scene;
+    let design = [Design::new(scene, layout.design(k))];
+    let (kept, block) = (drives(k), layout.block());
+    // Text waits in a cell because evaluating and writing both need the run.
+    let run = std::cell::RefCell::new(run);
+    let mut memory: Vec<Outcome> = Vec::new();
+    with_axes(layout, &design[0], |axes| {
+        let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+        let mut go = |f: &mut dyn FnMut((usize, usize), &Outcome) -> Result<(), Error>| {
+            let place = |t: usize| (t / axes.n.1, t % axes.n.1);
+            if memory.len() as u64 == block {
+                return memory.iter().enumerate().try_for_each(|(t, tap)| f(place(t), tap));
+            }
+            let mut from = 0;
+            while from < block {
+                let to = (from + CHUNK).min(block);
+                let tasks: Vec<Task> =
+                    (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
+                let outcomes = run.borrow_mut().evaluate(&design, &tasks)?;
+                for (t, tap) in (from as usize..).zip(&outcomes) {
+                    f(place(t), tap)?;
+                }
+                if block <= KEEP {
+                    memory.extend(outcomes);
+                }
+                from = to;
+            }
+            Ok(())
+        };
+        render(scene, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {
+            run.borrow_mut().write(Table::Tuples, &text, 0)
+        })
+    })
+}
+
+fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task {
+    let (i, j) = (t / layout.n_drives, t % layout.n_drives);
+    Task { design: place, a: layout.distance(i), drive: layout.drive(&design.tuple, j) }
+}
+
+fn with_axes<R>(layout: &Layout, design: &Design, f: impl FnOnce(&Axes<'_>) -> R) -> R {
+    f(&Axes {
+        n: (layout.n_distances as usize, layout.n_drives as usize),
+        reach: layout.reach(),
+        distance: &|i| layout.distance(i as u64),
+        drive: &|j| layout.drive(&design.tuple, j as u64),
+    })
+}

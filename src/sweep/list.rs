@@ -1,0 +1,229 @@
+//! Sweep over a tuple file: rows stay in file order, designs are the rows that share a whisker and a gauge.
+
+use std::collections::{HashMap, HashSet};
+
+use rayon::prelude::*;
+
+use super::design::competing;
+use super::grid::write_kept;
+use super::select::{Best, Kept};
+use super::{CHUNK, Run, key};
+use crate::design::Design;
+use crate::error::Error;
+use crate::estimate::{Estimated, Estimator};
+use crate::evaluate::{Outcome, Task};
+use crate::scene::Tuple;
+use crate::sink::{
+    csv::Text,
+    run_json::Counts,
+    table::{self, Table},
+};
+use crate::statistics::Tally;
+
+/// Values in order of first appearance.
+#[derive(Default)]
+struct Seen {
+    at: HashMap<u64, usize>,
+    values: Vec<f64>,
+    /// Row in which each value first stood.
+    first: Vec<usize>,
+}
+
+impl Seen {
+    fn place(&mut self, x: f64, row: usize) -> usize {
+        let next = self.values.len();
+        let place = *self.at.entry((x + 0.0).to_bits()).or_insert(next);
+        if place == next {
+            self.values.push(x);
+            self.first.push(row);
+        }
+        place
+    }
+}
+
+/// Rows of the file that share a design.
+#[derive(Default)]
+struct Group {
+    rows: Vec<(usize, usize, usize)>,
+    distances: Seen,
+    drives: Seen,
+}
+
+/// Evaluates the listed tuples and writes their tables.
+pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
+    let scene = run.scene;
+    let (designs, of_row, groups) = group(run, tuples);
+    let mut outcomes: Vec<Outcome> = Vec::with_capacity(tuples.len());
+    for (from, chunk) in (0..).step_by(CHUNK as usize).zip(tuples.chunks(CHUNK as usize)) {
+        let tasks: Vec<Task> = chunk
+            .iter()
+            .enumerate()
+            .map(|(t, x)| Task { design: of_row[from + t], a: x.a, drive: x.drive })
+            .collect();
+        outcomes.extend(run.evaluate(&designs, &tasks)?);
+        run.progress.at(outcomes.len() as u64, run.total);
+    }
+
+    let mut estimates = vec![None; tuples.len()];
+    let mut tallies = Vec::with_capacity(groups.len());
+    let mut candidates: Vec<Vec<Kept>> = Vec::new();
+    for ((k, design), group) in designs.iter().enumerate().zip(&groups) {
+        let estimator =
+            design.shared.as_ref().map(|s| Estimator::new(scene, s, reach(&group.distances.values)));
+        let mut tally = Tally::new(group.distances.values.len(), group.drives.values.len());
+        for &(row, i, j) in &group.rows {
+            tally.count(i, j, &outcomes[row]);
+        }
+        tally.calibrate(estimator.as_ref());
+        for &(row, i, j) in &group.rows {
+            let t = &tuples[row];
+            let tap = (t.a, scene.drive, t.drive);
+            estimates[row] = Some(tally.estimate((i, j), tap, &outcomes[row], estimator.as_ref()));
+        }
+        let elongation = table::elongation(scene, estimator.as_ref());
+        let complete = tally.drives.iter().enumerate().filter_map(|(j, row)| {
+            let unit = elongation.unwrap_or(1.0);
+            let rank = table::rank(row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            let drive = group.drives.values[j];
+            // Ties go to the row that stood first in the file.
+            Some(Kept {
+                rank,
+                index: (group.drives.first[j] as u64, j as u32),
+                design: design.tuple,
+                drive,
+                row: *row,
+                unit,
+            })
+        });
+        candidates.push(complete.collect());
+        tallies.push((k, tally, elongation));
+    }
+    let estimates: Vec<Estimated> = estimates.into_iter().flatten().collect();
+    let mut counts = Counts { taps: tuples.len() as u64, ..Counts::default() };
+    for (tap, e) in outcomes.iter().zip(&estimates) {
+        counts.note(tap.status | e.status, 1);
+    }
+    run.absorb(&counts);
+
+    let kept = scene.output.top.map(|n| {
+        let mut best = Best::new(n);
+        candidates
+            .iter()
+            .flat_map(|c| competing(scene.output.per, c.clone()))
+            .for_each(|row| best.offer(row));
+        run.counts.complete = Some(best.offered);
+        best.into_rows()
+    });
+    let chosen = kept
+        .as_ref()
+        .map(|rows| rows.iter().map(|r| (key(&r.design), (r.drive + 0.0).to_bits())).collect::<HashSet<_>>());
+    let wants_row =
+        |t: &Tuple| chosen.as_ref().is_none_or(|c| c.contains(&(key(t), (t.drive + 0.0).to_bits())));
+    let wants_design = |t: &Tuple| chosen.as_ref().is_none_or(|c| c.iter().any(|(k, _)| *k == key(t)));
+
+    write_tuples(run, tuples, (&designs, &of_row, &tallies), &outcomes, &estimates, &wants_row)?;
+    match &kept {
+        Some(rows) => write_kept(run, rows)?,
+        None => {
+            candidates.iter().for_each(|c| run.highlight(super::design::best(c)));
+            write_rows(run, Table::Designs, &designs, &groups, &tallies, &|_| true)?;
+        }
+    }
+    write_rows(run, Table::Distances, &designs, &groups, &tallies, &wants_design)
+}
+
+/// Designs in order of first appearance, the design of every row, and the rows of every design.
+fn group(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Design>, Vec<u32>, Vec<Group>) {
+    let mut at = HashMap::new();
+    let (mut firsts, mut of_row, mut groups) = (Vec::new(), Vec::new(), Vec::<Group>::new());
+    for (row, t) in tuples.iter().enumerate() {
+        let place = *at.entry(key(t)).or_insert_with(|| {
+            firsts.push(*t);
+            groups.push(Group::default());
+            firsts.len() - 1
+        });
+        of_row.push(place as u32);
+        let group = &mut groups[place];
+        let (i, j) = (group.distances.place(t.a, row), group.drives.place(t.drive, row));
+        group.rows.push((row, i, j));
+    }
+    (firsts.par_iter().map(|t| Design::new(run.scene, *t)).collect(), of_row, groups)
+}
+
+fn reach(distances: &[f64]) -> [f64; 2] {
+    distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &a| [lo.min(a), hi.max(a)])
+}
+
+type Tallies = [(usize, Tally, Option<f64>)];
+
+fn write_tuples(
+    run: &mut Run<'_>,
+    tuples: &[Tuple],
+    (designs, of_row, tallies): (&[Design], &[u32], &Tallies),
+    outcomes: &[Outcome],
+    estimates: &[Estimated],
+    wanted: &(dyn Fn(&Tuple) -> bool + Sync),
+) -> Result<(), Error> {
+    if !run.writers.wants(Table::Tuples) {
+        return Ok(());
+    }
+    let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
+    for part in rows.chunks(CHUNK as usize) {
+        let format = |rows: &[usize]| {
+            let (mut text, mut fields) = (Text::default(), Vec::new());
+            for &r in rows {
+                let (t, d) = (&tuples[r], of_row[r] as usize);
+                table::tuple_row(
+                    &designs[d],
+                    (t.a, t.drive),
+                    &outcomes[r],
+                    &estimates[r],
+                    tallies[d].2,
+                    &mut fields,
+                );
+                text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+            }
+            Ok(text.into_bytes())
+        };
+        let texts: Vec<Vec<u8>> = part.par_chunks(1 << 13).map(format).collect::<Result<_, Error>>()?;
+        for text in texts {
+            run.write(Table::Tuples, &text, 0)?;
+        }
+        run.write(Table::Tuples, &[], part.len() as u64)?;
+    }
+    Ok(())
+}
+
+/// Rows of designs.csv or distances.csv in order of first appearance in the file.
+fn write_rows(
+    run: &mut Run<'_>,
+    which: Table,
+    designs: &[Design],
+    groups: &[Group],
+    tallies: &Tallies,
+    wanted: &dyn Fn(&Tuple) -> bool,
+) -> Result<(), Error> {
+    let mut order: Vec<(usize, usize, usize)> = Vec::new();
+    for (d, group) in groups.iter().enumerate().filter(|(d, _)| wanted(&designs[*d].tuple)) {
+        let seen = if which == Table::Designs { &group.drives } else { &group.distances };
+        order.extend(seen.first.iter().enumerate().map(|(place, &row)| (row, d, place)));
+    }
+    order.sort_unstable();
+    let (mut text, mut fields) = (Text::default(), Vec::new());
+    for &(_, d, place) in &order {
+        let (_, tally, elongation) = &tallies[d];
+        let unit = elongation.unwrap_or(1.0);
+        match which {
+            Table::Designs => {
+                let drive = groups[d].drives.values[place];
+                table::drive_row(&designs[d].tuple, drive, &tally.drives[place], unit, &mut fields);
+            }
+            _ => {
+                let a = groups[d].distances.values[place];
+                table::distance_row(&designs[d], a, &tally.distances[place], unit, &mut fields);
+            }
+        }
+        text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+    }
+    run.write(which, &text.into_bytes(), order.len() as u64)
+}

@@ -1,0 +1,210 @@
+//! The sweep: plan → evaluate → reduce → write, in bounded memory.
+//!
+//! Whole designs go through together, up to [`CHUNK`] taps at a time; a design larger than that goes through in parts,
+//! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
+//! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a whole.
+
+mod design;
+mod grid;
+mod list;
+mod select;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::backend::{Backend, Choice};
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::plan::{Layout, Plan};
+use crate::scene::{Scene, Space, Tuple};
+use crate::sink::{
+    csv::Text,
+    folder::{Folder, Output, hash},
+    run_json::{self, Counts, Seconds},
+    table::Table,
+};
+
+pub use select::Kept;
+
+/// Taps that are evaluated together.
+pub const CHUNK: u64 = 1 << 17;
+
+/// Largest design whose outcomes are kept between the two passes, taps.
+pub const KEEP: u64 = 1 << 20;
+
+/// Designs whose best row the summary shows.
+const HIGHLIGHTS: usize = 8;
+
+/// What a finished sweep tells.
+#[derive(Debug)]
+pub struct Report {
+    /// Files written.
+    pub files: Vec<std::path::PathBuf>,
+    /// Counts.
+    pub counts: Counts,
+    /// Times.
+    pub seconds: Seconds,
+    /// Backend used.
+    pub backend: Backend,
+    /// Best row of the first designs, or the first kept rows with `top`.
+    pub highlights: Vec<Kept>,
+}
+
+/// What a sweep reports while it runs.
+pub trait Progress {
+    /// `done` of `total` taps.
+    fn at(&mut self, done: u64, total: u64);
+}
+
+/// Where and how a sweep writes.
+#[derive(Debug)]
+pub struct Target<'a> {
+    /// Result folder.
+    pub out: &'a std::path::Path,
+    /// Replace another spec's result.
+    pub force: bool,
+    /// Set from outside to stop early.
+    pub stop: &'a AtomicBool,
+}
+
+/// Runs `scene` on `choice` and writes its tables and `run.json`.
+pub fn run(
+    scene: &Scene,
+    choice: &Choice,
+    target: &Target<'_>,
+    progress: &mut dyn Progress,
+) -> Result<Report, Error> {
+    let start = Instant::now();
+    let plan = Plan::new(scene)?;
+    let mut folder = Folder::new(target.out, &hash(&scene.text), target.force)?;
+    let method = choice.open()?;
+    let open = start.elapsed();
+    let mut run = Run {
+        scene,
+        evaluator: Evaluator::new(scene, method),
+        writers: Writers::new(scene, &plan, &mut folder)?,
+        counts: Counts::default(),
+        highlights: Vec::new(),
+        solve: Duration::ZERO,
+        total: plan.taps,
+        stop: target.stop,
+        progress,
+    };
+    match &scene.space {
+        Space::Grid(factors) => grid::run(&mut run, &Layout::new(factors))?,
+        Space::List(tuples) => list::run(&mut run, tuples)?,
+    }
+    let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
+    run.writers.close()?;
+    let seconds = Seconds::new(start.elapsed(), open, solve);
+    let document = run_json::document(scene, &choice.backend, &counts, seconds);
+    let mut file = folder.file("run.json")?;
+    let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
+    file.write(text.as_bytes())?;
+    file.write(b"\n")?;
+    file.close()?;
+    Ok(Report { files: folder.finish()?, counts, seconds, backend: choice.backend.clone(), highlights })
+}
+
+/// A sweep under way.
+struct Run<'a> {
+    scene: &'a Scene,
+    evaluator: Evaluator<'a>,
+    writers: Writers,
+    counts: Counts,
+    highlights: Vec<Kept>,
+    solve: Duration,
+    total: u64,
+    stop: &'a AtomicBool,
+    progress: &'a mut dyn Progress,
+}
+
+impl Run<'_> {
+    /// Outcomes of `tasks`; `Err` when asked to stop.
+    fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Error::Run("stopped; nothing was written".into()));
+        }
+        let start = Instant::now();
+        let outcomes = self.evaluator.run(designs, tasks).map_err(Error::Run)?;
+        self.solve += start.elapsed();
+        self.counts.solved += outcomes.len() as u64;
+        for o in &outcomes {
+            self.counts.sweeps.0 += f64::from(o.sweeps);
+            self.counts.sweeps.1 = self.counts.sweeps.1.max(o.sweeps);
+        }
+        Ok(outcomes)
+    }
+
+    /// Takes over the counts of finished taps.
+    fn absorb(&mut self, status: &Counts) {
+        self.counts.taps += status.taps;
+        for (word, n) in &status.status {
+            *self.counts.status.entry(word).or_default() += n;
+        }
+        self.progress.at(self.counts.taps, self.total);
+    }
+
+    /// Notes the best row of a design for the summary.
+    fn highlight(&mut self, best: Option<Kept>) {
+        if let Some(best) = best.filter(|_| self.highlights.len() < HIGHLIGHTS) {
+            self.highlights.push(best);
+        }
+    }
+
+    /// Appends rows to a table that is written.
+    fn write(&mut self, table: Table, text: &[u8], rows: u64) -> Result<(), Error> {
+        let (slot, count) = self.writers.slot(table);
+        if let Some(file) = slot {
+            file.write(text)?;
+            self.counts.rows[count] += rows;
+        }
+        Ok(())
+    }
+}
+
+/// The open table files; `None` for a table that is not written.
+struct Writers {
+    files: [Option<Output>; 3],
+}
+
+impl Writers {
+    fn new(scene: &Scene, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
+        let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
+            if !wanted {
+                return Ok(None);
+            }
+            let mut file = folder.file(&format!("{}.csv", table.name()))?;
+            let mut text = Text::default();
+            text.header(&table.columns(scene)).map_err(|e| Error::Run(e.to_string()))?;
+            file.write(&text.into_bytes())?;
+            Ok(Some(file))
+        };
+        Ok(Self {
+            files: [
+                open(Table::Tuples, plan.tuples)?,
+                open(Table::Designs, scene.output.designs)?,
+                open(Table::Distances, scene.output.distances)?,
+            ],
+        })
+    }
+
+    fn slot(&mut self, table: Table) -> (&mut Option<Output>, usize) {
+        let at = table as usize;
+        (&mut self.files[at], at)
+    }
+
+    fn wants(&self, table: Table) -> bool {
+        self.files[table as usize].is_some()
+    }
+
+    fn close(self) -> Result<(), Error> {
+        self.files.into_iter().flatten().try_for_each(Output::close)
+    }
+}
+
+/// Everything that makes two designs of a tuple file the same.
+fn key(t: &Tuple) -> [u64; 5] {
+    [t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits())
+}

@@ -1,0 +1,82 @@
+//! `top`: the best complete rows, in bounded memory.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::scene::Tuple;
+use crate::statistics::DriveRow;
+
+/// A designs row that was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Ranked value.
+    pub rank: f64,
+    /// Place of the design, then of the drive.
+    pub index: (u64, u32),
+    /// The design.
+    pub design: Tuple,
+    /// Its drive, degrees or mm.
+    pub drive: f64,
+    /// The row.
+    pub row: DriveRow,
+    /// Unit of K in the tables.
+    pub unit: f64,
+}
+
+impl Kept {
+    /// Better first: smaller value, then smaller index.
+    fn order(&self, other: &Self) -> Ordering {
+        self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))
+    }
+}
+
+/// The `n` best rows of all that were offered.
+#[derive(Debug)]
+pub(super) struct Best {
+    n: usize,
+    heap: BinaryHeap<Worst>,
+    /// Complete rows offered.
+    pub offered: u64,
+}
+
+#[derive(Debug)]
+struct Worst(Kept);
+
+impl PartialEq for Worst {
+    fn eq(&self, o: &Self) -> bool {
+        self.cmp(o) == Ordering::Equal
+    }
+}
+impl Eq for Worst {}
+impl PartialOrd for Worst {
+    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
+        Some(self.cmp(o))
+    }
+}
+impl Ord for Worst {
+    fn cmp(&self, o: &Self) -> Ordering {
+        self.0.order(&o.0)
+    }
+}
+
+impl Best {
+    pub fn new(n: usize) -> Self {
+        Self { n, heap: BinaryHeap::new(), offered: 0 }
+    }
+
+    /// Takes a complete row if it is among the best so far.
+    pub fn offer(&mut self, row: Kept) {
+        self.offered += 1;
+        if self.heap.len() < self.n {
+            self.heap.push(Worst(row));
+        } else if self.heap.peek().is_some_and(|worst| row.order(&worst.0) == Ordering::Less) {
+            self.heap.pop();
+            self.heap.push(Worst(row));
+        }
+    }
+
+    /// The rows kept, best first.
+    pub fn into_rows(self) -> Vec<Kept> {
+        self.heap.into_sorted_vec().into_iter().map(|w| w.0).collect()
+    }
+}
