@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::design::{Axes, Rendered, Wanted, best, competing, render};
+use super::design::{Axes, Rendered, Visit, Wanted, best, competing, render};
 use super::select::{Best, Kept};
 use super::{CHUNK, KEEP, Run};
 use crate::design::Design;
@@ -134,7 +134,7 @@ fn small(
         let mut texts = Vec::new();
         let rendered = with_axes(layout, &designs[d], |axes| {
             let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
-            let mut go = |f: &mut dyn FnMut((usize, usize), &Outcome) -> Result<(), Error>| {
+            let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
             };
             render(scene, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
@@ -163,7 +163,7 @@ fn large(
     let mut memory: Vec<Outcome> = Vec::new();
     with_axes(layout, &design[0], |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
-        let mut go = |f: &mut dyn FnMut((usize, usize), &Outcome) -> Result<(), Error>| {
+        let mut go = |f: &mut Visit<'_>| {
             let place = |t: usize| (t / axes.n.1, t % axes.n.1);
             if memory.len() as u64 == block {
                 return memory.iter().enumerate().try_for_each(|(t, tap)| f(place(t), tap));
