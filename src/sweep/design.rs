@@ -16,9 +16,11 @@ use crate::statistics::Tally;
 /// A tap's place in its design: distance and drive.
 pub(super) type Place = (usize, usize);
 
-/// Who may ask for the taps of a design, one after the other, as often as needed.
-pub(super) type Taps<'a> =
-    dyn FnMut(&mut dyn FnMut(Place, &Outcome) -> Result<(), Error>) -> Result<(), Error> + 'a;
+/// What is done with one tap.
+pub(super) type Visit<'a> = dyn FnMut(Place, &Outcome) -> Result<(), Error> + 'a;
+
+/// Goes through the taps of a design in row order; may be asked more than once.
+pub(super) type Taps<'a> = dyn FnMut(&mut Visit<'_>) -> Result<(), Error> + 'a;
 
 /// What to render of a design.
 pub(super) struct Wanted<'a> {
