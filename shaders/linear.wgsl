@@ -7,5 +7,5 @@ fn solve(tap: Tap) -> Solution {
     let on_gauge = tap.near * tap.near * b1 * b1 / (2.0 * tap.rest * tap.width);
     let lever = select(ZERO, select(clear, on_gauge, tap.far < 0.0), tap.near > 0.0);
     let strain = 1.5 * tap.rest * (1.0 + tap.hub) * lever / (1.0 + tap.shear);
-    return Solution(ZERO, ZERO, strain, ZERO, ZERO);
+    return Solution(ZERO, ZERO, ZERO, strain, ZERO, ZERO, ZERO);
 }

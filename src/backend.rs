@@ -5,11 +5,12 @@ use serde::Serialize;
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
+    Chart, Rung,
     cpu::Cpu,
     gpu::{self, Adapter, Gpu},
-    rule::{ladder, smallest_tolerance},
+    rule::{chart_range, ladder, smallest_tolerance},
 };
-use crate::scene::{BackendChoice, Precision, RunOptions};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -125,14 +126,23 @@ impl Choice {
         Ok(Self { backend, precision, adapter })
     }
 
-    /// Opens the device.
-    pub fn open(&self) -> Result<Method, Error> {
+    /// Opens the device for taps of `model`.
+    pub fn open(&self, model: &Model) -> Result<Method, Error> {
         let Some(tolerance) = self.backend.tolerance else { return Ok(Method::Reference) };
         let solver: Box<dyn crate::kernel::Solver> = match &self.adapter {
             Some(adapter) => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
             None => Box::new(Cpu::new(self.precision)),
         };
-        Ok(Method::Fast { solver, rules: ladder(self.precision, tolerance), tolerance })
+        Ok(Method::Fast { solver, rungs: self.rungs(model, tolerance), tolerance })
+    }
+
+    /// Rungs for `tolerance`, with the section law of `model` on each.
+    fn rungs(&self, model: &Model, tolerance: f64) -> Vec<Rung> {
+        let rung = |rule| {
+            let (axial, bending) = chart_range(self.precision, &rule);
+            Rung { rule, chart: Chart::new(&model.material, axial, bending, 0.02 * tolerance) }
+        };
+        ladder(self.precision, tolerance).into_iter().map(rung).collect()
     }
 }
 

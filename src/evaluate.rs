@@ -3,9 +3,13 @@
 use rayon::prelude::*;
 
 use crate::design::{Design, Shared, amount};
-use crate::kernel::{self, Kernel, Rule, Solution, Solver, Tap, tap::Frame};
+use crate::kernel::{
+    self, Effects, Kernel, Rung, Solution, Solver, Tap,
+    tap::{Ask, Frame},
+};
+use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
-use crate::scene::{Drive, Geometry, Scene, Side};
+use crate::scene::{Contact, Geometry, Scene, Side};
 use crate::status::Status;
 
 /// One tap of one design of a batch.
@@ -71,13 +75,16 @@ pub enum Method {
         /// Where it runs.
         solver: Box<dyn Solver>,
         /// Rungs for the tolerance.
-        rules: Vec<Rule>,
+        rungs: Vec<Rung>,
         /// Bound on the strain error.
         tolerance: f64,
     },
     /// f64 shooting; the closed forms where the geometry is linear.
     Reference,
 }
+
+/// A framed tap and its solution.
+type Solved = (Frame, Solution<f64>);
 
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
@@ -88,87 +95,165 @@ impl<'a> Evaluator<'a> {
     /// Outcomes of `tasks`, in their order.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
-        match &mut self.method {
-            Method::Reference => {
-                Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect())
+        if matches!(self.method, Method::Reference) {
+            return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
+        }
+        let (solved, sticking) = match scene.model.contact {
+            _ if scene.model.geometry == Geometry::Linear => {
+                (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![])
             }
-            Method::Fast { solver, rules, tolerance } => {
-                let kernel = kernel_of(scene);
-                let frames: Vec<_> =
-                    tasks.par_iter().map(|t| frame(scene, kernel, &designs[t.design as usize], t)).collect();
-                let solvable: Vec<usize> = (0..frames.len()).filter(|&i| frames[i].is_some()).collect();
-                self.taps.clear();
-                self.taps.extend(solvable.iter().filter_map(|&i| frames[i].map(|(_, tap)| tap)));
-                kernel::solve(solver.as_mut(), kernel, rules, *tolerance, &self.taps, &mut self.solutions)?;
-                let mut solution = vec![None; tasks.len()];
-                for (&i, s) in solvable.iter().zip(&self.solutions) {
-                    solution[i] = Some(*s);
-                }
-                let finish = |i: usize| {
-                    let solved = frames[i].zip(solution[i]).filter(|(_, s)| s.within(*tolerance));
-                    let solved = solved.map(|((frame, _), s)| (frame, s));
-                    fast(scene, kernel, &designs[tasks[i].design as usize], &tasks[i], solved)
-                };
-                Ok((0..tasks.len()).into_par_iter().map(finish).collect())
+            Contact::Frictionless => (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![]),
+            Contact::Stick => (self.solve(designs, tasks, &|_| Grip::Stick)?, vec![true; tasks.len()]),
+            Contact::Coulomb(0.0) => (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![]),
+            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu)?,
+        };
+        let tolerance = match &self.method {
+            Method::Fast { tolerance, .. } => *tolerance,
+            Method::Reference => 0.0,
+        };
+        let finish = |i: usize| {
+            let sticking = sticking.get(i).copied().unwrap_or(false);
+            fast(
+                scene,
+                tolerance,
+                &designs[tasks[i].design as usize],
+                &tasks[i],
+                solved[i].as_ref(),
+                sticking,
+            )
+        };
+        Ok((0..tasks.len()).into_par_iter().map(finish).collect())
+    }
+
+    /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
+    fn solve(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        grip: &(dyn Fn(usize) -> Grip + Sync),
+    ) -> Result<Vec<Option<Solved>>, String> {
+        let scene = self.scene;
+        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+            return Ok(vec![None; tasks.len()]);
+        };
+        let at = |i: usize| frame(scene, &designs[tasks[i].design as usize], &tasks[i], grip(i));
+        let mut solved: Vec<Option<Solved>> =
+            (0..tasks.len()).into_par_iter().map(|i| at(i).map(|f| (f, Solution::FAILED))).collect();
+        if tasks.is_empty() {
+            return Ok(solved);
+        }
+        self.taps.clear();
+        self.taps.extend(solved.iter().flatten().map(|(frame, _)| *frame.tap()));
+        let kernel = match (scene.model.geometry, grip(0)) {
+            (Geometry::Linear, _) => Kernel::Linear,
+            (_, g) => Kernel::Exact(Effects::new(&scene.model, scene.gauge.side, g == Grip::Stick)),
+        };
+        kernel::solve(solver.as_mut(), kernel, rungs, *tolerance, &self.taps, &mut self.solutions)?;
+        for ((_, place), s) in solved.iter_mut().flatten().zip(&self.solutions) {
+            *place = *s;
+        }
+        Ok(solved)
+    }
+
+    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T.
+    ///
+    /// Where the contact cannot stick at all, the sign is that of the largest drive among the halves of halves at which it can.
+    fn coulomb(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        mu: f64,
+    ) -> Result<(Vec<Option<Solved>>, Vec<bool>), String> {
+        let tolerance = match &self.method {
+            Method::Fast { tolerance, .. } => *tolerance,
+            Method::Reference => 0.0,
+        };
+        let stuck = Kernel::Exact(Effects::new(&self.scene.model, self.scene.gauge.side, true));
+        let friction = |s: &Option<Solved>| {
+            let (frame, s) = s.as_ref().filter(|(_, s)| s.within(tolerance))?;
+            Some(frame.response(stuck, s)).map(|r| (r.tangential, r.normal))
+        };
+        let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
+        let mut forces: Vec<Option<(f64, f64)>> = solved.iter().map(friction).collect();
+        let sticking: Vec<bool> = forces.iter().map(|f| f.is_some_and(|(t, p)| t.abs() <= mu * p)).collect();
+        for k in 1..8 {
+            let open: Vec<usize> =
+                (0..tasks.len()).filter(|&i| solved[i].is_some() && forces[i].is_none()).collect();
+            let earlier: Vec<Task> =
+                open.iter().map(|&i| Task { drive: tasks[i].drive * 0.5f64.powi(k), ..tasks[i] }).collect();
+            for (&i, s) in open.iter().zip(self.solve(designs, &earlier, &|_| Grip::Stick)?) {
+                forces[i] = friction(&s);
             }
         }
+        let sliding: Vec<usize> = (0..tasks.len()).filter(|&i| !sticking[i] && forces[i].is_some()).collect();
+        let again: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
+        let sign = |k: usize| Grip::Slide(forces[sliding[k]].map_or(0.0, |(t, _)| mu.copysign(t)));
+        let slid = self.solve(designs, &again, &sign)?;
+        for (&i, s) in sliding.iter().zip(slid) {
+            solved[i] = s;
+        }
+        Ok((solved, sticking))
     }
 }
 
-/// The kernel that the model needs.
-pub fn kernel_of(scene: &Scene) -> Kernel {
-    match scene.model.geometry {
-        Geometry::Linear => Kernel::Linear,
-        Geometry::Exact => Kernel::Exact,
-    }
-}
-
-fn frame(scene: &Scene, kernel: Kernel, design: &Design, task: &Task) -> Option<(Frame, Tap<f64>)> {
+fn frame(scene: &Scene, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
     let shared = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))?;
-    let amount = amount(scene.drive, task.drive);
-    let frame = match kernel {
-        Kernel::Linear => Frame::linear(&shared.model, task.a, amount),
-        Kernel::Exact => Frame::new(&shared.model, task.a, amount, shared.peak),
+    let ask = Ask {
+        model: &scene.model,
+        side: scene.gauge.side,
+        curve: &shared.model,
+        peak: shared.peak,
+        a: task.a,
+        amount: amount(scene.drive, task.drive),
+        grip,
     };
-    frame.tap().map(|tap| (frame, tap))
+    match scene.model.geometry {
+        Geometry::Linear => Frame::linear(&ask),
+        Geometry::Exact => Frame::exact(&ask),
+    }
 }
 
 fn fast(
     scene: &Scene,
-    kernel: Kernel,
+    tolerance: f64,
     design: &Design,
     task: &Task,
-    solved: Option<(Frame, Solution<f64>)>,
+    solved: Option<&Solved>,
+    sticking: bool,
 ) -> Outcome {
     let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
     else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(scene.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some((frame, solution)) = solved else {
-        return unsolved(scene, shared, task, linear, Status::NOT_CONVERGED);
+    let Some((frame, solution)) = solved.filter(|(_, s)| s.within(tolerance)) else {
+        let limit = solved.is_some_and(|(_, s)| s.load > 1.0);
+        let why = if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
+        return unsolved(scene, shared, task, linear, why);
     };
-    let response = frame.response(kernel, scene.model.material.e0(), &solution);
-    // K = θ f_theory/ε, and ε = (θ f)_frame (1 + δ): the ratio of the two closed forms, then δ.
-    let ratio = closed_ratio(scene, shared, &frame, task, linear);
-    let deviation = (ratio - response.strain_deviation) / (1.0 + response.strain_deviation);
+    let kernel = match scene.model.geometry {
+        Geometry::Linear => Kernel::Linear,
+        Geometry::Exact => Kernel::Exact(Effects::default()),
+    };
+    let response = frame.response(kernel, solution);
+    // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
+    let ratio = match scene.model.geometry {
+        Geometry::Linear => theories_apart(shared, task),
+        Geometry::Exact => linear / frame.tap().strain - 1.0,
+    };
     let found = Found {
         strain: response.strain,
-        deviation,
-        normal: response.force,
-        tangential: 0.0,
+        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        normal: response.normal,
+        tangential: response.tangential,
         arc: response.arc,
-        sticking: false,
+        sticking,
     };
     Outcome { sweeps: solution.sweeps as f32, ..outcome(scene, design, shared, task, linear, found) }
 }
 
-/// (θ f of the estimator's theory)/(θ f of the solved frame) − 1, without cancellation where both are the same curve.
-fn closed_ratio(scene: &Scene, shared: &Shared, frame: &Frame, task: &Task, linear: f64) -> f64 {
-    let same_drive = scene.drive == Drive::Angle || scene.model.geometry == Geometry::Linear;
-    if !same_drive {
-        return linear / frame.linear_strain() - 1.0;
-    }
+/// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
+fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     let u2 = 1.0 / (task.a * task.a);
     let (model, theory) = (shared.model.shear * u2, shared.theory.curve().shear * u2);
     (model - theory) / (1.0 + theory)
@@ -183,9 +268,7 @@ fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
     let linear = amount * shared.theory.curve().value(task.a);
     if scene.model.geometry == Geometry::Linear {
         let strain = amount * shared.model.value(task.a);
-        let u2 = 1.0 / (task.a * task.a);
-        let (model, theory) = (shared.model.shear * u2, shared.theory.curve().shear * u2);
-        let deviation = (model - theory) / (1.0 + theory);
+        let deviation = theories_apart(shared, task);
         let normal = amount * shared.model.force(scene.model.material.e0(), task.a);
         let found = Found { strain, deviation, normal, tangential: 0.0, arc: task.a, sticking: false };
         return outcome(scene, design, shared, task, linear, found);
@@ -193,7 +276,7 @@ fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
     let problem = RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,
-        side: Side::Contact,
+        side: scene.gauge.side,
         distance: task.a,
         hub: scene.hub,
         drive: scene.drive,
@@ -203,8 +286,8 @@ fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
     match problem.solve() {
         Ok(tap) => {
             let found = Found {
-                strain: tap.strain,
-                deviation: (linear - tap.strain) / tap.strain,
+                strain: sign(scene) * tap.strain,
+                deviation: linear / (sign(scene) * tap.strain) - 1.0,
                 normal: tap.normal_force,
                 tangential: tap.tangential_force,
                 arc: tap.contact_arc,

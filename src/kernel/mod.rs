@@ -16,46 +16,57 @@
 //! # Cost
 //! About 25 n + 6 n² flops per sweep, 2–5 sweeps below 15°, plus about 3 n² + 40 n once for the gauge.
 
+pub mod chart;
 pub mod cpu;
+pub mod effects;
 pub mod gpu;
 pub mod nodes;
 pub mod rule;
 pub mod tap;
 
+pub use chart::Chart;
+pub use effects::{Effects, Kernel};
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 
-/// What a kernel computes; pipelines and CPU instances are specialised on it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kernel {
-    /// Closed forms of the linear theory.
-    Linear,
-    /// Exact rod, frictionless centreline contact, Hooke.
-    Exact,
+/// What one batch is solved with.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Nodes, terms, sweeps.
+    pub rule: &'a Rule,
+    /// Bound on the strain error.
+    pub tolerance: f64,
+    /// Section law, where the kernel needs one.
+    pub chart: Option<&'a Chart>,
+}
+
+/// A rung of the ladder with the section law that belongs to it.
+#[derive(Debug, Clone)]
+pub struct Rung {
+    /// Nodes, terms, sweeps.
+    pub rule: Rule,
+    /// Section law over the range of this rung.
+    pub chart: Option<Chart>,
 }
 
 /// A backend that solves batches of dimensionless taps.
 pub trait Solver: Send {
-    /// Solves every tap of `taps` on `rule` into the same place of `out`.
-    fn solve(
-        &mut self,
-        kernel: Kernel,
-        rule: &Rule,
-        tolerance: f64,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), String>;
+    /// Solves every tap of `taps` into the same place of `out`.
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>)
+    -> Result<(), String>;
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
 }
 
-/// Solves `taps` on the first rule of `rules`, then those that miss the tolerance on the next, and so on. The order of
-/// `out` is that of `taps`; a tap that no rule brought below the tolerance keeps an `error` above it.
+/// Solves `taps` on the first rung, then those that miss the tolerance on the next, and so on. The order of `out` is
+/// that of `taps`; a tap that no rung brought below the tolerance keeps an `error` above it.
 pub fn solve(
     solver: &mut dyn Solver,
     kernel: Kernel,
-    rules: &[Rule],
+    rungs: &[Rung],
     tolerance: f64,
     taps: &[Tap<f64>],
     out: &mut Vec<Solution<f64>>,
@@ -63,18 +74,19 @@ pub fn solve(
     out.clear();
     let limit = solver.batch_limit();
     let mut part = Vec::new();
-    for chunk in taps.chunks(limit) {
-        solver.solve(kernel, &rules[0], tolerance, chunk, &mut part)?;
-        out.append(&mut part);
-    }
-    for rule in &rules[1..] {
-        let hard: Vec<usize> = (0..out.len()).filter(|&i| !out[i].within(tolerance)).collect();
-        if hard.is_empty() {
-            break;
+    for (step, rung) in rungs.iter().enumerate() {
+        let job = Job { kernel, rule: &rung.rule, tolerance, chart: rung.chart.as_ref() };
+        if step == 0 {
+            for chunk in taps.chunks(limit) {
+                solver.solve(&job, chunk, &mut part)?;
+                out.append(&mut part);
+            }
+            continue;
         }
+        let hard: Vec<usize> = (0..out.len()).filter(|&i| !out[i].within(tolerance)).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
-            solver.solve(kernel, rule, tolerance, &again, &mut part)?;
+            solver.solve(&job, &again, &mut part)?;
             for (&i, new) in indices.iter().zip(part.drain(..)) {
                 let sweeps = out[i].sweeps + new.sweeps;
                 out[i] = Solution { sweeps, ..new };

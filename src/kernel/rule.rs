@@ -56,6 +56,16 @@ pub fn every_rule(precision: Precision) -> Vec<Rule> {
     }
 }
 
+/// Range of the section chart on rung `rung` of every rule: largest axial strain, and largest bending strain b₀ + b₁ t. Most
+/// whiskers stay within the first; the last reaches to the ends of the material's range.
+pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
+    match every_rule(precision).iter().position(|r| r == rule) {
+        Some(0) => (0.04, [0.15, 0.0]),
+        Some(1) => (0.08, [0.3, 0.4]),
+        _ => (0.15, [0.5, 0.9]),
+    }
+}
+
 /// Guards of the iteration, the same numbers on every backend.
 pub mod limits {
     /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
@@ -64,10 +74,14 @@ pub mod limits {
     pub const LEAST_ARC: f64 = -0.5;
     /// Largest c/a − 1 while iterating.
     pub const MOST_ARC: f64 = 2.0;
+    /// Least W/W₀ − 1 while iterating.
+    pub const LEAST_FORCE: f64 = -0.95;
+    /// Largest W/W₀ − 1 while iterating.
+    pub const MOST_FORCE: f64 = 20.0;
     /// Largest contraction rate believed when the remaining error is extrapolated.
     pub const LARGEST_RATE: f64 = 0.9;
     /// Smallest contraction rate believed.
-    pub const SMALLEST_RATE: f64 = 0.02;
+    pub const SMALLEST_RATE: f64 = 0.05;
     /// Error of a tap whose angle lies outside the range of the series.
     pub const HOPELESS: f64 = 1e9;
     /// Below every number of interest and above underflow in f32.
@@ -79,10 +93,12 @@ pub mod limits {
     pub const SHORTENING_TAIL: f64 = 0.02;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 9] = [
+    pub const NAMED: [(&str, f64); 11] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
+        ("LEAST_FORCE", LEAST_FORCE),
+        ("MOST_FORCE", MOST_FORCE),
         ("LARGEST_RATE", LARGEST_RATE),
         ("SMALLEST_RATE", SMALLEST_RATE),
         ("HOPELESS", HOPELESS),

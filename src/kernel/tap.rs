@@ -1,13 +1,14 @@
 //! The dimensionless tap that kernels solve, its solution, and the way there and back in f64.
 //!
-//! Unit of length is the contact distance. A displaced object (passive drive) is the same problem seen from the clamp:
-//! the contact is at distance √(a² + δ²) and angle atan(δ/a), without a hub.
+//! Unit of length is the contact distance. A displaced object (passive drive) is the same problem seen from the clamp,
+//! without a hub: the pole turns by an angle and its distance grows.
 
 use bytemuck::{Pod, Zeroable};
 
 use super::Kernel;
-use crate::physics::{linear::StrainCurve, taper::Taper};
-use crate::scene::model::Drive;
+use crate::physics::linear::{StrainCurve, shear_length2};
+use crate::physics::onset::{Grip, Groups, direction};
+use crate::scene::{Drive, Model, Side};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,24 +28,48 @@ pub struct Tap<T> {
     pub far: T,
     /// (x2 − x1)/a.
     pub width: T,
-    /// S/a² of the shear theory (linear kernel only).
+    /// EI₀/(k G A₀) (S/3); in the linear kernel S/a² of the shear theory.
     pub shear: T,
     /// |ε|/max(|ε|, 1e-3 θ f_max) of the linear strain: weight of relative strain errors.
     pub weight: T,
+    /// Base radius.
+    pub radius: T,
+    /// Radius at the contact for contact on the surface, else 0.
+    pub contact_radius: T,
+    /// tan α for contact on the surface, else 0.
+    pub slope: T,
+    /// X₀: pole centre from the motor's axis, along the whisker.
+    pub pole_x: T,
+    /// Y₀: pole centre from the motor's axis, across the whisker.
+    pub pole_y: T,
+    /// H/W of a sliding contact.
+    pub ratio: T,
+    /// W₀ of the first-order solution.
+    pub force: T,
+    /// H₀.
+    pub along: T,
+    /// x₀ = c − 1 to first order.
+    pub arc: T,
+    /// First-order strain.
+    pub strain: T,
 }
 
 /// What a kernel returns; the layout is the WGSL struct `Solution`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Solution<T> {
-    /// P/P_linear − 1.
+    /// w: W/W₀ − 1.
     pub force: T,
-    /// c/a − 1.
+    /// k: (H − H₀)/W₀.
+    pub along: T,
+    /// z: c − 1 − x₀.
     pub arc: T,
-    /// Exact kernel: ε/ε_linear − 1. Linear kernel: ε a/(D θ).
+    /// Exact kernel: strain over that of the first-order solution, less 1. Linear kernel: ε a/(D θ).
     pub strain: T,
     /// Estimated error of the strain relative to max(|ε|, 1e-3 θ f_max).
     pub error: T,
+    /// Largest section load; above 1 the material law ends.
+    pub load: T,
     /// Sweeps spent.
     pub sweeps: T,
 }
@@ -60,143 +85,221 @@ macro_rules! pod {
 }
 pod!(f32, f64);
 
-/// Fields of [`Tap`], in order.
-pub const TAP_FIELDS: [&str; 9] =
-    ["taper", "rest", "angle", "hub", "near", "far", "width", "shear", "weight"];
-/// Fields of [`Solution`], in order.
-pub const SOLUTION_FIELDS: [&str; 5] = ["force", "arc", "strain", "error", "sweeps"];
+macro_rules! fields {
+    ($name:ident: $($f:ident)*) => {
+        impl<T: Copy> $name<T> {
+            /// Names of the fields, in order.
+            pub const FIELDS: &[&str] = &[$(stringify!($f)),*];
 
-impl Tap<f64> {
-    /// Rounded to single precision.
-    pub fn to_f32(self) -> Tap<f32> {
-        let c = |x: f64| x as f32;
-        Tap {
-            taper: c(self.taper),
-            rest: c(self.rest),
-            angle: c(self.angle),
-            hub: c(self.hub),
-            near: c(self.near),
-            far: c(self.far),
-            width: c(self.width),
-            shear: c(self.shear),
-            weight: c(self.weight),
-        }
-    }
-}
+            /// Every field through `f`.
+            #[inline(always)]
+            pub fn map<U>(&self, f: impl Fn(T) -> U) -> $name<U> {
+                $name { $($f: f(self.$f)),* }
+            }
 
-impl Solution<f32> {
-    /// Widened; nothing is added.
-    pub fn to_f64(self) -> Solution<f64> {
-        let c = f64::from;
-        Solution {
-            force: c(self.force),
-            arc: c(self.arc),
-            strain: c(self.strain),
-            error: c(self.error),
-            sweeps: c(self.sweeps),
+            /// Every field gathered from the same field of something.
+            #[inline(always)]
+            pub fn gather(mut f: impl FnMut(usize) -> T) -> Self {
+                let mut at = 0;
+                $(let $f = f(at); at += 1;)*
+                let _ = at;
+                $name { $($f),* }
+            }
+
+            /// Values in order.
+            #[inline(always)]
+            pub fn values(&self) -> [T; [$(stringify!($f)),*].len()] {
+                [$(self.$f),*]
+            }
         }
-    }
+    };
 }
+fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
+fields!(Solution: force along arc strain error load sweeps);
 
 impl Solution<f64> {
     /// Whether the tap met the tolerance; false for anything that is not a number.
     pub fn within(&self, tolerance: f64) -> bool {
-        self.error <= tolerance && self.force.is_finite() && self.arc.is_finite() && self.strain.is_finite()
+        self.error <= tolerance
+            && [self.force, self.along, self.arc, self.strain].iter().all(|x| x.is_finite())
     }
 
     /// A tap that has no solution.
-    pub const FAILED: Self =
-        Self { force: f64::NAN, arc: f64::NAN, strain: f64::NAN, error: f64::INFINITY, sweeps: 0.0 };
+    pub const FAILED: Self = Self {
+        force: f64::NAN,
+        along: f64::NAN,
+        arc: f64::NAN,
+        strain: f64::NAN,
+        error: f64::INFINITY,
+        load: 0.0,
+        sweeps: 0.0,
+    };
 }
 
 /// A tap in its own units: what is asked of the rod, and how a solution is read.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    taper: Taper,
-    /// Strain curve of the linear theory of the model (Euler–Bernoulli for the exact rod), as an angle drive about
-    /// the hub, or about the clamp for a displaced object.
-    curve: StrainCurve,
-    /// Contact distance in the rotated frame, mm.
-    reach: f64,
-    /// Tap angle in the rotated frame, rad.
-    angle: f64,
-    /// Largest value of `curve`, per rad.
-    peak: f64,
+    tap: Tap<f64>,
+    /// Contact distance, mm.
+    a: f64,
+    /// Base diameter, mm.
+    diameter: f64,
+    /// EI₀/a², N.
+    unit: f64,
+    /// cos α, sin α at the contact.
+    direction: (f64, f64),
 }
 
-/// Strain, force and arc of one tap, in strain, N, mm.
+/// Strain, forces and arc of one tap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// Unsigned strain of a gauge on the contact side.
+    /// Strain, positive as on the contact side whichever side the gauge is on.
     pub strain: f64,
-    /// ε / (θ f) − 1 at full relative precision, f the linear theory of the model about the same drive.
-    pub strain_deviation: f64,
-    /// Contact force, N.
-    pub force: f64,
-    /// Contact arc, mm.
+    /// Strain over that of the first-order solution, less 1, at full relative precision; 0 for the linear theory.
+    pub deviation: f64,
+    /// P, N.
+    pub normal: f64,
+    /// T, N.
+    pub tangential: f64,
+    /// c, mm.
     pub arc: f64,
 }
 
+/// A tap as a user describes it, with what its design shares.
+#[derive(Debug, Clone, Copy)]
+pub struct Ask<'a> {
+    /// Model of the rod.
+    pub model: &'a Model,
+    /// Side of the gauge.
+    pub side: Side,
+    /// Strain curve of the linear theory of the model.
+    pub curve: &'a StrainCurve,
+    /// Largest value of `curve`.
+    pub peak: f64,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// θ, rad, or δ, mm.
+    pub amount: f64,
+    /// What holds the contact.
+    pub grip: Grip,
+}
+
 impl Frame {
-    /// `amount` is θ in rad or δ in mm; `curve` the strain curve of the model for the drive asked; `peak` the largest
-    /// value of that curve.
-    pub fn new(curve: &StrainCurve, a: f64, amount: f64, peak: f64) -> Self {
-        let (reach, angle) = match curve.drive {
-            Drive::Angle => (a, amount),
-            Drive::Displacement => (a.hypot(amount), amount.atan2(a)),
+    /// The closed forms of the linear theory; `None` where the contact would be at or beyond the virtual apex.
+    pub fn linear(ask: &Ask<'_>) -> Option<Self> {
+        let (a, curve) = (ask.a, ask.curve);
+        let angle = if curve.drive == Drive::Angle { ask.amount } else { ask.amount / a };
+        let tap = Tap { angle, hub: curve.hub / a, shear: curve.shear / (a * a), ..bare(curve, a) };
+        (tap.rest > 0.0).then(|| Self::with(ask, tap, 0.0))
+    }
+
+    /// The exact rod; `None` where the contact would be at or beyond the virtual apex.
+    pub fn exact(ask: &Ask<'_>) -> Option<Self> {
+        let (a, curve, model) = (ask.a, ask.curve, ask.model);
+        let bare = bare(curve, a);
+        if bare.rest <= 0.0 {
+            return None;
+        }
+        let radius = 0.5 * curve.taper.D / a;
+        let slope = if model.surface { curve.taper.tan_alpha } else { 0.0 };
+        let shear = if model.shear { shear_length2(&curve.taper, model.nu) / (3.0 * a * a) } else { 0.0 };
+        let quarter = 0.25 * radius * radius;
+        let mut groups = Groups {
+            taper: bare.taper,
+            rest: bare.rest,
+            angle: ask.amount,
+            hub: curve.hub / a,
+            pull: 0.0,
+            radius,
+            slope,
+            surface: model.surface,
+            pole: model.pole_radius / a,
+            shear,
+            stretch: if model.extension { quarter } else { 0.0 },
+            axial_strain: if model.extension { quarter } else { 0.0 },
+            gauge: [bare.near, bare.far, bare.width],
+            side: if ask.side == Side::Far { -1.0 } else { 1.0 },
         };
-        let angle_curve = StrainCurve::new(curve.taper, curve.gauge, curve.hub, Drive::Angle, curve.shear);
-        // θ f_max of the drive asked, per rad of the rotated frame.
-        Self { taper: curve.taper, curve: angle_curve, reach, angle, peak: peak * amount / angle }
-    }
-
-    /// The linear theory itself: no rotated frame, θ is the drive (δ/a for a displaced object).
-    pub fn linear(curve: &StrainCurve, a: f64, amount: f64) -> Self {
-        let angle = if curve.drive == Drive::Angle { amount } else { amount / a };
-        let angle_curve = StrainCurve::new(curve.taper, curve.gauge, curve.hub, Drive::Angle, curve.shear);
-        Self { taper: curve.taper, curve: angle_curve, reach: a, angle, peak: 0.0 }
-    }
-
-    /// The dimensionless tap; `None` where the contact would be at or beyond the virtual apex.
-    pub fn tap(&self) -> Option<Tap<f64>> {
-        let rest = 1.0 - self.taper.tau * self.reach;
-        let [x1, x2] = self.curve.gauge;
-        let f = self.curve.value(self.reach);
-        (rest > 0.0).then(|| Tap {
-            taper: self.taper.tau * self.reach,
-            rest,
-            angle: self.angle,
-            hub: self.curve.hub / self.reach,
-            near: (self.reach - x1) / self.reach,
-            far: (self.reach - x2) / self.reach,
-            width: (x2 - x1) / self.reach,
-            shear: self.curve.shear / (self.reach * self.reach),
-            weight: if f > 0.0 { f / f.max(1e-3 * self.peak) } else { 0.0 },
-        })
-    }
-
-    /// Reads a solution of `kernel`; `e` is Young's modulus, MPa.
-    pub fn response(&self, kernel: Kernel, e: f64, s: &Solution<f64>) -> Response {
-        let linear_strain = self.angle * self.curve.value(self.reach);
-        let force = self.angle * self.curve.force(e, self.reach);
-        match kernel {
-            Kernel::Linear => Response {
-                strain: s.strain * self.angle * self.taper.D / self.reach,
-                strain_deviation: 0.0,
-                force,
-                arc: self.reach,
+        let (pole_x, pole_y) = groups.pole_centre();
+        if curve.drive == Drive::Displacement {
+            // The object's path seen from the clamp: an angle and a growing distance.
+            let delta = ask.amount / a;
+            groups.angle = (pole_x * delta).atan2(pole_x * pole_x + pole_y * (pole_y - delta));
+            groups.pull = 0.5 * delta * delta - pole_y * delta;
+        }
+        let onset = groups.onset(ask.grip);
+        let drive = ask.amount * curve.value(a);
+        let least = 1e-3 * ask.amount * ask.peak;
+        let tap = Tap {
+            angle: groups.angle,
+            hub: groups.hub,
+            shear,
+            weight: if drive > 0.0 { drive / drive.max(least) } else { 0.0 },
+            radius,
+            contact_radius: if model.surface { radius * bare.rest } else { 0.0 },
+            slope,
+            pole_x,
+            pole_y,
+            ratio: match ask.grip {
+                Grip::Slide(friction) => groups.force_ratio(friction),
+                Grip::Stick => 0.0,
             },
-            Kernel::Exact => Response {
-                strain: linear_strain + linear_strain * s.strain,
-                strain_deviation: s.strain,
-                force: force + force * s.force,
-                arc: self.reach + self.reach * s.arc,
-            },
+            force: onset.across,
+            along: onset.along,
+            arc: onset.arc,
+            strain: onset.strain,
+            ..bare
+        };
+        Some(Self::with(ask, tap, slope))
+    }
+
+    fn with(ask: &Ask<'_>, tap: Tap<f64>, slope: f64) -> Self {
+        let diameter = ask.curve.taper.D;
+        let stiffness = ask.model.material.e0() * std::f64::consts::PI * diameter.powi(4) / 64.0;
+        Self { tap, a: ask.a, diameter, unit: stiffness / (ask.a * ask.a), direction: direction(slope) }
+    }
+
+    /// The dimensionless tap.
+    pub fn tap(&self) -> &Tap<f64> {
+        &self.tap
+    }
+
+    /// Reads a solution of `kernel`.
+    pub fn response(&self, kernel: Kernel, s: &Solution<f64>) -> Response {
+        let t = &self.tap;
+        if kernel == Kernel::Linear {
+            // Eq. 4 with shear; the moment of P at a stands where the lever vanishes.
+            let force = 3.0 * t.angle * t.rest * (1.0 + t.hub) / (1.0 + t.shear);
+            return Response {
+                strain: s.strain * t.angle * self.diameter / self.a,
+                deviation: 0.0,
+                normal: force * self.unit,
+                tangential: 0.0,
+                arc: self.a,
+            };
+        }
+        let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
+        let (cos, sin) = self.direction;
+        Response {
+            strain: t.strain + t.strain * s.strain,
+            deviation: s.strain,
+            normal: (w * cos - h * sin) * self.unit,
+            tangential: (w * sin + h * cos) * self.unit,
+            arc: self.a * (1.0 + t.arc + s.arc),
         }
     }
+}
 
-    /// θ f of the rotated frame: the strain to which `strain_deviation` refers.
-    pub fn linear_strain(&self) -> f64 {
-        self.angle * self.curve.value(self.reach)
+/// What linear and exact taps share.
+fn bare(curve: &StrainCurve, a: f64) -> Tap<f64> {
+    let [x1, x2] = curve.gauge;
+    let taper = curve.taper.tau * a;
+    Tap {
+        taper,
+        rest: 1.0 - taper,
+        near: (a - x1) / a,
+        far: (a - x2) / a,
+        width: (x2 - x1) / a,
+        ..Tap::default()
     }
 }

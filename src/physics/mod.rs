@@ -2,6 +2,7 @@
 
 pub mod inverse;
 pub mod linear;
+pub mod onset;
 pub mod rod;
 pub mod root;
 pub mod section;

@@ -78,7 +78,7 @@ pub fn run(
     let start = Instant::now();
     let plan = Plan::new(scene)?;
     let mut folder = Folder::new(target.out, &hash(&scene.text), target.force)?;
-    let method = choice.open()?;
+    let method = choice.open(&scene.model)?;
     let open = start.elapsed();
     let mut run = Run {
         scene,

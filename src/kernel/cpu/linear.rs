@@ -18,5 +18,5 @@ pub fn taps<T: Scalar, const L: usize, const FMA: bool>(
     let on_gauge = tap.near * tap.near * b1 * b1 / (of(2.0) * tap.rest * tap.width);
     let lever = zero.if_less(tap.near, tap.far.if_less(zero, on_gauge, clear), zero);
     let strain = of(1.5) * tap.rest * (one + tap.hub) * lever / (one + tap.shear);
-    Solution { force: zero, arc: zero, strain, error: zero, sweeps: zero }
+    Solution { strain, ..Solution::gather(|_| zero) }
 }

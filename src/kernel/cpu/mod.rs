@@ -13,7 +13,7 @@ use exact::Tables;
 pub use exact::series;
 use pack::{Pack, Scalar};
 
-use super::{Kernel, Rule, Solution, Solver, Tap};
+use super::{Job, Kernel, Solution, Solver, Tap};
 use crate::scene::Precision;
 
 /// Taps of one work item: enough to hide scheduling, few enough to balance.
@@ -50,17 +50,15 @@ fn fused() -> bool {
 impl Solver for Cpu {
     fn solve(
         &mut self,
-        kernel: Kernel,
-        rule: &Rule,
-        tolerance: f64,
+        job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
     ) -> Result<(), String> {
         out.clear();
         out.resize(taps.len(), Solution::FAILED);
         match self.precision {
-            Precision::F32 => by_nodes_f32(kernel, rule, tolerance, taps, out),
-            Precision::F64 => by_nodes_f64(kernel, rule, tolerance, taps, out),
+            Precision::F32 => by_nodes_f32(job, taps, out),
+            Precision::F64 => by_nodes_f64(job, taps, out),
         }
     }
 
@@ -72,12 +70,12 @@ impl Solver for Cpu {
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
-        fn $name(kernel: Kernel, rule: &Rule, tolerance: f64, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
-            match (kernel, rule.nodes) {
-                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes>(None, rule, tolerance, t, o)),
-                $((Kernel::Exact, $n) => {
-                    let tables = Tables::<$t, $n>::new(rule);
-                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), rule, tolerance, t, o));
+        fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
+            match (job.kernel, job.rule.nodes) {
+                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes>(None, job, t, o)),
+                $((Kernel::Exact(_), $n) => {
+                    let tables = Tables::<$t, $n>::new(job.rule, job.chart);
+                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), job, t, o));
                 })*
                 (_, n) => return Err(format!("no CPU kernel with {n} nodes")),
             }
@@ -99,72 +97,52 @@ fn parallel(
 /// Solves one work item with the best instruction set there is.
 fn block<T: Scalar, const N: usize, const L: usize>(
     tables: Option<&Tables<T, N>>,
-    rule: &Rule,
-    tolerance: f64,
+    job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the CPU has just been found to have both features.
-        unsafe { block_avx2::<T, N, L>(tables, rule, tolerance, taps, out) };
+        unsafe { block_avx2::<T, N, L>(tables, job, taps, out) };
         return;
     }
-    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, rule, tolerance, taps, out);
+    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, job, taps, out);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn block_avx2<T: Scalar, const N: usize, const L: usize>(
     tables: Option<&Tables<T, N>>,
-    rule: &Rule,
-    tolerance: f64,
+    job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
-    lanes::<T, N, L, true>(tables, rule, tolerance, taps, out);
+    lanes::<T, N, L, true>(tables, job, taps, out);
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
 fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     tables: Option<&Tables<T, N>>,
-    rule: &Rule,
-    tolerance: f64,
+    job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
-        let packed = gather::<T, L, FMA>(taps);
-        let solved = match tables {
-            Some(tables) => exact::taps(tables, rule, tolerance, &packed),
-            None => linear::taps(&packed),
+        let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
+        let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
+        let solved: Solution<Pack<T, L, FMA>> = match (tables, job.kernel) {
+            (Some(tables), Kernel::Exact(e)) if e.plain() => {
+                exact::taps::<T, N, L, FMA, true>(tables, job.rule, &e, job.tolerance, &packed)
+            }
+            (Some(tables), Kernel::Exact(e)) => {
+                exact::taps::<T, N, L, FMA, false>(tables, job.rule, &e, job.tolerance, &packed)
+            }
+            _ => linear::taps(&packed),
         };
         for (i, o) in out.iter_mut().enumerate() {
-            *o = Solution {
-                force: solved.force.0[i].get(),
-                arc: solved.arc.0[i].get(),
-                strain: solved.strain.0[i].get(),
-                error: solved.error.0[i].get(),
-                sweeps: solved.sweeps.0[i].get(),
-            };
+            *o = solved.map(|x| x.0[i].get());
         }
-    }
-}
-
-#[inline(always)]
-fn gather<T: Scalar, const L: usize, const FMA: bool>(taps: &[Tap<f64>]) -> Tap<Pack<T, L, FMA>> {
-    let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-    let field = |f: fn(&Tap<f64>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
-    Tap {
-        taper: field(|t| t.taper),
-        rest: field(|t| t.rest),
-        angle: field(|t| t.angle),
-        hub: field(|t| t.hub),
-        near: field(|t| t.near),
-        far: field(|t| t.far),
-        width: field(|t| t.width),
-        shear: field(|t| t.shear),
-        weight: field(|t| t.weight),
     }
 }

@@ -6,7 +6,7 @@ use super::{
     adapter::Adapter,
     shader::{Variant, WORKGROUP, validate},
 };
-use crate::kernel::{Kernel, Rule, Solution, Solver, Tap};
+use crate::kernel::{Job, Solution, Solver, Tap};
 use crate::scene::Precision;
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
@@ -19,7 +19,8 @@ pub struct Gpu {
     precision: Precision,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    pipelines: HashMap<Variant, wgpu::ComputePipeline>,
+    /// By WGSL text.
+    pipelines: HashMap<String, wgpu::ComputePipeline>,
     buffers: Option<Buffers>,
 }
 
@@ -54,16 +55,16 @@ impl Gpu {
     }
 
     /// The pipeline of `variant`, compiled on first use.
-    fn pipeline(&mut self, variant: Variant) -> Result<wgpu::ComputePipeline, String> {
-        if let Some(found) = self.pipelines.get(&variant) {
+    fn pipeline(&mut self, variant: &Variant<'_>) -> Result<wgpu::ComputePipeline, String> {
+        let (name, wgsl) = (variant.name(), variant.wgsl());
+        if let Some(found) = self.pipelines.get(&wgsl) {
             return Ok(found.clone());
         }
-        let (name, wgsl) = (variant.name(), variant.wgsl());
         validate(&name, &wgsl)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let source = wgpu::ShaderModuleDescriptor {
             label: Some(&name),
-            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+            source: wgpu::ShaderSource::Wgsl(wgsl.as_str().into()),
         };
         // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
         let module = unsafe {
@@ -80,7 +81,7 @@ impl Gpu {
         if let Some(e) = pollster::block_on(scope.pop()) {
             return Err(format!("shader {name} on {}: {e}", self.adapter.name));
         }
-        self.pipelines.insert(variant, pipeline.clone());
+        self.pipelines.insert(wgsl, pipeline.clone());
         Ok(pipeline)
     }
 
@@ -117,9 +118,7 @@ const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
 impl Solver for Gpu {
     fn solve(
         &mut self,
-        kernel: Kernel,
-        rule: &Rule,
-        tolerance: f64,
+        job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
     ) -> Result<(), String> {
@@ -128,13 +127,13 @@ impl Solver for Gpu {
             return Ok(());
         }
         let (precision, count) = (self.precision, taps.len());
-        let pipeline = self.pipeline(Variant::new(kernel, *rule, precision, tolerance))?;
+        let pipeline = self.pipeline(&Variant { job: *job, precision })?;
         self.reserve(count);
         let buffers = self.buffers.as_ref().expect("reserved");
         self.queue.write_buffer(&buffers.batch, 0, bytemuck::bytes_of(&[count as u32, 0, 0, 0]));
         match precision {
             Precision::F32 => {
-                let narrow: Vec<Tap<f32>> = taps.iter().map(|t| t.to_f32()).collect();
+                let narrow: Vec<Tap<f32>> = taps.iter().map(|t| t.map(|x| x as f32)).collect();
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&narrow));
             }
             Precision::F64 => self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(taps)),
@@ -184,7 +183,7 @@ fn read(
         let view = readback.get_mapped_range(0..bytes).map_err(|e| e.to_string())?;
         match precision {
             Precision::F32 => {
-                out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.to_f64()))
+                out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.map(f64::from)))
             }
             Precision::F64 => out.extend_from_slice(bytemuck::cast_slice(&view)),
         }

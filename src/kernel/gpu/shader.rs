@@ -4,11 +4,10 @@
 use std::fmt::Write;
 
 use crate::kernel::{
-    Kernel, Rule,
+    Chart, Effects, Job, Kernel, Rule, Solution, Tap,
     cpu::series,
     nodes::{Nodes, gauss},
     rule::limits,
-    tap::{SOLUTION_FIELDS, TAP_FIELDS},
 };
 use crate::scene::Precision;
 
@@ -16,37 +15,37 @@ use crate::scene::Precision;
 pub const WORKGROUP: u32 = 64;
 
 /// What a compute pipeline is specialised on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Variant {
-    /// Linear or exact.
-    pub kernel: Kernel,
-    /// Nodes, terms, sweeps.
-    pub rule: Rule,
+#[derive(Debug, Clone, Copy)]
+pub struct Variant<'a> {
+    /// Kernel, rule, tolerance, section law.
+    pub job: Job<'a>,
     /// Type of every number.
     pub precision: Precision,
-    /// Tolerance, as bits so that variants can be compared.
-    pub tolerance: u64,
 }
 
-impl Variant {
-    /// `tolerance` as in [`crate::kernel::Solver::solve`].
-    pub fn new(kernel: Kernel, rule: Rule, precision: Precision, tolerance: f64) -> Self {
-        Self { kernel, rule, precision, tolerance: tolerance.to_bits() }
-    }
-
+impl Variant<'_> {
     /// Name in messages.
     pub fn name(&self) -> String {
-        let Rule { nodes, terms, .. } = self.rule;
-        format!("{:?} {:?} nodes={nodes} terms={terms}", self.kernel, self.precision).to_lowercase()
+        let Rule { nodes, terms, .. } = self.job.rule;
+        format!("{:?} {:?} nodes={nodes} terms={terms}", self.job.kernel, self.precision).to_lowercase()
     }
 
-    /// The whole WGSL text.
+    /// The whole WGSL text; two variants with the same text are the same pipeline.
     pub fn wgsl(&self) -> String {
-        let body = match self.kernel {
-            Kernel::Linear => include_str!("../../../shaders/linear.wgsl").to_owned(),
-            Kernel::Exact => tables(self) + include_str!("../../../shaders/exact.wgsl"),
-        };
-        [header(self), body, include_str!("../../../shaders/main.wgsl").to_owned()].join("\n")
+        let main = include_str!("../../../shaders/main.wgsl");
+        match self.job.kernel {
+            Kernel::Linear => [&header(self), include_str!("../../../shaders/linear.wgsl"), main].join("\n"),
+            Kernel::Exact(effects) => [
+                &header(self),
+                &tables(self, &effects),
+                include_str!("../../../shaders/exact.wgsl"),
+                include_str!("../../../shaders/sweep.wgsl"),
+                include_str!("../../../shaders/newton.wgsl"),
+                include_str!("../../../shaders/gauge.wgsl"),
+                main,
+            ]
+            .join("\n"),
+        }
     }
 }
 
@@ -59,7 +58,7 @@ fn literal(precision: Precision, x: f64) -> String {
 }
 
 /// Types, layouts and the named numbers that every kernel uses.
-fn header(v: &Variant) -> String {
+fn header(v: &Variant<'_>) -> String {
     let real = match v.precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
@@ -68,16 +67,17 @@ fn header(v: &Variant) -> String {
     let named = [
         ("ZERO", 0.0),
         ("SIXTH", 1.0 / 6.0),
+        ("THIRD", 1.0 / 3.0),
         ("ONE", 1.0),
         ("TWO", 2.0),
         ("THREE", 3.0),
-        ("TOLERANCE", f64::from_bits(v.tolerance)),
-        ("MAX_ANGLE", v.rule.max_angle()),
+        ("TOLERANCE", v.job.tolerance),
+        ("MAX_ANGLE", v.job.rule.max_angle()),
     ];
     for (name, x) in named.into_iter().chain(limits::NAMED) {
         let _ = writeln!(text, "const {name}: real = {};", literal(v.precision, x));
     }
-    for (name, fields) in [("Tap", &TAP_FIELDS[..]), ("Solution", &SOLUTION_FIELDS[..])] {
+    for (name, fields) in [("Tap", Tap::<f32>::FIELDS), ("Solution", Solution::<f32>::FIELDS)] {
         let members: Vec<_> = fields.iter().map(|f| format!("{f}: real")).collect();
         let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
     }
@@ -85,8 +85,8 @@ fn header(v: &Variant) -> String {
 }
 
 /// Tables of the exact kernel as unrolled sums with literal coefficients.
-fn tables(v: &Variant) -> String {
-    let (n, lit) = (v.rule.nodes, |x: f64| literal(v.precision, x));
+fn tables(v: &Variant<'_>, effects: &Effects) -> String {
+    let (n, lit) = (v.job.rule.nodes, |x: f64| literal(v.precision, x));
     let nodes = Nodes::new(n);
     let list = |x: &[f64]| x.iter().map(|&x| lit(x)).collect::<Vec<_>>().join(", ");
     let dot = |row: &[f64]| {
@@ -100,10 +100,10 @@ fn tables(v: &Variant) -> String {
             .rev()
             .fold(lit(c[c.len() - 1]), |sum, &c| format!("fma({sum}, z, {})", lit(c)))
     };
-    let (gauge_points, gauge_weights) = gauss(v.rule.gauge_points());
+    let (gauge_points, gauge_weights) = gauss(v.job.rule.gauge_points());
     let mut text = format!(
         "const N = {n}u;\nconst SWEEPS = {}u;\nconst GAUGE_N = {}u;\nalias Nodes = array<real, {n}>;\n",
-        v.rule.sweeps,
+        v.job.rule.sweeps,
         gauge_points.len()
     );
     for (name, x) in
@@ -117,13 +117,75 @@ fn tables(v: &Variant) -> String {
             writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
     }
     for (name, power, first) in [("one_minus_cos", "z", 2), ("x_minus_sin", "x * z", 3)] {
-        let sum = horner(&series(v.rule.terms, first));
+        let sum = horner(&series(v.job.rule.terms, first));
         let _ = writeln!(
             text,
             "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
         );
     }
-    text + &primitive(n, &lit)
+    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects) + &section(v.job.chart, &lit)
+}
+
+/// The effects as constants, which the device's compiler folds.
+fn switches(e: &Effects) -> String {
+    let named = [
+        ("PLAIN", e.plain()),
+        ("SHEAR", e.shear),
+        ("EXTENSION", e.extension),
+        ("OFFSET", e.offset),
+        ("STICK", e.stick),
+        ("LAW", e.law),
+    ];
+    let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
+    format!("{list}const SIDE: real = {}1.0;\n", if e.far { "-" } else { "" })
+}
+
+/// The section law as nested polynomials; without a chart it adds nothing.
+fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
+    let mut text =
+        "struct Section { extra: real, chi: real, load: real }\nfn section(t: real, b: real) -> Section {\n"
+            .to_owned();
+    let Some(chart) = chart else {
+        return text + "    return Section(ZERO, ZERO, ZERO);\n}\nconst CHART_ERROR: real = 0.0;\n";
+    };
+    let nested = |c: &[String], x: &str| {
+        c[..c.len() - 1].iter().rev().fold(c[c.len() - 1].clone(), |sum, c| format!("fma({sum}, {x}, {c})"))
+    };
+    let line = |c: &[f64]| nested(&c.iter().map(|&c| lit(c)).collect::<Vec<_>>(), "x");
+    let _ = writeln!(text, "    let most = fma(t, {}, {});", lit(chart.bending[1]), lit(chart.bending[0]));
+    let _ = writeln!(
+        text,
+        "    let b2 = b * b;\n    let beta = b2 / (most * most);\n    let s = t * {};",
+        lit(1.0 / chart.axial)
+    );
+    let _ = writeln!(text, "    let x = clamp(s, -ONE, ONE);\n    let y = fma(min(beta, ONE), TWO, -ONE);");
+    for (name, plane) in [("p", &chart.p), ("q", &chart.q)] {
+        let rows: Vec<String> = plane.iter().map(|row| line(row)).collect();
+        for (i, row) in rows.iter().enumerate() {
+            let _ = writeln!(text, "    let {name}{i} = {row};");
+        }
+        let names: Vec<String> = (0..rows.len()).map(|i| format!("{name}{i}")).collect();
+        let _ = writeln!(text, "    let {name} = {};", nested(&names, "y"));
+    }
+    let _ = writeln!(text, "    let r = {};\n    let c = {};", line(&chart.r), line(&chart.c));
+    let _ = writeln!(text, "    return Section(t * t * r + b2 * p, t * c + b2 * q, max(beta, abs(s)));\n}}");
+    text + &format!("const CHART_ERROR: real = {};\n", lit(chart.error))
+}
+
+/// A series of shifted Legendre polynomials at w, unrolled.
+fn legendre(n: usize, lit: &dyn Fn(f64) -> String) -> String {
+    let mut text = "fn legendre(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] + series[1] * x;\n".to_owned();
+    for k in 2..n {
+        let kf = (k - 1) as f64;
+        let (a, b, c) = (lit(2.0 * kf + 1.0), lit(kf), lit(1.0 / (kf + 1.0)));
+        let _ = writeln!(
+            text,
+            "    let p{k} = ({a} * x * p{} - {b} * p{}) * {c};\n    sum += series[{k}] * p{k};",
+            k - 1,
+            k - 2
+        );
+    }
+    text + "    return sum;\n}\n"
 }
 
 /// ∫₀^w of a series of shifted Legendre polynomials, unrolled.
@@ -159,53 +221,81 @@ pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Solution, Tap, rule::every_rule};
+    use crate::kernel::rule::{chart_range, every_rule};
+    use crate::scene::Material;
     use std::mem::offset_of;
 
-    fn variants() -> impl Iterator<Item = Variant> {
-        [Precision::F32, Precision::F64].into_iter().flat_map(|p| {
-            every_rule(p)
-                .into_iter()
-                .flat_map(move |r| [Kernel::Linear, Kernel::Exact].map(|k| Variant::new(k, r, p, 1e-5)))
-        })
+    /// Every combination of effects on every rung, in both precisions.
+    fn each_variant(mut f: impl FnMut(&Variant<'_>)) -> usize {
+        let mut seen = 0;
+        for precision in [Precision::F32, Precision::F64] {
+            for rule in every_rule(precision) {
+                let (axial, bending) = chart_range(precision, &rule);
+                let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, 1e-6);
+                let effects = (0..64u32).map(|bits| {
+                    let on = |k: u32| bits >> k & 1 == 1;
+                    Effects {
+                        shear: on(0),
+                        extension: on(1),
+                        offset: on(2),
+                        stick: on(3),
+                        law: on(4),
+                        far: on(5),
+                    }
+                });
+                let sensible = effects.filter(|e| !e.stick || (e.extension && e.offset));
+                for kernel in sensible.map(Kernel::Exact).chain([Kernel::Linear]) {
+                    let law = matches!(kernel, Kernel::Exact(e) if e.law);
+                    let job =
+                        Job { kernel, rule: &rule, tolerance: 1e-5, chart: chart.as_ref().filter(|_| law) };
+                    f(&Variant { job, precision });
+                    seen += 1;
+                }
+            }
+        }
+        seen
     }
 
     #[test]
     fn every_variant_is_valid_wgsl() {
-        let mut seen = 0;
-        for v in variants() {
+        let seen = each_variant(|v| {
             validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
-            seen += 1;
-        }
-        assert!(seen >= 12, "only {seen} variants");
+        });
+        assert_eq!(seen, 6 * (32 + 8 + 1));
     }
 
     #[test]
     fn linear_variant_holds_nothing_of_the_rod() {
-        for v in variants().filter(|v| v.kernel == Kernel::Linear) {
-            let module = validate(&v.name(), &v.wgsl()).unwrap();
-            let names: Vec<_> = module.functions.iter().filter_map(|(_, f)| f.name.clone()).collect();
-            assert_eq!(names, ["solve"]);
-        }
+        each_variant(|v| {
+            if v.job.kernel == Kernel::Linear {
+                let module = validate(&v.name(), &v.wgsl()).unwrap();
+                let names: Vec<_> = module.functions.iter().filter_map(|(_, f)| f.name.clone()).collect();
+                assert_eq!(names, ["solve"]);
+            }
+        });
     }
 
     #[test]
     fn struct_layouts_are_those_of_rust() {
-        let v = Variant::new(Kernel::Exact, every_rule(Precision::F32)[0], Precision::F32, 1e-5);
+        let rule = every_rule(Precision::F32)[0];
+        let job = Job { kernel: Kernel::Linear, rule: &rule, tolerance: 1e-5, chart: None };
+        let v = Variant { job, precision: Precision::F32 };
         let module = validate("layout", &v.wgsl()).unwrap();
         let offsets = |name: &str| {
             let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
             let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
-            (
-                members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect::<Vec<_>>(),
-                *span as usize,
-            )
+            let list: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+            (list, *span as usize)
         };
         macro_rules! rust {
             ($t:ty: $($f:ident)*) => { (vec![$((stringify!($f).to_owned(), offset_of!($t, $f))),*], size_of::<$t>()) };
         }
-        assert_eq!(offsets("Tap"), rust!(Tap<f32>: taper rest angle hub near far width shear weight));
-        assert_eq!(offsets("Solution"), rust!(Solution<f32>: force arc strain error sweeps));
+        assert_eq!(
+            offsets("Tap"),
+            rust!(Tap<f32>: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y
+                ratio force along arc strain)
+        );
+        assert_eq!(offsets("Solution"), rust!(Solution<f32>: force along arc strain error load sweeps));
     }
 
     #[test]

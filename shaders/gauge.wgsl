@@ -1,0 +1,143 @@
+// Strain deviation and error estimate from a converged state. Twin of src/kernel/cpu/exact/gauge.rs.
+
+// d(lever mean)/dc over the lever mean at c = 1.
+fn lever_change(tap: Tap) -> real {
+    let u1 = fma(tap.taper, tap.near, tap.rest);
+    let u2 = fma(tap.taper, tap.far, tap.rest);
+    let clear = (u1 + u2) / max(tap.near * u2 + tap.far * u1, TINY);
+    let on_gauge = 2.0 / max(tap.near, TINY) + tap.taper / tap.rest;
+    return select(clear, on_gauge, tap.far < 0.0);
+}
+
+// How far beyond the contact the lever reaches where it has no moment.
+fn past(end: real, b2: real, g2: real, width: real) -> real {
+    return end * end * b2 * b2 / (2.0 * g2 * width);
+}
+
+// Place w on the rod of a point at distance from_contact, u^2 = 1 - tau s there.
+fn place(from_contact: real, u: real, c: real, g: real) -> real {
+    let root = sqrt(max(u, TINY));
+    return max(from_contact, ZERO) * (1.0 + g) / (c * root * (root + g));
+}
+
+fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) -> Solution {
+    let x = tap.arc + state.arc;
+    let c = 1.0 + x;
+    let g2 = max(tap.rest - tap.taper * x, APEX * tap.rest);
+    let g = sqrt(g2);
+    let m = c / (1.0 + g);
+    let k = tap.taper * m;
+
+    let c1 = tap.near + x;
+    let c2 = tap.far + x;
+    let u1 = fma(tap.taper, tap.near, tap.rest);
+    let u2 = fma(tap.taper, tap.far, tap.rest);
+    let b1 = 1.0 / u1;
+    let b2 = 1.0 / max(u2, TINY);
+    let clear = 0.5 * b1 * b2 * (tap.near * b1 + tap.far * b2);
+    let clear_change = 0.5 * b1 * b2 * x * (b1 + b2) + past(min(c2, ZERO), b2, g2, tap.width);
+    let on_gauge = tap.near * tap.near * b1 * b1 / (2.0 * tap.rest * tap.width);
+    let farther = x / max(tap.near, TINY);
+    let slim = tap.taper * x / g2;
+    let longer = farther * (2.0 + farther);
+    let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
+    let lever = max(select(clear, on_gauge, tap.far < 0.0), TINY);
+    let change = select(clear_change, on_gauge_change, tap.far < 0.0);
+
+    let series = coefficients(state.shortening);
+    var heights: Nodes;
+    var angles: Nodes;
+    if OFFSET {
+        heights = coefficients(state.height);
+    }
+    if EXTENSION {
+        angles = coefficients(state.angle);
+    }
+    let w1 = min(place(c1, u1, c, g), ONE);
+    let w2 = place(c2, u2, c, g);
+    let w_force = tap.force * (1.0 + state.force);
+    var h_force = ZERO;
+    var contact_radius = ZERO;
+    if OFFSET {
+        h_force = tap.along + tap.force * state.along;
+        contact_radius = tap.contact_radius - tap.slope * x;
+    }
+    let ig2 = 1.0 / g2;
+    let ig6 = ig2 * ig2 * ig2;
+    var sum = ZERO;
+    var length = ZERO;
+    for (var i = 0u; i < GAUGE_N; i++) {
+        let w = w2 + (w1 - w2) * GAUGE_POINTS[i];
+        let weight = GAUGE_WEIGHTS[i];
+        let y = 1.0 - k * w;
+        let y2 = y * y;
+        let y3 = y2 * y;
+        length += weight / y3;
+        if PLAIN {
+            sum += weight * primitive(series, w) * y3;
+            continue;
+        }
+        var moment = w_force * 2.0 * g2 * m * primitive(series, w);
+        if OFFSET {
+            moment -= h_force * legendre(heights, w);
+        }
+        var strain = -tap.radius * moment * y3 * y3 * ig6;
+        var direct = ZERO;
+        if EXTENSION {
+            let angle = legendre(angles, w);
+            let cosine = one_minus_cos(angle);
+            let sine = angle - x_minus_sin(angle);
+            let unit = 0.25 * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
+            let excess = -(h_force * cosine + w_force * sine) * unit;
+            direct = h_force * unit + excess;
+            strain += SIDE * excess;
+        }
+        if LAW {
+            let arm = g2 * m * w * (1.0 + y) / y2;
+            let b = tap.radius * (w_force * arm + h_force * contact_radius - moment) * y3 * y3 * ig6;
+            let law = section(direct, abs(b));
+            strain += b * law.chi + SIDE * law.extra;
+        }
+        sum += weight * strain / y3;
+    }
+    let bent = select(ONE, max(c1, ZERO) / tap.width, c2 < 0.0);
+    let growth = 1.0 + state.force;
+    var strain = ZERO;
+    if PLAIN {
+        let mean = bent * 2.0 * m * sum / (g2 * g2 * length);
+        strain = state.force + growth * (change - mean) / lever;
+    } else {
+        var more = tap.radius * tap.force * (lever * state.force + growth * change) + bent * sum / length;
+        if OFFSET {
+            // Means of 1/(1 - tau s)^3 and 1/(1 - tau s)^2 over the bent part, now and at c = 1.
+            let end = select(b2, ig2, c2 < 0.0);
+            let first = select(b2, 1.0 / tap.rest, tap.far < 0.0);
+            let share = select(ONE, max(tap.near, ZERO) / tap.width, tap.far < 0.0);
+            let now = 0.5 * bent * b1 * end * (b1 + end);
+            let before = 0.5 * share * b1 * first * (b1 + first);
+            let dh = tap.force * state.along;
+            let dr = -tap.slope * x;
+            more += tap.radius
+                * ((dh * (tap.contact_radius + dr) + tap.along * dr) * now + tap.along * tap.contact_radius * (now - before));
+            if EXTENSION {
+                let area = 0.25 * tap.radius * tap.radius;
+                let direct = bent * b1 * end;
+                more += SIDE * area * (dh * direct + tap.along * (direct - share * b1 * first));
+            }
+        }
+        strain = more / tap.strain;
+    }
+    var error = residual + truncation(tap, state, series, m, g2);
+    if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
+        error = HOPELESS;
+    }
+    return Solution(state.force, state.along, state.arc, strain, error, state.load, sweeps);
+}
+
+// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands.
+fn truncation(tap: Tap, state: ptr<function, State>, series: Nodes, m: real, g2: real) -> real {
+    let last = coefficients(state.bending);
+    let bending = 12.0 * m * m * (1.0 + tap.hub) * tap.rest / (g2 * g2) * (abs(last[N - 1]) + abs(last[N - 2]));
+    let shortening = 2.0 * g2 * m * (abs(series[N - 1]) + abs(series[N - 2]));
+    return BENDING_TAIL * bending * sqrt(bending) + SHORTENING_TAIL * shortening;
+}

@@ -1,0 +1,84 @@
+//! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge}.wgsl`: same functions,
+//! same names, same order.
+//!
+//! # Theory
+//! Unit of length is the contact distance, of force EI₀/a². In the frame of the contact, with its axis along the whisker,
+//! W is the force across and H the force along the whisker, ψ the angle against the contact, c the contact arc and
+//! g² = 1 − τc. With w ∈ [0, 1] from contact to base, y = 1 − (1 − g)w and m = c/(1 + g) (so that
+//! (1 − τs)^(−1/2) = y/g is linear in w and nothing divides by τ):
+//!
+//! - ds = 2 g² m y⁻³ dw; the angles that W and H R_c alone would give are closed forms of w;
+//! - Δξ = ∫(1 − (1 + e₀) cos ψ + γ sin ψ) ds shortens the lever arm c − s, η = ∫((1 + e₀) sin ψ + γ cos ψ) ds is the height;
+//! - ψ = closed form − Δψ, Δψ = ∫(WΔξ − Hη − Mχ)/(1 − τs)⁴ ds, M the whole moment and χ the excess of the section law;
+//! - N = H cos ψ − W sin ψ gives e₀ (off: 0 in the kinematics), Q = −H sin ψ − W cos ψ gives γ.
+//!
+//! Closure: V, from the motor's axis to the pole centre, must be Z₀ = (X₀, Y₀) turned by β = ψ_b − θ. With V = Z₀ + v it
+//! is V × R(β) Z₀ = 0 and X₀ v_x + Y₀ v_y + v²/2 = ζ. The part linear in W, H, x = c − 1 is a closed form at c = 1 (see
+//! [`crate::physics::onset`]); its solution W₀, H₀, x₀ comes with the tap. What is iterated is the
+//! deviation W = W₀(1 + w), H = H₀ + W₀k, x = x₀ + z, from residuals in which every term is a small correction: changes of
+//! closed forms with c are composed as growth factors (a + b + ab), 1 − cos and ψ − sin are series, so that K − 1 keeps its
+//! relative precision in f32 however small the tap.
+//!
+//! # Practice
+//! One sweep evaluates all this from the last state and ends with a Newton step for (w, z), or for (w, k) of a sticking
+//! contact, whose Jacobian then holds the geometric stiffness too. The iteration contracts by about θ² per sweep
+//! at small angles and by 3 at 60°.
+
+mod gauge;
+mod newton;
+mod sweep;
+mod tables;
+
+use super::pack::{Pack, Scalar};
+use crate::kernel::{Effects, Rule, Solution, Tap, rule::limits::*};
+use gauge::{gauge, lever_change};
+use sweep::{State, sweep};
+pub use tables::{Tables, series};
+
+/// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
+#[inline(always)]
+pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+    tables: &Tables<T, N>,
+    rule: &Rule,
+    effects: &Effects,
+    tolerance: f64,
+    tap: &Tap<Pack<T, L, FMA>>,
+) -> Solution<Pack<T, L, FMA>> {
+    let of = Pack::<T, L, FMA>::of;
+    let zero = of(0.0);
+    let lever = lever_change(tap);
+    let mut state = State {
+        force: zero,
+        along: zero,
+        arc: zero,
+        lag: [zero; N],
+        angle: [zero; N],
+        shortening: [zero; N],
+        height: [zero; N],
+        bending: [zero; N],
+        extra: [zero; N],
+        steps: [zero; 2],
+        base: zero,
+        load: zero,
+    };
+    let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
+    let stop = of(0.25 * tolerance);
+    for _ in 0..rule.sweeps {
+        sweep::<T, N, L, FMA, PLAIN>(tables, effects, tap, &mut state);
+        let [first, second] = state.steps;
+        let sensitivity = if !PLAIN && effects.stick { of(1.0) } else { tap.weight.mul_add(lever, of(1.0)) };
+        let change = first.abs() + sensitivity * second.abs();
+        // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
+        rate = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
+        last = change.max(of(TINY));
+        sweeps = sweeps + stop.if_less(error, of(1.0), zero);
+        error = change * rate / (of(1.0) - rate);
+        if error.all_at_most(stop) {
+            break;
+        }
+    }
+    if let Some(chart) = tables.chart() {
+        error = error + of(chart.error);
+    }
+    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, error, sweeps)
+}

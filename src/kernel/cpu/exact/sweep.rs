@@ -1,0 +1,296 @@
+//! One Picard sweep with a Newton step for the two unknowns of the contact. Twin of `shaders/sweep.wgsl`.
+
+use super::super::pack::{Pack, Scalar};
+use super::newton::{Bent, step};
+use super::tables::{Tables, dot};
+use crate::kernel::{Effects, Tap, rule::limits::*};
+
+/// What one sweep passes to the next. The forces are W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the
+/// contact, its arc is c = 1 + x₀ + z.
+pub struct State<P, const N: usize> {
+    /// w.
+    pub force: P,
+    /// k.
+    pub along: P,
+    /// z.
+    pub arc: P,
+    /// Δψ at the nodes.
+    pub lag: [P; N],
+    /// ψ at the nodes.
+    pub angle: [P; N],
+    /// Integrand of Δξ over y³.
+    pub shortening: [P; N],
+    /// η at the nodes.
+    pub height: [P; N],
+    /// Integrand of Δψ.
+    pub bending: [P; N],
+    /// e₀ − t at the nodes: what the section law adds to the axial strain.
+    pub extra: [P; N],
+    /// Last Newton steps of w and of z (or k), before they were bounded.
+    pub steps: [P; 2],
+    /// |ψ| at the base.
+    pub base: P,
+    /// Largest load of a section: above 1 a fibre leaves the range of the law, or the section its chart.
+    pub load: P,
+}
+
+/// a + b + ab: growth by a, then by b.
+#[inline(always)]
+fn then<T: Scalar, const L: usize, const FMA: bool>(
+    a: Pack<T, L, FMA>,
+    b: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    a.mul_add(b, a + b)
+}
+
+/// One sweep from `state` to `state`.
+#[inline(always)]
+pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+    tables: &Tables<T, N>,
+    effects: &Effects,
+    tap: &Tap<Pack<T, L, FMA>>,
+    state: &mut State<Pack<T, L, FMA>, N>,
+) {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
+    let shear = !PLAIN && effects.shear;
+    let extension = !PLAIN && effects.extension;
+    let offset = !PLAIN && effects.offset;
+    let stick = !PLAIN && effects.stick;
+    let law = !PLAIN && effects.law;
+
+    let w_force = tap.force * (one + state.force);
+    let h_force = if offset { tap.along + tap.force * state.along } else { zero };
+    let x = tap.arc + state.arc;
+    let c = one + x;
+    let g2 = (tap.rest - tap.taper * x).max(of(APEX) * tap.rest);
+    let g = g2.sqrt();
+    let m = c / (one + g);
+    let k = tap.taper * m;
+    let ig2 = one / g2;
+    let g4 = ig2 * ig2;
+    let lever = w_force * m * m * g4 * of(1.0 / 6.0);
+    let ds = two * g2 * m;
+    let contact_radius = if offset { tap.contact_radius - tap.slope * x } else { zero };
+    let pivot = h_force * contact_radius * m * g4 * ig2 * of(1.0 / 3.0);
+    let area = of(0.25) * tap.radius * tap.radius * g4;
+
+    let mut y = [one; N];
+    let mut psi = [zero; N];
+    let mut density = [one; N];
+    let mut gamma = [zero; N];
+    let mut axial = [zero; N];
+    let mut climb = [zero; N];
+    let mut pure = [zero; N];
+    for i in 0..N {
+        let w = Pack::splat(tables.points[i]);
+        y[i] = one - k * w;
+        let y2 = y[i] * y[i];
+        let reach = w * (one + y[i]);
+        psi[i] = lever * reach * reach * y2.mul_add(two, one);
+        if offset {
+            psi[i] = psi[i] + pivot * reach * y2.mul_add(y2 + one, one);
+        }
+        let z = one / y[i];
+        density[i] = z * z * z;
+        let bent = psi[i] - state.lag[i];
+        let cosine = tables.one_minus_cos(bent);
+        let mut short = cosine;
+        if shear || extension || offset {
+            let sine = bent - tables.x_minus_sin(bent);
+            let y4 = y2 * y2;
+            if shear {
+                gamma[i] = zero - (h_force * sine + w_force * (one - cosine)) * tap.shear * g4 * y4;
+            }
+            let mut stretch = zero;
+            if extension {
+                let unit = area * y4;
+                let excess = zero - (h_force * cosine + w_force * sine) * unit;
+                axial[i] = h_force * unit + excess;
+                stretch = axial[i] + state.extra[i];
+                short = cosine * (one + stretch) - (excess + state.extra[i]);
+            }
+            if shear {
+                short = short + gamma[i] * sine;
+            }
+            if offset {
+                climb[i] = ((one + stretch) * sine + gamma[i] * (one - cosine)) * density[i];
+            }
+            pure[i] = short * density[i];
+            if extension {
+                short = short - h_force * area * y4;
+            }
+        }
+        state.shortening[i] = short * density[i];
+    }
+    state.load = zero;
+    for i in 0..N {
+        let y2 = y[i] * y[i];
+        let shorter = dot(&tables.integral[i], &state.shortening);
+        if PLAIN {
+            state.bending[i] = shorter * (y2 * y2 * y[i]);
+            continue;
+        }
+        let mut moment = w_force * ds * shorter;
+        if offset {
+            state.height[i] = ds * dot(&tables.integral[i], &climb);
+            moment = moment - h_force * state.height[i];
+        }
+        if law {
+            let w = Pack::splat(tables.points[i]);
+            let arm = g2 * m * w * (one + y[i]) / y2;
+            let whole = w_force * arm + h_force * contact_radius - moment;
+            let b = tap.radius * whole * (y2 * y2 * y2) * g4 * ig2;
+            let [extra, chi, load] = tables.section(axial[i], b.abs());
+            state.extra[i] = extra;
+            moment = moment - whole * chi;
+            let (e, kr) = (axial[i] + extra, b.abs() * (one + chi));
+            state.load = state.load.max(load).max(e + kr).max(two * (kr - e));
+        }
+        state.bending[i] = moment * (y2 * y2 * y[i]);
+    }
+    let scale = if PLAIN { of(4.0) * w_force * m * m * g4 } else { two * m * g4 * ig2 };
+    let mut sines = [zero; N];
+    for i in 0..N {
+        state.lag[i] = scale * dot(&tables.integral[i], &state.bending);
+        state.angle[i] = psi[i] - state.lag[i];
+        let behind = tables.x_minus_sin(state.angle[i]);
+        let mut sum = state.lag[i] + behind;
+        if shear || extension {
+            let (sine, cosine) = (state.angle[i] - behind, tables.one_minus_cos(state.angle[i]));
+            if extension {
+                sum = sum - (axial[i] + state.extra[i]) * sine;
+            }
+            if shear {
+                let y2 = y[i] * y[i];
+                sum = sum + tap.shear * g4 * y2 * y2 * sine * (h_force * (one - cosine) - w_force * sine);
+            }
+        }
+        sines[i] = sum * density[i];
+    }
+    let lag = scale * dot(&tables.weights, &state.bending);
+    let sigma = ds * dot(&tables.weights, &sines);
+
+    // Closed forms per unit of W and H at the base: angle, height, stretch; first at c = 1, then their change with c.
+    let v = tap.rest;
+    let (iv, hub) = (one / v, tap.hub);
+    let tx = tap.taper * x;
+    let slim = tx * ig2;
+    let slim2 = slim * (two + slim);
+    let (square, cube) = (x * (two + x), x * x.mul_add(x + of(3.0), of(3.0)));
+    let psi1 = v.mul_add(two, one) * iv * iv * of(1.0 / 6.0);
+    let d_psi1 = psi1 * then(then(square, slim2), zero - two * tx / v.mul_add(two, one));
+    let eta_b = iv * iv * of(1.0 / 6.0);
+    let (mut eta1, mut d_eta1) = (eta_b, eta_b * then(cube, slim2));
+    if shear {
+        eta1 = eta1 - tap.shear * iv;
+        d_eta1 = d_eta1 - tap.shear * iv * then(x, slim);
+    }
+    let (x0, y0) = if PLAIN { (one + hub, zero) } else { (tap.pole_x, tap.pole_y) };
+    let s1 = if offset { x0 - y0 * tap.slope } else { x0 };
+    let turn = if offset { x0 * x0 + y0 * y0 - hub * x0 } else { x0 };
+    let turn_c = turn + x * s1;
+    let mut a1 = turn * psi1 - x0 * eta1;
+    let mut d_a1 = turn * d_psi1 + x * s1 * (psi1 + d_psi1) - x0 * d_eta1;
+    if PLAIN {
+        // c³/(3 g²) is one term; its parts would cancel.
+        a1 = x0 * iv * of(1.0 / 3.0);
+        d_a1 = a1 * then(cube, slim);
+    }
+    let base = w_force * (psi1 + d_psi1) - lag;
+    let height = w_force * (eta1 + d_eta1) - sigma;
+    let (mut a0, mut d_a0, mut b0, mut d_b0, mut f, mut d_f) = (zero, zero, zero, zero, zero, zero);
+    let (mut base, mut height) = (base, height);
+    if offset {
+        let slim3 = then(slim2, slim);
+        let psi0 = tap.contact_radius * (one + v + v * v) * iv * iv * iv * of(1.0 / 3.0);
+        let eta0 = tap.contact_radius * (two + v) * iv * iv * iv * of(1.0 / 6.0);
+        let thin = zero - tap.slope * x / tap.contact_radius.max(of(TINY));
+        let (g_psi, g_eta) = (zero - tx * (one + two * v - tx) / (one + v + v * v), zero - tx / (two + v));
+        let d_psi0 = psi0 * then(then(thin, x), then(slim3, g_psi));
+        let d_eta0 = eta0 * then(then(thin, square), then(slim3, g_eta));
+        (a0, d_a0) = (turn * psi0 - x0 * eta0, turn * d_psi0 + x * s1 * (psi0 + d_psi0) - x0 * d_eta0);
+        (b0, d_b0) = (eta0 + hub * psi0, d_eta0 + hub * d_psi0);
+        base = base + h_force * (psi0 + d_psi0);
+        height = height + h_force * (eta0 + d_eta0);
+        if extension {
+            f = of(0.25) * tap.radius * tap.radius * iv;
+            d_f = f * then(x, slim);
+        }
+    }
+
+    // Residuals of the closure, less the first-order solution.
+    let (cosine_b, sine_b) = (tables.one_minus_cos(base), tables.x_minus_sin(base));
+    let beta = base - tap.angle;
+    let (cosine, sine) = (tables.one_minus_cos(beta), tables.x_minus_sin(beta));
+    let short = if PLAIN {
+        ds * dot(&tables.weights, &state.shortening)
+    } else {
+        ds * dot(&tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
+    };
+    let back_more = short + hub * cosine_b;
+    let back = if offset { back_more - h_force * (f + d_f) } else { back_more };
+    let rise = height + hub * (base - sine_b);
+    let (step_x, step_y) = if offset { (x - back, rise - tap.slope * x) } else { (x - back, rise) };
+    let (pole_x, pole_y) = (x0 + step_x, y0 + step_y);
+    let mut higher = zero - back * x0 * beta - pole_x * x0 * sine + pole_y * x0 * cosine;
+    if offset {
+        higher = higher + rise * y0 * beta - pole_x * y0 * cosine - pole_y * y0 * sine;
+    }
+    let known = turn_c * lag - hub * x0 * sine_b - x0 * sigma - higher;
+    let dw = state.force;
+    let mut across = tap.force * (a1 * dw + (one + dw) * d_a1) - tap.angle * x * s1 - known;
+    let mut along = s1 * state.arc - x0 * back_more + of(0.5) * (step_x * step_x + step_y * step_y);
+    if offset {
+        let dh = tap.force * state.along;
+        let pulled = dh * f + h_force * d_f;
+        across =
+            across + dh * a0 + h_force * d_a0 + state.arc * (y0 + x0 * tap.slope) - y0 * (back_more - pulled);
+        let (b1, d_b1) = (eta1 + hub * psi1, d_eta1 + hub * d_psi1);
+        along = along
+            + x0 * pulled
+            + y0 * (tap.force * (b1 * dw + (one + dw) * d_b1) + dh * b0 + h_force * d_b0
+                - sigma
+                - hub * (lag + sine_b));
+    }
+
+    // Newton for (w, z), or (w, k) of a sticking contact.
+    let (dw, dx) = if offset {
+        step(
+            tables,
+            effects,
+            tap,
+            state,
+            &Bent {
+                y,
+                density,
+                w_force,
+                contact_radius,
+                x,
+                base,
+                pole: [pole_x, pole_y],
+                centre: [x0, y0],
+                cosine,
+                sine,
+            },
+            across,
+            along,
+        )
+    } else {
+        // Frictionless on the centreline the arc does not feel the force to first order.
+        let m12 = w_force * (a1 + d_a1) * (of(3.0) / c + tap.taper * ig2) - tap.angle * s1;
+        let dx = along / pole_x;
+        (((across - m12 * dx) / (tap.force * (a1 + d_a1))), dx)
+    };
+    state.steps = [dw, dx];
+    state.force = (state.force - dw).max(of(LEAST_FORCE)).min(of(MOST_FORCE));
+    if stick {
+        state.along = state.along - dx;
+    } else {
+        state.arc = (state.arc - dx).max(of(LEAST_ARC)).min(of(MOST_ARC));
+        if offset {
+            state.along = tap.ratio * state.force;
+        }
+    }
+    state.base = base.abs();
+}
