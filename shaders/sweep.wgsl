@@ -248,6 +248,8 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     }
     state.step_force = dw;
     state.step_other = dx;
+    dw *= RELAXATION;
+    dx *= RELAXATION;
     state.force = clamp(state.force - dw, LEAST_FORCE, MOST_FORCE);
     if STICK {
         state.along -= dx;

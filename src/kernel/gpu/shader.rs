@@ -72,6 +72,7 @@ fn header(v: &Variant<'_>) -> String {
         ("TWO", 2.0),
         ("THREE", 3.0),
         ("TOLERANCE", v.job.tolerance),
+        ("RELAXATION", v.job.rule.relaxation()),
         ("MAX_ANGLE", v.job.rule.max_angle()),
     ];
     for (name, x) in named.into_iter().chain(limits::NAMED) {

@@ -48,6 +48,7 @@ fn then<T: Scalar, const L: usize, const FMA: bool>(
 pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
+    relaxation: f64,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &mut State<Pack<T, L, FMA>, N>,
 ) {
@@ -283,6 +284,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         (((across - m12 * dx) / (tap.force * (a1 + d_a1))), dx)
     };
     state.steps = [dw, dx];
+    let (dw, dx) = (dw * of(relaxation), dx * of(relaxation));
     state.force = (state.force - dw).max(of(LEAST_FORCE)).min(of(MOST_FORCE));
     if stick {
         state.along = state.along - dx;
