@@ -35,7 +35,8 @@ impl Census {
     /// Prints worst, median and place; what exceeds `bound` goes to `faults`.
     fn close(mut self, name: &str, bound: f64, faults: &mut Vec<String>) {
         self.0.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (count, over) = (self.0.len(), self.0.iter().filter(|(error, _)| !(*error <= bound)).count());
+        let (count, over) =
+            (self.0.len(), self.0.iter().filter(|(error, _)| error.is_nan() || *error > bound).count());
         let (Some(median), Some((worst, at))) = (self.0.get(count / 2), self.0.last()) else {
             return faults.push(format!("{name}: nothing was compared"));
         };

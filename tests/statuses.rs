@@ -127,7 +127,7 @@ fn not_converged_has_only_the_linear_strain() {
 
 #[test]
 fn slipped_off_keeps_its_values_but_does_not_count() {
-    let s = swept(&spec(["50", "5", "[24, 33, 49.99]", "8"], ""), &["ok", "ok", "slipped_off"]);
+    let s = swept(&spec(["50", "5", "[30, 40, 49.99]", "8"], ""), &["ok", "ok", "slipped_off"]);
     holds(&s, 2, &COMPUTED);
     assert!(number(&s.tuples.rows[2], "contact_arc_mm").unwrap() > 50.0);
     assert_eq!(s.designs.rows[0]["n"], "2");
@@ -142,7 +142,7 @@ fn strain_limit_counts_and_joins() {
         &["strain_limit", "strain_limit", "slipped_off+strain_limit"],
     );
     assert_eq!(s.designs.rows[0]["n"], "2");
-    assert!(number(&s.designs.rows[0], "strain_max").unwrap() > 0.05);
+    assert!(number(&s.designs.rows[0], "strain_max").unwrap() > 0.1);
 }
 
 #[test]

@@ -100,9 +100,13 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
         let log = |dimension, from: f64, to: f64| from * (to / from).powf(unit(dimension));
         let wide = 10.0;
         let length = log(0, 2.0, 20.0) * wide;
-        let place = if index % 16 == 0 { 0.0 } else { log(1, 0.005, 0.7) * length };
+        let place = if index.is_multiple_of(16) { 0.0 } else { log(1, 0.005, 0.7) * length };
         let grid = log(2, 0.001, 0.2) * length;
-        let near = if index % 3 == 0 { log(3, 1e-3, 0.3) * (2.0 * grid) } else { unit(3) * (length - place) };
+        let near = if index.is_multiple_of(3) {
+            log(3, 1e-3, 0.3) * (2.0 * grid)
+        } else {
+            unit(3) * (length - place)
+        };
         let a = (place + near).clamp(1e-3 * length, length);
         let angle = log(4, 0.01, 20.0);
         let scale = if kind == Kind::Hub { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
