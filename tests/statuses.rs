@@ -137,10 +137,8 @@ fn slipped_off_keeps_its_values_but_does_not_count() {
 
 #[test]
 fn strain_limit_counts_and_joins() {
-    let s = swept(
-        &spec(["50", "5", "[12, 13, 50]", "20"], ""),
-        &["strain_limit", "strain_limit", "slipped_off+strain_limit"],
-    );
+    let text = spec(["50", "5", "[12, 13, 50]", "20"], "").replace("[tap]", "strain_limit = 0.01\n[tap]");
+    let s = swept(&text, &["strain_limit", "strain_limit", "slipped_off+strain_limit"]);
     assert_eq!(s.designs.rows[0]["n"], "2");
     assert!(number(&s.designs.rows[0], "strain_max").unwrap() > 0.1);
 }
