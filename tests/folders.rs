@@ -61,6 +61,51 @@ fn empty_and_missing_folders_are_used() {
     assert_eq!(desk.names("new/and"), ["deep"]);
 }
 
+#[cfg(unix)]
+#[test]
+fn links_are_followed_if_they_lead_somewhere() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path("real")).unwrap();
+    std::os::unix::fs::symlink("real", desk.path("link")).unwrap();
+    std::os::unix::fs::symlink("nowhere", desk.path("broken")).unwrap();
+    desk.sweep(&["--out", "link"]).exits(0);
+    assert_eq!(desk.names("real"), FILES);
+    desk.sweep(&["--out", "broken"]).exits(2);
+    assert_eq!(desk.names("."), ["broken", "link", "real", "spec.toml"]);
+}
+
+#[test]
+fn what_a_killed_run_left_is_no_obstacle() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir_all(desk.path("out/.vibrissa-x1Y2z3")).unwrap();
+    desk.sweep(&["--out", "out"]).exits(0);
+}
+
+/// SIGTERM, as from a batch system.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stopped_run_leaves_nothing() {
+    use std::process::{Command, Stdio};
+    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 50_000_000 }");
+    let desk = Desk::new(&format!("{huge}[output]\ntuples = false\n"));
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
+        .current_dir(desk.path("."))
+        .args(["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--quiet"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let started = || desk.names(".").iter().any(|name| name.starts_with(".vibrissa-"));
+    let until = std::time::Instant::now() + std::time::Duration::from_secs(20);
+    while !started() && std::time::Instant::now() < until {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(started(), "the run has not begun");
+    let killed = Command::new("sh").args(["-c", &format!("kill -TERM {}", child.id())]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert_eq!(desk.names("."), ["spec.toml"]);
+}
+
 #[test]
 fn the_current_folder_can_hold_the_result() {
     let desk = Desk::new(SPEC);
