@@ -46,6 +46,8 @@ fn specs() {
     let descending = "{ from = 4, to = 1, steps = 3 }";
     refused("[1, 4]", descending, 11, "tap.theta.to", "1", &["from is larger than to", "≥ from = 4"]);
     refused("[1, 4]", "[1, 90]", 11, "tap.theta", "90", &["0 < theta < 90 degrees"]);
+    let crowd = "[1, 4]\n[run]\nthreads = 10_000_000";
+    refused("[1, 4]", crowd, 13, "run.threads", "10_000_000", &["too large", "1 … 4096"]);
     refused("[1, 4]", "[0]", 11, "tap.theta", "0", &["0 < theta < 90 degrees"]);
 }
 
