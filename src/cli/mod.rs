@@ -11,7 +11,6 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Args, Command};
-use reply::Reply;
 
 /// Mesa's device-selection layer complains on stderr where there is no desktop session; it is not needed there.
 pub fn quiet_driver() {
@@ -23,17 +22,16 @@ pub fn quiet_driver() {
 
 /// Runs the command line.
 pub fn run() -> ExitCode {
-    let json = std::env::args().any(|a| a == "--json");
+    let mut json = std::env::args().any(|a| a == "--json");
     let args = match Args::try_parse() {
         Ok(args) => args,
         Err(e) => return reply::usage(&e, json),
     };
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
-        Command::Sweep(sweep) => sweep::run(sweep),
+        Command::Sweep(sweep) => sweep::run(sweep, &mut json),
         Command::Devices(common) => devices::run(common),
     };
-    let json = json || matches!(&result, Ok(Reply { json: true, .. }));
     match result {
         Ok(reply) => reply.print(name, json, common.quiet),
         Err(e) => reply::failure(name, &e, json),

@@ -23,8 +23,6 @@ pub struct Reply {
     pub seconds: Value,
     pub backend: Value,
     pub result: Value,
-    /// The spec asks for JSON.
-    pub json: bool,
     /// The spec asks for silence.
     pub quiet: bool,
 }

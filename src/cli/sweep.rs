@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::{Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
-use vibrissa::scene::{Geometry, RunOptions, Scene};
+use vibrissa::scene::{Geometry, Scene};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -19,11 +19,12 @@ use super::args::Sweep;
 use super::progress::Shown;
 use super::reply::Reply;
 
-/// Reads the spec and runs it, or says what would run.
-pub fn run(args: &Sweep) -> Result<Reply, Error> {
+/// Reads the spec and runs it, or says what would run; sets `json` where the spec asks for it, also for errors.
+pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     let scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
-    let (json, quiet) = (options.json == Some(true), options.quiet == Some(true));
+    let quiet = options.quiet == Some(true);
+    *json |= options.json == Some(true);
     if let Some(n) = options.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
@@ -37,7 +38,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let plan = Plan::new(&scene)?;
     let choice = Choice::new(&options)?;
     if options.plan == Some(true) {
-        return Ok(planned(&scene, &plan, &choice.backend, &options, out));
+        return Ok(planned(&scene, &plan, &choice.backend, out));
     }
     if !quiet {
         eprintln!("{}", headline(&scene, &plan, &choice.backend));
@@ -59,7 +60,6 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         backend: json!(report.backend),
         result: json!({ "best": report.highlights.iter().map(|k| best(&scene, k)).collect::<Vec<_>>() }),
         files: report.files,
-        json,
         quiet,
     })
 }
@@ -89,7 +89,7 @@ fn expected_seconds(plan: &Plan, b: &Backend) -> f64 {
     plan.taps as f64 / b.expected_rate + plan.bytes / 1e8
 }
 
-fn planned(scene: &Scene, plan: &Plan, b: &Backend, options: &RunOptions, out: PathBuf) -> Reply {
+fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
     let seconds = expected_seconds(plan, b);
     let mut text = headline(scene, plan, b) + "\n";
     let names = ["tuples.csv", "designs.csv", "distances.csv"];
@@ -118,7 +118,6 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, options: &RunOptions, out: P
         seconds: json!({ "expected": seconds }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(scene) }),
-        json: options.json == Some(true),
         quiet: false,
     }
 }

@@ -5,7 +5,7 @@ mod layout;
 pub use layout::Layout;
 
 use crate::error::InputError;
-use crate::scene::{Scene, Space};
+use crate::scene::{Scene, Space, Tuple};
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
@@ -50,8 +50,9 @@ impl Plan {
                 (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances])
             }
             Space::List(tuples) => {
-                let n = tuples.len() as u64;
-                (n, n, [n; 3])
+                let designs = distinct(tuples, |_| 0.0);
+                let rows = [tuples.len() as u64, distinct(tuples, |t| t.drive), distinct(tuples, |t| t.a)];
+                (rows[0], designs, rows)
             }
         };
         let output = &scene.output;
@@ -83,6 +84,15 @@ impl Plan {
         }
         Ok(Self { taps, designs, rows, bytes, tuples })
     }
+}
+
+/// Number of different designs with their `part`.
+fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> f64) -> u64 {
+    let key = |t: &Tuple| [t.D, t.d, t.L_a, t.x_ss, t.l, part(t)].map(|x| (x + 0.0).to_bits());
+    let mut keys: Vec<[u64; 6]> = tuples.iter().map(key).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys.len() as u64
 }
 
 /// The spec's key of the drive axis.

@@ -11,12 +11,15 @@ use crate::error::{Error, InputError};
 /// Every file that this program writes into a result folder; a new result removes the older ones.
 const OURS: [&str; 4] = ["tuples.csv", "designs.csv", "distances.csv", "run.json"];
 
+/// Start of the name of a folder in which a result is being written, or was when the machine went down.
+const PARTIAL: &str = ".vibrissa-";
+
 /// Hex SHA-256 of a spec text: the identity of a result.
 pub fn hash(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// A result folder that is being written beside its final place.
+/// A result folder that is being written in or beside its final place.
 #[derive(Debug)]
 pub struct Folder {
     target: PathBuf,
@@ -33,10 +36,14 @@ impl Folder {
                 .value(target.display())
                 .allowed("an empty or new folder, the result of the same spec, or --force")
         };
-        if target.exists() && !target.is_dir() {
+        let there = target.is_dir();
+        if !there && target.symlink_metadata().is_ok() {
             return Err(refuse("this is a file, not a folder").into());
         }
-        let occupied = fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_some());
+        let foreign = |entry: std::io::Result<fs::DirEntry>| {
+            entry.is_ok_and(|e| !e.file_name().to_string_lossy().starts_with(PARTIAL))
+        };
+        let occupied = fs::read_dir(target).is_ok_and(|mut entries| entries.any(foreign));
         if occupied && !force {
             let run = fs::read_to_string(target.join("run.json")).ok();
             let older = run.and_then(|t| serde_json::from_str::<serde_json::Value>(&t).ok());
@@ -48,15 +55,15 @@ impl Folder {
                 }
             }
         }
-        let parent = match target.parent() {
+        // Files are moved within one file system only: a folder that is there may be on another than its parent.
+        let place = match target.parent() {
+            _ if there => target.to_owned(),
             Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
             _ => PathBuf::from("."),
         };
-        fs::create_dir_all(&parent).map_err(|e| Error::io(&parent, e))?;
-        let partial = tempfile::Builder::new()
-            .prefix(".vibrissa-")
-            .tempdir_in(&parent)
-            .map_err(|e| Error::io(&parent, e))?;
+        fs::create_dir_all(&place).map_err(|e| Error::io(&place, e))?;
+        let partial =
+            tempfile::Builder::new().prefix(PARTIAL).tempdir_in(&place).map_err(|e| Error::io(&place, e))?;
         Ok(Self { target: target.to_owned(), partial, names: Vec::new() })
     }
 

@@ -61,6 +61,9 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     })
 }
 
+/// Most threads that can be asked for, as on the command line.
+const MOST_THREADS: u64 = 4096;
+
 /// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     let backends = [
@@ -70,9 +73,9 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
         ("reference", BackendChoice::Reference),
     ];
     let precisions = [("f32", Precision::F32), ("f64", Precision::F64)];
-    let threads = |v: &Item<'_>| {
-        let n = v.whole(1)?;
-        usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))
+    let threads = |v: &Item<'_>| match v.whole(1)? {
+        n @ ..=MOST_THREADS => Ok(n as usize),
+        _ => Err(v.error("this number is too large").allowed(format!("1 … {MOST_THREADS}"))),
     };
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,

@@ -161,6 +161,7 @@ fn large(
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let mut memory: Vec<Outcome> = Vec::new();
+    let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
@@ -180,8 +181,10 @@ fn large(
                 if block <= KEEP {
                     memory.extend(outcomes);
                 }
+                run.borrow_mut().show((passed * block + to) / passes);
                 from = to;
             }
+            passed += 1;
             Ok(())
         };
         render(scene, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {

@@ -23,16 +23,18 @@ use crate::statistics::Tally;
 /// Values in order of first appearance.
 #[derive(Default)]
 struct Seen {
-    at: HashMap<u64, usize>,
     values: Vec<f64>,
     /// Row in which each value first stood.
     first: Vec<usize>,
 }
 
+/// Places of the values of every design; one map for all designs, most of which have few.
+type Places = HashMap<(usize, u64), usize>;
+
 impl Seen {
-    fn place(&mut self, x: f64, row: usize) -> usize {
+    fn place(&mut self, places: &mut Places, design: usize, x: f64, row: usize) -> usize {
         let next = self.values.len();
-        let place = *self.at.entry((x + 0.0).to_bits()).or_insert(next);
+        let place = *places.entry((design, (x + 0.0).to_bits())).or_insert(next);
         if place == next {
             self.values.push(x);
             self.first.push(row);
@@ -66,7 +68,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
 
     let mut estimates = vec![None; tuples.len()];
     let mut tallies = Vec::with_capacity(groups.len());
-    let mut candidates: Vec<Vec<Kept>> = Vec::new();
+    let mut best_rows = scene.output.top.map(Best::new);
     for ((k, design), group) in designs.iter().enumerate().zip(&groups) {
         let estimator =
             design.shared.as_ref().map(|s| Estimator::new(scene, s, reach(&group.distances.values)));
@@ -95,7 +97,13 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
                 unit,
             })
         });
-        candidates.push(complete.collect());
+        let complete: Vec<Kept> = complete.collect();
+        match &mut best_rows {
+            Some(best) => {
+                competing(scene.output.per, complete).into_iter().for_each(|row| best.offer(row));
+            }
+            None => run.highlight(super::design::best(&complete)),
+        }
         tallies.push((k, tally, elongation));
     }
     let estimates: Vec<Estimated> = estimates.into_iter().flatten().collect();
@@ -105,12 +113,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     }
     run.absorb(&counts);
 
-    let kept = scene.output.top.map(|n| {
-        let mut best = Best::new(n);
-        candidates
-            .iter()
-            .flat_map(|c| competing(scene.output.per, c.clone()))
-            .for_each(|row| best.offer(row));
+    let kept = best_rows.map(|best| {
         run.counts.complete = Some(best.offered);
         best.into_rows()
     });
@@ -119,22 +122,20 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         .map(|rows| rows.iter().map(|r| (key(&r.design), (r.drive + 0.0).to_bits())).collect::<HashSet<_>>());
     let wants_row =
         |t: &Tuple| chosen.as_ref().is_none_or(|c| c.contains(&(key(t), (t.drive + 0.0).to_bits())));
-    let wants_design = |t: &Tuple| chosen.as_ref().is_none_or(|c| c.iter().any(|(k, _)| *k == key(t)));
+    let of_designs = kept.as_ref().map(|rows| rows.iter().map(|r| key(&r.design)).collect::<HashSet<_>>());
+    let wants_design = |t: &Tuple| of_designs.as_ref().is_none_or(|c| c.contains(&key(t)));
 
     write_tuples(run, tuples, (&designs, &of_row, &tallies), &outcomes, &estimates, &wants_row)?;
     match &kept {
         Some(rows) => write_kept(run, rows)?,
-        None => {
-            candidates.iter().for_each(|c| run.highlight(super::design::best(c)));
-            write_rows(run, Table::Designs, &designs, &groups, &tallies, &|_| true)?;
-        }
+        None => write_rows(run, Table::Designs, &designs, &groups, &tallies, &|_| true)?,
     }
     write_rows(run, Table::Distances, &designs, &groups, &tallies, &wants_design)
 }
 
 /// Designs in order of first appearance, the design of every row, and the rows of every design.
 fn group(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Design>, Vec<u32>, Vec<Group>) {
-    let mut at = HashMap::new();
+    let (mut at, mut distances, mut drives) = (HashMap::new(), Places::new(), Places::new());
     let (mut firsts, mut of_row, mut groups) = (Vec::new(), Vec::new(), Vec::<Group>::new());
     for (row, t) in tuples.iter().enumerate() {
         let place = *at.entry(key(t)).or_insert_with(|| {
@@ -144,7 +145,8 @@ fn group(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Design>, Vec<u32>, Vec<Group>)
         });
         of_row.push(place as u32);
         let group = &mut groups[place];
-        let (i, j) = (group.distances.place(t.a, row), group.drives.place(t.drive, row));
+        let i = group.distances.place(&mut distances, place, t.a, row);
+        let j = group.drives.place(&mut drives, place, t.drive, row);
         group.rows.push((row, i, j));
     }
     (firsts.par_iter().map(|t| Design::new(run.scene, *t)).collect(), of_row, groups)

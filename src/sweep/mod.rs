@@ -146,6 +146,11 @@ impl Run<'_> {
         self.progress.at(self.counts.taps, self.total);
     }
 
+    /// Shows that `more` taps than the finished ones are done.
+    fn show(&mut self, more: u64) {
+        self.progress.at(self.counts.taps + more, self.total);
+    }
+
     /// Notes the best row of a design for the summary.
     fn highlight(&mut self, best: Option<Kept>) {
         if let Some(best) = best.filter(|_| self.highlights.len() < HIGHLIGHTS) {

@@ -1,5 +1,11 @@
-//! The models of the reference cases.
+//! The models of the reference cases, and what several test programs need.
 #![allow(dead_code, reason = "each test program uses its part")]
+
+pub mod cases;
+pub mod program;
+pub mod quadrature;
+pub mod recount;
+pub mod sweeping;
 
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;
