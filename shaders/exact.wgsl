@@ -28,7 +28,7 @@ fn solve(tap: Tap) -> Solution {
     var last = ONE;
     var rate = ZERO;
     var sweeps = ZERO;
-    let stop = 0.25 * TOLERANCE;
+    let stop = STOP * TOLERANCE;
     for (var i = 0u; i < SWEEPS; i++) {
         sweep(tap, &state);
         let sensitivity = select(fma(tap.weight, lever, ONE), ONE, STICK);

@@ -188,7 +188,8 @@ fn several_dispatches_are_their_parts() {
     let scene = Kind::Tap.scene();
     let some = random(Kind::Tap, 997);
     let many: Vec<Tuple> = some.iter().copied().cycle().take((1 << 18) + 77).collect();
-    let (alone, together) = (evaluate(&scene, GPU.open(), &some), evaluate(&scene, GPU.open(), &many));
+    let (alone, together) =
+        (evaluate(&scene, GPU.open(&scene), &some), evaluate(&scene, GPU.open(&scene), &many));
     for (i, (found, _)) in together.iter().enumerate() {
         let (wanted, _) = &alone[i % some.len()];
         let bits = |o: &vibrissa::evaluate::Outcome| {

@@ -89,6 +89,8 @@ pub mod limits {
     pub const LARGEST_RATE: f64 = 0.9;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
+    /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
+    pub const STOP: f64 = 0.1;
     /// Error of a tap whose angle lies outside the range of the series.
     pub const HOPELESS: f64 = 1e9;
     /// Below every number of interest and above underflow in f32.
@@ -100,7 +102,7 @@ pub mod limits {
     pub const SHORTENING_TAIL: f64 = 0.02;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 11] = [
+    pub const NAMED: [(&str, f64); 12] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
@@ -108,6 +110,7 @@ pub mod limits {
         ("MOST_FORCE", MOST_FORCE),
         ("LARGEST_RATE", LARGEST_RATE),
         ("SMALLEST_RATE", SMALLEST_RATE),
+        ("STOP", STOP),
         ("HOPELESS", HOPELESS),
         ("TINY", TINY),
         ("BENDING_TAIL", BENDING_TAIL),

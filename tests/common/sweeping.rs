@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
-use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Scene};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Progress, Report, Target};
 
@@ -38,8 +38,8 @@ impl Place {
         })
     }
 
-    pub fn open(self) -> Method {
-        self.choice().open().unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
+    pub fn open(self, scene: &Scene) -> Method {
+        self.choice().open(&scene.model).unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
     }
 }
 

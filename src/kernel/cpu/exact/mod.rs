@@ -62,22 +62,31 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         load: zero,
     };
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
-    let stop = of(0.25 * tolerance);
+    let stop = of(STOP * tolerance);
     // One sweep more where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is as
     // small as θ², and has to be right relative to itself.
     let least = if PLAIN { 1 } else { 3 };
+    let mut done = zero;
     for step in 1..=rule.sweeps {
+        let before = state.clone();
         sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule.relaxation(), tap, &mut state);
+        // A lane that is done stays as it is, so that no tap depends on its neighbours.
+        state.keep(done, &before);
         let [first, second] = state.steps;
         let sensitivity = if !PLAIN && effects.stick { of(1.0) } else { tap.weight.mul_add(lever, of(1.0)) };
         let change = first.abs() + sensitivity * second.abs();
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
-        rate = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
-        last = change.max(of(TINY));
-        sweeps = sweeps + stop.if_less(error, of(1.0), zero);
-        error = change * rate / (of(1.0) - rate);
-        if step >= least && error.all_at_most(stop) {
-            break;
+        let next = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
+        let open = |now, old| zero.if_less(done, old, now);
+        rate = open(next, rate);
+        last = open(change.max(of(TINY)), last);
+        sweeps = sweeps + open(of(1.0), zero);
+        error = open(change * rate / (of(1.0) - rate), error);
+        if step >= least {
+            done = stop.if_less(error, done, of(1.0));
+            if of(1.0).all_at_most(done) {
+                break;
+            }
         }
     }
     if let Some(chart) = tables.chart() {

@@ -7,6 +7,7 @@ use crate::kernel::{Effects, Tap, rule::limits::*};
 
 /// What one sweep passes to the next. The forces are W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the
 /// contact, its arc is c = 1 + x₀ + z.
+#[derive(Clone)]
 pub struct State<P, const N: usize> {
     /// w.
     pub force: P,
@@ -32,6 +33,28 @@ pub struct State<P, const N: usize> {
     pub base: P,
     /// Largest load of a section: above 1 a fibre leaves the range of the law, or the section its chart.
     pub load: P,
+}
+
+impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L, FMA>, N> {
+    /// Takes back `before` in the lanes where `done` is above zero.
+    #[inline(always)]
+    pub fn keep(&mut self, done: Pack<T, L, FMA>, before: &Self) {
+        let zero = Pack::of(0.0);
+        let pick = |new: &mut Pack<T, L, FMA>, old: Pack<T, L, FMA>| *new = zero.if_less(done, old, *new);
+        pick(&mut self.force, before.force);
+        pick(&mut self.along, before.along);
+        pick(&mut self.arc, before.arc);
+        pick(&mut self.base, before.base);
+        pick(&mut self.load, before.load);
+        for i in 0..N {
+            pick(&mut self.lag[i], before.lag[i]);
+            pick(&mut self.angle[i], before.angle[i]);
+            pick(&mut self.shortening[i], before.shortening[i]);
+            pick(&mut self.height[i], before.height[i]);
+            pick(&mut self.bending[i], before.bending[i]);
+            pick(&mut self.extra[i], before.extra[i]);
+        }
+    }
 }
 
 /// a + b + ab: growth by a, then by b.
