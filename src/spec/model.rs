@@ -20,10 +20,6 @@ pub(super) fn read(section: &Section<'_>) -> Result<Model> {
     if let Err((key, message, allowed)) = check::consistent(&model) {
         return Err(section.get(key)?.error(message).allowed(allowed));
     }
-    if let Err(key) = check::available(&model) {
-        let message = "this effect is not available yet with geometry = \"exact\"";
-        return Err(section.get(key)?.error(message).allowed(format!("leave {key} out")));
-    }
     Ok(model)
 }
 
