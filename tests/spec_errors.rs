@@ -223,8 +223,10 @@ fn models() {
     );
     refused(&model("material = \"hooke\""), 13, "model.material", "{ hooke = E }");
     refused(&model("contact = { coulomb = -0.1 }\nextension = true"), 13, "model.contact.coulomb", "≥ 0");
-    let curve = model("material = { curve = \"rubber.csv\" }");
-    refused(&curve, 13, "model.material.curve", "not available yet");
+    let curve = |name: &str| model(&format!("material = {{ curve = {name} }}"));
+    refused(&curve("\"no such file.csv\""), 13, "model.material.curve", "no such curve file");
+    refused(&curve("\".\""), 13, "model.material.curve", "folder");
+    refused(&curve("3.2"), 13, "model.material.curve", "in quotes");
     refused(&model("contact = \"sticky\""), 13, "model.contact", "{ coulomb = 0.3 }");
     refused(&model("contact = \"stick\""), 13, "model.contact", "needs extension = true");
     let pole = "contact = { coulomb = 0.3 }\nextension = true\npole_radius = 1";
