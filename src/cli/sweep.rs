@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
-use vibrissa::backend::{Backend, Choice};
+use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, RunOptions, Scene};
@@ -21,7 +21,7 @@ use super::reply::Reply;
 
 /// Reads the spec and runs it, or says what would run.
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
-    let scene = spec::read(&args.spec)?;
+    let mut scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
     let (json, quiet) = (options.json == Some(true), options.quiet == Some(true));
     if let Some(n) = options.threads {
@@ -36,6 +36,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
     let plan = Plan::new(&scene)?;
     let choice = Choice::new(&options)?;
+    backend::settle(&mut scene, &options, &choice.backend, &out);
     if options.plan == Some(true) {
         return Ok(planned(&scene, &plan, &choice.backend, &options, out));
     }
