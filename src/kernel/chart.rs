@@ -162,8 +162,8 @@ fn monomials(c: &[f64]) -> Vec<f64> {
         now[1] = 1.0;
     }
     let mut sum: Vec<f64> = before.iter().map(|x| x * c[0]).collect();
-    for k in 1..n {
-        sum.iter_mut().zip(&now).for_each(|(s, x)| *s += c[k] * x);
+    for c in &c[1..] {
+        sum.iter_mut().zip(&now).for_each(|(s, x)| *s += c * x);
         let next = (0..n).map(|i| 2.0 * if i > 0 { now[i - 1] } else { 0.0 } - before[i]).collect();
         before = std::mem::replace(&mut now, next);
     }

@@ -5,7 +5,7 @@
 //! arc c. Angles are small and smooth, so that the whole tap is one collocation/Picard loop on n Gauss–Legendre nodes
 //! ([`nodes`]): integrate the angle, integrate the position, correct P and c from the two closure equations.
 //! What is carried is the *deviation from the linear solution*, so that K − 1, which is O(θ²), keeps its full
-//! relative precision in f32. The derivation stands at the top of [`exact`].
+//! relative precision in f32. The derivation stands at the top of `cpu::exact`.
 //!
 //! # Practice
 //! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
