@@ -1,5 +1,7 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use crate::error::{Error, InputError};
@@ -10,7 +12,7 @@ use crate::kernel::{
     gpu::{self, Adapter, Gpu},
     rule::{chart_range, ladder, smallest_tolerance},
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -144,6 +146,33 @@ impl Choice {
         };
         ladder(self.precision, tolerance).into_iter().map(rung).collect()
     }
+}
+
+/// Puts the `[run]` values that are really in force into `scene`: those of `options` (spec and command line) where they
+/// decide, else what `backend` took. A value counts as written only if it was typed as it stands.
+pub fn settle(scene: &mut Scene, options: &RunOptions, backend: &Backend, out: &Path) {
+    let text = |s: &str| toml::Value::from(s).to_string();
+    let typed = |choice: Option<BackendChoice>| choice.is_some_and(|c| c != BackendChoice::Auto);
+    let precision = options.precision.map(|p| if p == Precision::F32 { "f32" } else { "f64" });
+    let flag = |f: Option<bool>| Some((f.unwrap_or(false).to_string(), f.is_some()));
+    let run = [
+        ("out", Some((text(&out.display().to_string()), options.out.is_some()))),
+        ("force", flag(options.force)),
+        ("backend", Some((text(backend.name), typed(options.backend)))),
+        ("adapter", backend.adapter.as_deref().map(|a| (text(a), options.adapter.is_some()))),
+        ("precision", Some((text(backend.precision), precision == Some(backend.precision)))),
+        ("tolerance", backend.tolerance.map(|t| (format!("{t:?}"), options.tolerance.is_some()))),
+        ("threads", Some((backend.threads.to_string(), options.threads == Some(backend.threads)))),
+        ("plan", flag(options.plan)),
+        ("quiet", flag(options.quiet)),
+        ("json", flag(options.json)),
+    ];
+    scene.in_force.retain(|(key, ..)| !key.starts_with("run."));
+    let entries = run.into_iter().filter_map(|(key, entry)| {
+        let (value, written) = entry?;
+        Some((format!("run.{key}"), value, written))
+    });
+    scene.in_force.extend(entries);
 }
 
 /// The tolerance in force; an error for one that the precision cannot reach.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use vibrissa::error::InputError;
-use vibrissa::scene::{Drive, Geometry, Scene};
+use vibrissa::scene::{Contact, Drive, Geometry, Material, Scene};
 use vibrissa::spec;
 
 /// A complete spec; the numbers of its lines are those used below.
@@ -223,6 +223,10 @@ fn models() {
     );
     refused(&model("material = \"hooke\""), 13, "model.material", "{ hooke = E }");
     refused(&model("contact = { coulomb = -0.1 }\nextension = true"), 13, "model.contact.coulomb", "≥ 0");
+    let curve = |name: &str| model(&format!("material = {{ curve = {name} }}"));
+    refused(&curve("\"no such file.csv\""), 13, "model.material.curve", "no such curve file");
+    refused(&curve("\".\""), 13, "model.material.curve", "folder");
+    refused(&curve("3.2"), 13, "model.material.curve", "in quotes");
     refused(&model("contact = \"sticky\""), 13, "model.contact", "{ coulomb = 0.3 }");
     refused(&model("contact = \"stick\""), 13, "model.contact", "needs extension = true");
     let pole = "contact = { coulomb = 0.3 }\nextension = true\npole_radius = 1";
@@ -238,25 +242,21 @@ fn models() {
 }
 
 #[test]
-fn effects_that_are_not_available_yet() {
-    for effect in [
-        "shear = true",
-        "extension = true",
-        "surface = true",
-        "pole_radius = 2",
-        "material = { neo-hookean = 3.2 }",
-    ] {
-        let key = effect.split(' ').next().unwrap();
-        refused(
-            &with("[model]", &format!("[model]\n{effect}")),
-            13,
-            &format!("model.{key}"),
-            "not available yet",
-        );
-    }
-    let curve = with("[model]", "[model]\nmaterial = { curve = \"rubber.csv\" }");
-    refused(&curve, 13, "model.material.curve", "not available yet");
-    refused(&with("[output]", "[output]\nformat = \"parquet\""), 15, "output.format", "not available yet");
+fn every_effect_of_the_exact_rod() {
+    let model = |keys: &str| parse(&with("[model]", &format!("[model]\n{keys}"))).expect(keys).model;
+    assert!(model("shear = true").shear);
+    assert!(model("extension = true").extension);
+    assert!(model("surface = true").surface);
+    let pole = model("pole_radius = 2");
+    assert!(pole.pole_radius == 2.0 && !pole.surface);
+    assert_eq!(model("extension = true\ncontact = \"stick\"").contact, Contact::Stick);
+    let coulomb = model("extension = true\nsurface = true\ncontact = { coulomb = 0.3 }");
+    assert_eq!(coulomb.contact, Contact::Coulomb(0.3));
+    assert_eq!(model("material = { neo-hookean = 3.2 }").material, Material::NeoHookean(3.2));
+    let mooney = Material::MooneyRivlin([0.35, 0.15]);
+    assert_eq!(model("material = { mooney-rivlin = [0.35, 0.15] }").material, mooney);
+    let yeoh = Material::Yeoh([0.5, -0.08, 0.02]);
+    assert_eq!(model("material = { yeoh = [0.5, -0.08, 0.02] }").material, yeoh);
 }
 
 #[test]
@@ -273,6 +273,7 @@ fn other_sections() {
     refused(&estimate("range = [0, 20]"), 14, "estimate.range", "0 < a_min");
     refused(&estimate("range = 20"), 14, "estimate.range", "a list of numbers");
     let output = |key: &str| with("[output]", &format!("[output]\n{key}"));
+    refused(&output("format = \"parquet\""), 15, "output.format", "not available yet");
     refused(&output("top = 0"), 15, "output.top", "≥ 1");
     refused(&output("by = \"k_sd\""), 15, "output.by", "did you mean K_sd?");
     refused(&output("per = \"tap\""), 15, "output.per", "\"row\", \"design\"");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
-use vibrissa::backend::{Backend, Choice};
+use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Scene};
@@ -21,7 +21,7 @@ use super::reply::Reply;
 
 /// Reads the spec and runs it, or says what would run; sets `json` where the spec asks for it, also for errors.
 pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
-    let scene = spec::read(&args.spec)?;
+    let mut scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
     let quiet = options.quiet == Some(true);
     *json |= options.json == Some(true);
@@ -37,6 +37,7 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
     let plan = Plan::new(&scene)?;
     let choice = Choice::new(&options)?;
+    backend::settle(&mut scene, &options, &choice.backend, &out);
     if options.plan == Some(true) {
         return Ok(planned(&scene, &plan, &choice.backend, out));
     }
@@ -52,6 +53,9 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     let report = vibrissa::sweep::run(&scene, &choice, &target, &mut progress);
     progress.finish();
     let report = report?;
+    if !quiet && let Some(warning) = beyond_curve(&scene, &report) {
+        eprintln!("warning: {warning}");
+    }
     Ok(Reply {
         text: summary(&scene, &report),
         out: Some(out),
@@ -73,6 +77,17 @@ fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {
         plan.designs,
         where_and_why(b)
     )
+}
+
+/// What to say when the gauge saw more strain than the curve of the material holds.
+fn beyond_curve(scene: &Scene, report: &Report) -> Option<String> {
+    let fit = scene.material_fit.as_ref()?;
+    let strain = report.counts.strain.get().filter(|e| !fit.covers(*e))?;
+    let [min, max] = fit.range;
+    Some(format!(
+        "the largest gauge strain, {strain:.4}, lies outside the data of {}, {min} … {max}: the material is extrapolated",
+        fit.file
+    ))
 }
 
 fn where_and_why(b: &Backend) -> String {
@@ -106,6 +121,14 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
         plan.bytes,
         out.display()
     );
+    if let Some(fit) = &scene.material_fit {
+        let ([c10, c20, c30], [min, max]) = (fit.coefficients, fit.range);
+        let _ = writeln!(
+            text,
+            "  material fitted to {}: yeoh = [{c10}, {c20}, {c30}] MPa, rms {:.3e} MPa over {} points, strain {min} … {max}",
+            fit.file, fit.rms, fit.points
+        );
+    }
     let _ = writeln!(text, "values in force:");
     for (key, value, written) in &scene.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
@@ -117,7 +140,7 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes }),
         seconds: json!({ "expected": seconds }),
         backend: json!(b),
-        result: json!({ "in_force": run_json::in_force(scene) }),
+        result: json!({ "in_force": run_json::in_force(scene), "material_fit": run_json::material_fit(scene, None) }),
         quiet: false,
     }
 }

@@ -11,7 +11,9 @@ pub mod sampler;
 pub mod space;
 
 pub use axis::Axis;
-pub use model::{Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, Model, Side, Theory};
+pub use model::{
+    Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
+};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, TableFormat};
 pub use space::{Column, Factor, Space, Tuple};
 
@@ -32,6 +34,8 @@ pub struct Scene {
     pub gauge: Gauge,
     /// Which effects are computed.
     pub model: Model,
+    /// How the material was fitted, where the spec names a stress–strain curve.
+    pub material_fit: Option<MaterialFit>,
     /// How distance is estimated from strain.
     pub estimate: Estimate,
     /// Which tables are written.
@@ -40,6 +44,6 @@ pub struct Scene {
     pub run: RunOptions,
     /// Every value in force after defaults, in spec order: (dotted key, value as TOML, written by the user?).
     pub in_force: Vec<(String, String, bool)>,
-    /// Things worth telling that are no errors (ignored columns of a tuple file).
+    /// Things worth telling that are no errors (ignored columns of a tuple or curve file).
     pub warnings: Vec<String>,
 }

@@ -72,6 +72,30 @@ impl Material {
     }
 }
 
+/// Yeoh's law fitted to a measured stress–strain curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaterialFit {
+    /// The curve file.
+    pub file: String,
+    /// Points of different strain.
+    pub points: usize,
+    /// C10, C20, C30, MPa: those of the material in force.
+    pub coefficients: [f64; 3],
+    /// Root mean square of law − data, MPa.
+    pub rms: f64,
+    /// Smallest and largest measured strain.
+    pub range: [f64; 2],
+}
+
+impl MaterialFit {
+    /// Whether the data cover a whisker whose fibres are strained by ±`strain`. A curve without compression is judged
+    /// by its tension alone.
+    pub fn covers(&self, strain: f64) -> bool {
+        let [min, max] = self.range;
+        strain <= max && (min >= 0.0 || -strain >= min)
+    }
+}
+
 /// Which effects are computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {

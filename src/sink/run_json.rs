@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::folder::hash;
 use crate::backend::Backend;
+use crate::reduce::Largest;
 use crate::scene::Scene;
 use crate::status::Status;
 
@@ -31,6 +32,8 @@ pub struct Counts {
     pub complete: Option<u64>,
     /// Sum and largest number of kernel sweeps of a tap.
     pub sweeps: (f64, f32),
+    /// Largest |gauge strain| of the taps that count.
+    pub strain: Largest,
 }
 
 impl Counts {
@@ -88,6 +91,24 @@ pub fn in_force(scene: &Scene) -> Value {
     scene.in_force.iter().map(entry).collect()
 }
 
+/// How the material was fitted and, after a run, whether the data cover what the gauge saw; null without a curve.
+pub fn material_fit(scene: &Scene, c: Option<&Counts>) -> Value {
+    let Some(fit) = &scene.material_fit else { return Value::Null };
+    let mut value = json!({
+        "file": fit.file,
+        "law": "yeoh",
+        "points": fit.points,
+        "coefficients_MPa": fit.coefficients,
+        "rms_MPa": fit.rms,
+        "range": fit.range,
+    });
+    if let Some(c) = c {
+        value["largest_gauge_strain"] = json!(c.strain.get());
+        value["within_data_range"] = json!(c.strain.get().map(|e| fit.covers(e)));
+    }
+    value
+}
+
 /// The whole of `run.json`.
 pub fn document(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
     json!({
@@ -97,6 +118,7 @@ pub fn document(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) 
         "commit": option_env!("VIBRISSA_COMMIT"),
         "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
         "in_force": in_force(scene),
+        "material_fit": material_fit(scene, Some(c)),
         "warnings": scene.warnings,
         "backend": backend,
         "counts": counts(c),

@@ -104,19 +104,3 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
     }
     Ok(())
 }
-
-/// Refuses effects that the kernels do not compute yet: names the first such key of `[model]`.
-pub(super) fn available(model: &Model) -> std::result::Result<(), &'static str> {
-    if model.geometry == Geometry::Linear {
-        return Ok(());
-    }
-    let missing = [
-        (model.shear, "shear"),
-        (model.extension, "extension"),
-        (model.surface, "surface"),
-        (model.pole_radius != 0.0, "pole_radius"),
-        (model.contact != Contact::Frictionless, "contact"),
-        (!matches!(model.material, Material::Hooke(_)), "material"),
-    ];
-    missing.into_iter().find(|(on, _)| *on).map_or(Ok(()), |(_, key)| Err(key))
-}

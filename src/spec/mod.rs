@@ -1,15 +1,17 @@
 //! The spec: a TOML file read into a [`Scene`], or an [`InputError`] that says where and why not.
 //!
 //! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
-//! `model`, `sections` and `tuple_file` read their parts; `check` says which values and combinations are allowed.
+//! `model`, `sections`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
 
 mod axis;
 mod check;
+mod curve;
 mod model;
 mod reader;
 mod schema;
 mod sections;
 mod space;
+mod table;
 mod tuple_file;
 
 use std::path::Path;
@@ -48,11 +50,12 @@ pub fn parse(label: &str, text: &str, base: &Path) -> Result<Scene> {
     let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
     let hub = sections.section("whisker").get("hub")?.within(&check::PLACE)?;
     let gauge = sections::gauge(&sections.section("gauge"))?;
-    let model = model::read(&sections.section("model"))?;
+    let model = model::read(&sections.section("model"), base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let (space, warnings) = space::read(&sections, drive, base)?;
+    let (space, mut warnings) = space::read(&sections, drive, base)?;
+    warnings.extend(model.warning);
     Ok(Scene {
         name: Path::new(label)
             .file_stem()
@@ -62,7 +65,8 @@ pub fn parse(label: &str, text: &str, base: &Path) -> Result<Scene> {
         hub,
         drive,
         gauge,
-        model,
+        model: model.model,
+        material_fit: model.fit,
         estimate,
         output,
         run,

@@ -1,12 +1,23 @@
 //! `[model]`.
 
-use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
-use super::reader::{Item, Result, Section};
-use crate::scene::{Contact, Geometry, Material, Model};
+use std::path::Path;
 
-/// Reads the section and refuses effects that contradict each other.
-pub(super) fn read(section: &Section<'_>) -> Result<Model> {
+use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
+use super::curve;
+use super::reader::{Item, Result, Section};
+use crate::scene::{Contact, Geometry, Material, MaterialFit, Model};
+
+/// The section, and where its material comes from if that is a curve.
+pub(super) struct Read {
+    pub model: Model,
+    pub fit: Option<MaterialFit>,
+    pub warning: Option<String>,
+}
+
+/// Reads the section and refuses effects that contradict each other; paths are relative to `base`.
+pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
+    let (material, fit, warning) = material(&section.get("material")?, base)?;
     let model = Model {
         geometry: section.get("geometry")?.word(&geometries)?,
         shear: section.get("shear")?.flag()?,
@@ -15,16 +26,12 @@ pub(super) fn read(section: &Section<'_>) -> Result<Model> {
         pole_radius: section.get("pole_radius")?.within(&PLACE)?,
         nu: section.get("nu")?.within(&POISSON)?,
         contact: contact(&section.get("contact")?)?,
-        material: material(&section.get("material")?)?,
+        material,
     };
     if let Err((key, message, allowed)) = check::consistent(&model) {
         return Err(section.get(key)?.error(message).allowed(allowed));
     }
-    if let Err(key) = check::available(&model) {
-        let message = "this effect is not available yet with geometry = \"exact\"";
-        return Err(section.get(key)?.error(message).allowed(format!("leave {key} out")));
-    }
-    Ok(model)
+    Ok(Read { model, fit, warning })
 }
 
 fn contact(item: &Item<'_>) -> Result<Contact> {
@@ -37,7 +44,10 @@ fn contact(item: &Item<'_>) -> Result<Contact> {
     word.map_err(|e| e.allowed(allowed))
 }
 
-fn material(item: &Item<'_>) -> Result<Material> {
+/// The law, the fit it comes from, and a warning about the curve file.
+type Law = (Material, Option<MaterialFit>, Option<String>);
+
+fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
     let allowed = "one of { hooke = E }, { neo-hookean = E }, { mooney-rivlin = [C10, C01] }, \
                    { yeoh = [C10, C20, C30] }, { curve = \"file.csv\" }; moduli in MPa";
     item.only(&["hooke", "neo-hookean", "mooney-rivlin", "yeoh", "curve"], allowed)?;
@@ -53,14 +63,12 @@ fn material(item: &Item<'_>) -> Result<Material> {
         "mooney-rivlin" => Material::MooneyRivlin(value.numbers("[C10, C01] in MPa")?),
         "yeoh" => Material::Yeoh(value.numbers("[C10, C20, C30] in MPa")?),
         _ => {
-            value.text()?;
-            return Err(value
-                .error("a material fitted to a curve file is not available yet")
-                .allowed(allowed));
+            let (fit, warning) = curve::read(&value, base)?;
+            return Ok((Material::Yeoh(fit.coefficients), Some(fit), warning));
         }
     };
     if material.e0() > 0.0 && material.e0().is_finite() {
-        return Ok(material);
+        return Ok((material, None, None));
     }
     let message = format!("the initial modulus E0 is {} MPa", material.e0());
     let allowed = if law == "yeoh" { "E0 = 6 C10 > 0 MPa" } else { "E0 = 6 (C10 + C01) > 0 MPa" };

@@ -133,6 +133,9 @@ impl Run<'_> {
         for o in &outcomes {
             self.counts.sweeps.0 += f64::from(o.sweeps);
             self.counts.sweeps.1 = self.counts.sweeps.1.max(o.sweeps);
+            if o.status.counts() {
+                self.counts.strain.push(o.strain.abs());
+            }
         }
         Ok(outcomes)
     }

@@ -1,0 +1,161 @@
+//! Yeoh's law fitted to a measured uniaxial stress–strain curve, by linear least squares.
+//!
+//! s(e) = 2 (λ − λ⁻²)(C10 + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²) is linear in its coefficients. The three columns are scaled
+//! to length 1 and orthogonalised (modified Gram–Schmidt on the matrix with its right-hand side), so that neither the
+//! size of the strains nor squared condition numbers matter.
+
+use super::section::SectionLaw;
+use crate::scene::Material;
+
+/// Columns that keep less than this of their length beside the others count as dependent.
+const DEPENDENT: f64 = 1e-7;
+
+/// Intervals of the range in which the slope of a fitted law is looked at.
+const INTERVALS: u32 = 4000;
+
+/// A fitted law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct YeohFit {
+    /// C10, C20, C30, MPa.
+    pub coefficients: [f64; 3],
+    /// Root mean square of law − data, MPa.
+    pub rms: f64,
+}
+
+/// Why there is no usable fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unfit {
+    /// The strains are too few or too alike to tell three coefficients apart.
+    Undetermined,
+    /// C10 (MPa) is not positive: the whisker would have no stiffness.
+    Soft(f64),
+    /// The law does not rise at this strain, though it lies within the data or between them and 0.
+    Falls(f64),
+}
+
+/// Least squares of Yeoh's law to points (nominal strain > −1, nominal stress in MPa).
+pub fn yeoh(points: &[[f64; 2]]) -> Result<YeohFit, Unfit> {
+    let coefficients = least_squares(points).ok_or(Unfit::Undetermined)?;
+    let [c10, ..] = coefficients;
+    if c10 <= 0.0 {
+        return Err(Unfit::Soft(c10));
+    }
+    let SectionLaw::Hyperelastic(law) = SectionLaw::new(&Material::Yeoh(coefficients)) else {
+        unreachable!("Yeoh's law is hyperelastic")
+    };
+    let (min, max) = points.iter().fold((0.0f64, 0.0f64), |(lo, hi), [e, _]| (lo.min(*e), hi.max(*e)));
+    let strain = |i: u32| min + (max - min) * f64::from(i) / f64::from(INTERVALS);
+    let flat = |e: &f64| {
+        let (_, slope) = law.stress(*e);
+        slope.is_nan() || slope <= 0.0
+    };
+    if let Some(e) = (0..=INTERVALS).map(strain).find(flat) {
+        return Err(Unfit::Falls(e));
+    }
+    let squares: f64 = points.iter().map(|[e, s]| (law.stress(*e).0 - s).powi(2)).sum();
+    Ok(YeohFit { coefficients, rms: (squares / points.len() as f64).sqrt() })
+}
+
+/// ds/dC10, ds/dC20, ds/dC30 at the strain `e`; free of cancellation at e = 0.
+fn basis(e: f64) -> [f64; 3] {
+    let inverse = 1.0 / (1.0 + e);
+    let g = e * (3.0 + e * (3.0 + e)) * inverse * inverse;
+    let j = e * e * (3.0 + e) * inverse;
+    [2.0 * g, 4.0 * g * j, 6.0 * g * j * j]
+}
+
+/// `None` where the columns depend on each other, or overflow.
+fn least_squares(points: &[[f64; 2]]) -> Option<[f64; 3]> {
+    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let dot = |v: &[f64], w: &[f64]| v.iter().zip(w).map(|(x, y)| x * y).sum::<f64>();
+    let mut columns: [Vec<f64>; 3] =
+        std::array::from_fn(|k| points.iter().map(|[e, _]| basis(*e)[k]).collect());
+    let mut rest: Vec<f64> = points.iter().map(|[_, s]| *s).collect();
+    let mut scale = [0.0; 3];
+    for (scale, column) in scale.iter_mut().zip(&mut columns) {
+        *scale = length(column);
+        column.iter_mut().for_each(|x| *x /= *scale);
+    }
+    let (mut r, mut y) = ([[0.0; 3]; 3], [0.0; 3]);
+    for k in 0..3 {
+        let (done, later) = columns.split_at_mut(k + 1);
+        let q = &mut done[k];
+        r[k][k] = length(q);
+        if r[k][k].is_nan() || r[k][k] < DEPENDENT {
+            return None;
+        }
+        q.iter_mut().for_each(|x| *x /= r[k][k]);
+        for (column, slot) in later.iter_mut().zip(&mut r[k][k + 1..]) {
+            *slot = dot(q, column);
+            column.iter_mut().zip(&*q).for_each(|(x, q)| *x -= *slot * q);
+        }
+        y[k] = dot(q, &rest);
+        rest.iter_mut().zip(&*q).for_each(|(x, q)| *x -= y[k] * q);
+    }
+    let mut c = [0.0; 3];
+    for k in (0..3).rev() {
+        let known: f64 = (k + 1..3).map(|j| r[k][j] * c[j]).sum();
+        c[k] = (y[k] - known) / r[k][k];
+    }
+    let c: [f64; 3] = std::array::from_fn(|k| c[k] / scale[k]);
+    c.iter().all(|x| x.is_finite()).then_some(c)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of Yeoh's law, written as in the model.
+    fn curve(c: [f64; 3], strains: impl IntoIterator<Item = f64>) -> Vec<[f64; 2]> {
+        let stress = |e: f64| {
+            let l = 1.0 + e;
+            let i = l * l + 2.0 / l - 3.0;
+            2.0 * (l - 1.0 / (l * l)) * (c[0] + 2.0 * c[1] * i + 3.0 * c[2] * i * i)
+        };
+        strains.into_iter().map(|e| [e, stress(e)]).collect()
+    }
+
+    #[test]
+    fn recovers_a_law_from_its_own_points() {
+        for (c, min, max, tolerance) in [
+            ([0.5, -0.08, 0.02], 0.0, 1.0, 1e-11),
+            ([0.5, -0.08, 0.02], -0.4, 0.8, 1e-11),
+            ([0.3, 0.05, 0.001], 0.1, 4.0, 1e-10),
+            ([0.5, 0.1, 0.02], 0.0, 0.1, 1e-6),
+        ] {
+            let step = (max - min) / 9.0;
+            let fit = yeoh(&curve(c, (0..10).map(|i| min + step * f64::from(i)))).unwrap();
+            for (found, c) in fit.coefficients.iter().zip(c) {
+                assert!((found - c).abs() < tolerance * c.abs(), "{found} for {c}");
+            }
+            assert!(fit.rms < 1e-13, "{fit:?}");
+        }
+    }
+
+    #[test]
+    fn the_rest_is_orthogonal_to_the_law() {
+        let points = [[0.1, 0.3], [0.2, 0.5], [0.4, 0.85], [0.6, 1.2], [0.8, 1.5], [1.0, 1.95]];
+        let fit = yeoh(&points).unwrap();
+        let law = curve(fit.coefficients, points.map(|p| p[0]));
+        let mut squares = 0.0;
+        for k in 0..3 {
+            let sum: f64 = law.iter().zip(&points).map(|(l, p)| (l[1] - p[1]) * basis(p[0])[k]).sum();
+            assert!(sum.abs() < 1e-11, "{sum}");
+        }
+        law.iter().zip(&points).for_each(|(l, p)| squares += (l[1] - p[1]).powi(2));
+        assert!((fit.rms - (squares / 6.0f64).sqrt()).abs() < 1e-12 && fit.rms > 1e-3);
+    }
+
+    #[test]
+    fn curves_without_a_usable_law() {
+        let narrow = curve([0.5, 0.0, 0.0], (0..8).map(|i| 0.3 + 1e-6 * f64::from(i)));
+        assert_eq!(yeoh(&narrow), Err(Unfit::Undetermined));
+        assert_eq!(yeoh(&[[0.1, 0.3], [0.2, 0.6]]), Err(Unfit::Undetermined));
+        assert_eq!(yeoh(&[]), Err(Unfit::Undetermined));
+        assert_eq!(yeoh(&[[1e200, 1.0], [1e201, 2.0], [1e202, 3.0]]), Err(Unfit::Undetermined));
+        let late = [[0.1, 0.01], [0.2, 0.02], [0.3, 0.5], [0.4, 0.98], [0.5, 1.0]];
+        assert!(matches!(yeoh(&late), Err(Unfit::Soft(c)) if c < 0.0));
+        let step = [[0.05, 0.8], [0.1, 1.0], [0.3, 1.01], [0.5, 1.02], [0.7, 1.03], [0.9, 1.04], [1.0, 1.05]];
+        assert!(matches!(yeoh(&step), Err(Unfit::Falls(e)) if (0.0..=1.0).contains(&e)));
+    }
+}

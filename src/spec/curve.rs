@@ -1,0 +1,132 @@
+//! `material = { curve = "file.csv" }`: a measured stress–strain curve and the law fitted to it.
+
+use std::path::Path;
+
+use super::reader::{Document, Item, Result};
+use super::table;
+use crate::error::InputError;
+use crate::physics::fit::{self, Unfit};
+use crate::scene::MaterialFit;
+
+const STRAIN: &str = "strain";
+const STRESS: &str = "stress_MPa";
+
+/// Fewest points of different strain.
+const LEAST: usize = 5;
+
+/// A measured point and the byte where its line starts.
+struct Point {
+    strain: f64,
+    stress: f64,
+    start: usize,
+}
+
+/// Reads the file named by `item`, relative to `base`, fits Yeoh's law to it, and a warning about the file.
+pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
+    let (label, text) = table::open(item, base, "curve")?;
+    let document = Document { file: &label, text: &text };
+    let mut points = Vec::new();
+    let warning = table::read(&document, [STRAIN, STRESS], allowed, &mut |[strain, stress], start| {
+        points.push(Point { strain, stress, start });
+    })?;
+    let points = checked(&document, points)?;
+    let (first, last) = (points[0][0], points[points.len() - 1][0]);
+    let law = fit::yeoh(&points).map_err(|why| refusal(&document, why, [first, last]))?;
+    let fit = MaterialFit {
+        file: label,
+        points: points.len(),
+        coefficients: law.coefficients,
+        rms: law.rms,
+        range: [first, last],
+    };
+    Ok((fit, warning))
+}
+
+fn allowed(column: &str) -> &'static str {
+    match column {
+        STRAIN => "a nominal strain > −1 (0.1 is 10 %), decimal point, no unit",
+        _ => "a nominal stress in MPa, decimal point, no unit",
+    }
+}
+
+/// Points by rising strain, each strain once.
+fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 2]>> {
+    let at = |point: &Point, column: &str, message: String| {
+        let span = table::line_span(document.text, point.start);
+        let value = if column == STRAIN { point.strain } else { point.stress };
+        document.error(Some(span), message).key(column).value(value)
+    };
+    for p in &points {
+        if p.strain <= -1.0 {
+            let error = at(p, STRAIN, "no solid can be compressed to nothing".to_owned());
+            return Err(error.allowed(allowed(STRAIN)));
+        }
+        if p.strain * p.stress < 0.0 {
+            let message = format!("this stress has the sign opposite to its strain, {}", p.strain);
+            return Err(at(p, STRESS, message).allowed("stress > 0 in tension, < 0 in compression, MPa"));
+        }
+    }
+    points.sort_by(|p, q| p.strain.total_cmp(&q.strain));
+    for pair in points.windows(2) {
+        let [p, q] = pair else { continue };
+        // Of two lines that contradict each other the later one is at fault.
+        let (earlier, later) = if p.start < q.start { (p, q) } else { (q, p) };
+        let line = document.line(table::line_span(document.text, earlier.start).start);
+        let other = format!("{} MPa at strain {} in line {line}", earlier.stress, earlier.strain);
+        if p.strain == q.strain && p.stress != q.stress {
+            let message = format!("strain {} has two stresses: this one, and {other}", p.strain);
+            return Err(at(later, STRESS, message).allowed("one stress for each strain"));
+        }
+        if p.strain < q.strain && p.stress >= q.stress {
+            let message = format!(
+                "the stress does not rise with the strain: this is at strain {}, but {other}",
+                later.strain
+            );
+            return Err(at(later, STRESS, message).allowed("stress strictly increasing with strain"));
+        }
+    }
+    let mut points: Vec<[f64; 2]> = points.iter().map(|p| [p.strain, p.stress]).collect();
+    points.dedup_by_key(|p| p[0]);
+    let whole = |message: String| document.error(None, message).key(STRAIN);
+    if points.len() < LEAST {
+        let message = format!("a curve needs {LEAST} points of different strain or more");
+        return Err(whole(message)
+            .value(format!("{} points", points.len()))
+            .allowed(format!("≥ {LEAST} points")));
+    }
+    match points.last() {
+        Some([most, _]) if *most <= 0.0 => {
+            let error = whole("this curve has no tension".to_owned());
+            Err(error
+                .value(format!("at most {most}"))
+                .allowed("points with strain > 0; compression is optional"))
+        }
+        _ => Ok(points),
+    }
+}
+
+/// What to say when the points are sound but no law fits them.
+fn refusal(document: &Document<'_>, why: Unfit, [min, max]: [f64; 2]) -> InputError {
+    match why {
+        Unfit::Undetermined => document
+            .error(None, "these strains do not determine C10, C20 and C30 of Yeoh's law")
+            .key(STRAIN)
+            .value(format!("{min} … {max}"))
+            .allowed("strains spread over the range in use, for example 0 … 0.5"),
+        Unfit::Soft(c10) => document
+            .error(None, "the Yeoh law fitted to this curve has no stiffness at rest")
+            .key("C10")
+            .value(format!("{c10} MPa"))
+            .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"),
+        Unfit::Falls(e) => document
+            .error(
+                None,
+                format!(
+                    "the Yeoh law fitted to this curve is not monotone: its stress falls at strain {e:.4}"
+                ),
+            )
+            .key(STRESS)
+            .value(format!("fit over strains {min} … {max}"))
+            .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"),
+    }
+}

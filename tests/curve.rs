@@ -1,0 +1,173 @@
+//! A material measured as a stress–strain curve: read, fitted, refused, reported.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use vibrissa::error::InputError;
+use vibrissa::scene::{Material, Scene};
+use vibrissa::spec;
+
+/// A rubber in tension, measured with some scatter; C10 near 0.5 MPa.
+const RUBBER: &str = "# rubber, third loading\nstrain,stress_MPa\n\
+    0,0\n0.1,0.3\n0.2,0.5\n0.4,0.85\n0.6,1.2\n# cut\n0.8,1.5\n1.0,1.95\n";
+
+const SPEC: &str = r#"
+whisker = { D = 10, d = 4, L_a = 50 }
+gauge = { x_ss = 5, l = 2 }
+tap = { a = [30, 40], theta = [2, 4] }
+[model]
+material = { curve = "rubber.csv" }
+"#;
+
+/// Writes `rubber.csv` and `spec.toml` into a new folder.
+fn folder(curve: &[u8], spec: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rubber.csv"), curve).unwrap();
+    fs::write(folder.path().join("spec.toml"), spec).unwrap();
+    folder
+}
+
+fn read(curve: &[u8]) -> Result<Scene, InputError> {
+    spec::read(&folder(curve, SPEC).path().join("spec.toml"))
+}
+
+#[test]
+fn a_curve_becomes_a_yeoh_law() {
+    let scene = read(RUBBER.as_bytes()).unwrap();
+    let fit = scene.material_fit.unwrap();
+    assert_eq!(scene.model.material, Material::Yeoh(fit.coefficients));
+    // Least squares by numpy.
+    for (found, c) in fit.coefficients.into_iter().zip([0.50303049, -0.02479072, 0.01273667]) {
+        assert!((found - c).abs() < 1e-7, "{found} for {c}");
+    }
+    assert_eq!((fit.points, fit.range), (7, [0.0, 1.0]));
+    assert!((fit.rms - 0.016242426495647715 * (6.0f64 / 7.0).sqrt()).abs() < 1e-12);
+    assert!(fit.file.ends_with("rubber.csv") && scene.warnings.is_empty());
+    assert!(fit.covers(1.0) && !fit.covers(1.1));
+
+    let plain = SPEC.replace("curve = \"rubber.csv\"", "hooke = 3.2");
+    assert!(spec::parse("plain.toml", &plain, Path::new("")).unwrap().material_fit.is_none());
+}
+
+#[test]
+fn any_order_extra_columns_and_compression() {
+    let scene = read(
+        b"\xef\xbb\xbfstress_MPa,note,strain,t_s\r\n0.3,\"a,\nb\",0.1,1\r\n1.95,,1.0,2\r\n0.85,,0.4,3\r\n\
+          -1.4,,-0.3,4\r\n0.85,again,0.4,5\r\n1.5,,0.8,x\r\n-0.34,,-0.1,\r\n",
+    )
+    .unwrap();
+    let fit = scene.material_fit.unwrap();
+    assert_eq!((fit.points, fit.range), (6, [-0.3, 1.0]));
+    assert!(fit.covers(0.3) && !fit.covers(0.31));
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(scene.warnings[0].ends_with("rubber.csv: ignored columns note, t_s"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn curves_that_are_refused() {
+    let bad = |curve: &[u8], line: Option<usize>, key: Option<&str>, part: &str| {
+        let error = read(curve).expect_err(part);
+        let said = error.to_string();
+        assert_eq!((error.line, error.key.as_deref()), (line, key), "{said}");
+        assert!(error.file.as_deref().unwrap().ends_with("rubber.csv"), "{said}");
+        assert!(said.contains(part), "`{part}` is not in: {said}");
+    };
+    let (strain, stress) = (Some("strain"), Some("stress_MPa"));
+    let curve = |rows: &str| format!("# a\nstrain,stress_MPa\n{}\n", rows.replace(' ', "\n")).into_bytes();
+    bad(b"", None, None, "empty");
+    bad(b"# x\nstrain,stress\n0.1,0.3\n", Some(2), stress, "is stress meant?");
+    bad(b"0.1,0.3\n0.2,0.5\n", Some(1), strain, "column strain is missing");
+    bad(b"strain,stress_MPa,strain\n", Some(1), strain, "twice");
+    bad(b"strain,stress_MPa\n0.1,\xff\n", Some(2), None, "UTF-8");
+    bad(&curve("0.1,0.3 0.2,half"), Some(4), stress, "stress_MPa = half: this is not a finite number");
+    bad(&curve("0.1,0.3 0.2,"), Some(4), stress, "(empty)");
+    bad(&curve("nan,0.3"), Some(3), strain, "0.1 is 10 %");
+    bad(&curve("0.1,inf"), Some(3), stress, "in MPa");
+    bad(&curve("0.1,0.3 0.2"), Some(4), stress, "1 fields, but the header has 2");
+    bad(&curve("0.1,0.3 0.2,0.5,1"), Some(4), None, "3 fields");
+    bad(&curve("0.1,0.3 -1,-9"), Some(4), strain, "strain = -1: no solid");
+    bad(&curve("0.1,0.3 -0.1,0.2"), Some(4), stress, "sign opposite to its strain, -0.1");
+    bad(&curve("0.1,-0.3"), Some(3), stress, "sign opposite");
+    bad(&curve("0.2,0.5 0.1,0.3 0.2,0.6"), Some(5), stress, "0.5 MPa at strain 0.2 in line 3");
+    bad(&curve("0.3,0.4 0.1,0.3 0.2,0.5"), Some(5), stress, "does not rise with the strain");
+    bad(&curve("0.1,0.3 0.2,0.3"), Some(4), stress, "strictly increasing");
+    bad(&curve("0.1,0.3 0.2,0.5 0.4,0.85 0.6,1.2 0.6,1.2"), None, strain, "4 points: a curve needs 5");
+    bad(&curve(""), None, strain, "0 points");
+    bad(&curve("-0.1,-0.3 -0.2,-0.7 -0.3,-1.2 -0.4,-2 0,0"), None, strain, "no tension");
+    bad(&curve("0.1,0.01 0.2,0.02 0.3,0.5 0.4,0.98 0.5,1"), None, Some("C10"), "C10 > 0 MPa");
+    bad(&curve("0.05,0.8 0.1,1 0.3,1.01 0.5,1.02 0.7,1.03 0.9,1.04 1,1.05"), None, stress, "not monotone");
+    let close = "0.3,0.9 0.300001,0.900003 0.300002,0.900006 0.300003,0.900009 0.300004,0.900012";
+    bad(&curve(close), None, strain, "do not determine");
+}
+
+#[test]
+fn a_curve_is_no_linear_material() {
+    let spec = SPEC.replace("[model]", "[model]\ngeometry = \"linear\"");
+    let error = spec::read(&folder(RUBBER.as_bytes(), &spec).path().join("spec.toml")).unwrap_err();
+    assert_eq!((error.line, error.key.as_deref()), (Some(7), Some("model.material")));
+}
+
+fn sweep(folder: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_vibrissa"))
+        .args(["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--force"])
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// Coefficients of the fit in run.json or in an answer.
+fn coefficients(fit: &Value) -> Vec<f64> {
+    fit["coefficients_MPa"].as_array().unwrap().iter().map(|c| c.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn the_fit_is_reported() {
+    let folder = folder(RUBBER.as_bytes(), SPEC);
+    let scene = spec::read(&folder.path().join("spec.toml")).unwrap();
+    let known = scene.material_fit.unwrap().coefficients;
+
+    let plan = sweep(folder.path(), &["--plan"]);
+    let text = String::from_utf8(plan.stdout).unwrap();
+    let law = format!("rubber.csv: yeoh = [{}, {}, {}] MPa", known[0], known[1], known[2]);
+    assert!(text.contains(&law), "{text}");
+    let plan: Value = serde_json::from_slice(&sweep(folder.path(), &["--plan", "--json"]).stdout).unwrap();
+    assert_eq!(coefficients(&plan["result"]["material_fit"]), known);
+
+    let ran = sweep(folder.path(), &[]);
+    assert!(ran.status.success());
+    assert!(!String::from_utf8(ran.stderr).unwrap().contains("warning"));
+    let fit = run_json(folder.path())["material_fit"].clone();
+    assert_eq!(coefficients(&fit), known);
+    assert_eq!((fit["points"].as_u64(), fit["within_data_range"].as_bool()), (Some(7), Some(true)));
+    assert_eq!(fit["range"].to_string(), "[0.0,1.0]");
+    let largest = fit["largest_gauge_strain"].as_f64().unwrap();
+    let tuples = csv::Reader::from_path(folder.path().join("out/tuples.csv")).unwrap();
+    let strain = tuples.into_records().map(|row| row.unwrap()[7].parse::<f64>().unwrap().abs());
+    assert!((largest / strain.fold(0.0, f64::max) - 1.0).abs() < 1e-6);
+    assert!(largest > 0.01);
+}
+
+#[test]
+fn strain_beyond_the_data_is_told() {
+    // Neo-hookean, C10 = 0.5 MPa, up to 1 % strain.
+    let rows = (1..=6).map(|i| {
+        let l = 1.0 + f64::from(i) / 600.0;
+        format!("{},{}\n", l - 1.0, l - 1.0 / (l * l))
+    });
+    let small = format!("strain,stress_MPa\n{}", rows.collect::<String>());
+    let folder = folder(small.as_bytes(), SPEC);
+    let said = String::from_utf8(sweep(folder.path(), &[]).stderr).unwrap();
+    assert!(
+        said.contains("warning: the largest gauge strain") && said.contains("rubber.csv, 0.00166"),
+        "{said}"
+    );
+    assert_eq!(run_json(folder.path())["material_fit"]["within_data_range"], Value::Bool(false));
+    assert!(sweep(folder.path(), &["--quiet"]).stderr.is_empty());
+}
+
+fn run_json(folder: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join("out/run.json")).unwrap()).unwrap()
+}

@@ -1,0 +1,50 @@
+//! `sweeps/practical.toml`: every backend gives the same K.
+
+use std::path::Path;
+
+use vibrissa::backend::Choice;
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Outcome, Task};
+use vibrissa::kernel::gpu;
+use vibrissa::plan::Layout;
+use vibrissa::scene::{BackendChoice, RunOptions, Scene, Space};
+use vibrissa::spec;
+
+/// All taps of `scene` on a backend.
+fn taps(scene: &Scene, backend: BackendChoice) -> Vec<Outcome> {
+    let options = RunOptions { backend: Some(backend), ..RunOptions::default() };
+    let choice = Choice::new(&options).unwrap();
+    let mut evaluator = Evaluator::new(scene, choice.open(&scene.model).unwrap());
+    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+    let layout = Layout::new(factors);
+    let designs: Vec<Design> = (0..layout.n_designs).map(|k| Design::new(scene, layout.design(k))).collect();
+    let tasks: Vec<Task> = (0..layout.len())
+        .map(|t| {
+            let (k, tap) = (t / layout.block(), t % layout.block());
+            let (i, j) = (tap / layout.n_drives, tap % layout.n_drives);
+            let drive = layout.drive(&designs[k as usize].tuple, j);
+            Task { design: k as u32, a: layout.distance(i), drive }
+        })
+        .collect();
+    evaluator.run(&designs, &tasks).unwrap()
+}
+
+#[test]
+fn backends_agree_on_the_practical_whiskers() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/practical.toml");
+    let scene = spec::read(&path).unwrap();
+    let reference = taps(&scene, BackendChoice::Reference);
+    assert_eq!(reference.len(), 330);
+    let mut backends = vec![BackendChoice::Cpu];
+    if !gpu::adapters().is_empty() {
+        backends.push(BackendChoice::Gpu);
+    }
+    for backend in backends {
+        for (fast, exact) in taps(&scene, backend).iter().zip(&reference) {
+            assert_eq!(fast.status, exact.status, "{backend:?}");
+            assert!(exact.status.counts(), "{exact:?}");
+            let k = |tap: &Outcome| (tap.strain_linear / tap.strain).abs();
+            assert!((k(fast) / k(exact) - 1.0).abs() < 1e-4, "{backend:?}: {fast:?} for {exact:?}");
+        }
+    }
+}
