@@ -16,10 +16,11 @@ use vibrissa::spec;
 use vibrissa::sweep::{Kept, Report, Target};
 
 use super::args::Sweep;
+use super::explain;
 use super::progress::Shown;
 use super::reply::Reply;
 
-/// Reads the spec and runs it, or says what would run.
+/// Reads the spec and runs it, or says what would run, or explains it. `--explain` overrules `plan` in the spec.
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
@@ -32,6 +33,9 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     if !quiet {
         scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    if args.explain {
+        return explain::run(&scene, &options, &args.leave_off);
     }
     let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
     let plan = Plan::new(&scene)?;
@@ -75,7 +79,8 @@ fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {
     )
 }
 
-fn where_and_why(b: &Backend) -> String {
+/// The backend, why it was taken, its precision and tolerance.
+pub(super) fn where_and_why(b: &Backend) -> String {
     let place = match &b.adapter {
         Some(name) => format!("gpu {name}"),
         None => format!("{} with {} threads", b.name, b.threads),
