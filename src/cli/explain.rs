@@ -102,7 +102,8 @@ fn row(e: &Explained, found: &Explanation) -> Vec<String> {
         (Some(change), _) => {
             row.extend(numbers(change));
             row.push(leave_off(e, found));
-            let unmatched = (change.unmatched > 0).then(|| format!("{} taps unmatched", change.unmatched));
+            let unmatched = (change.unmatched > 0)
+                .then(|| format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status));
             let both = Some(both(e)).filter(|b| !b.is_empty()).map(|b| format!("both with {b}"));
             both.into_iter().chain(unmatched).collect()
         }
@@ -208,6 +209,7 @@ fn changed(drive: Drive, change: Option<&Change>) -> Value {
         json!({
             "median_percent": c.median, "largest_percent": c.largest, "at": at, "calibrated_sd_percent": c.left,
             "taps": c.taps, "unmatched": c.unmatched,
+            "unmatched_status": c.unmatched_status.to_string(),
         })
     })
 }

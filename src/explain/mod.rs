@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::evaluate::{Evaluator, Outcome};
 use crate::reduce::Spread;
 use crate::scene::{Scene, Space, Tuple};
+use crate::status::Status;
 use rayon::prelude::*;
 
 /// How much |strain| changes from one setting to another; in %.
@@ -35,6 +36,8 @@ pub struct Change {
     pub taps: usize,
     /// Taps that count in only one of them.
     pub unmatched: usize,
+    /// Words of those taps where they do not count.
+    pub unmatched_status: Status,
 }
 
 impl Change {
@@ -157,7 +160,8 @@ impl Bench<'_> {
 /// The change from `base` to `other`; `None` where no tap counts in both.
 fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change> {
     let counts = |tap: &Outcome| tap.status.counts() && tap.strain != 0.0;
-    let (mut changes, mut left, mut unmatched) = (Vec::new(), None::<f64>, 0);
+    let (mut changes, mut left) = (Vec::new(), None::<f64>);
+    let (mut unmatched, mut unmatched_status) = (0, Status::OK);
     for row in sample.rows.windows(2) {
         let mut ratios = Spread::default();
         for i in row[0]..row[1] {
@@ -168,7 +172,10 @@ fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change
                     changes.push((100.0 * (to - from) / from, i));
                 }
                 (false, false) => {}
-                _ => unmatched += 1,
+                (counts_in_base, _) => {
+                    unmatched += 1;
+                    unmatched_status |= if counts_in_base { other[i].status } else { base[i].status };
+                }
             }
         }
         if let (Some(sd), Some(mean)) = (ratios.sd(), ratios.mean()) {
@@ -180,5 +187,5 @@ fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change
     let taps = changes.len();
     changes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let median = 0.5 * (changes[(taps - 1) / 2].0 + changes[taps / 2].0);
-    Some(Change { median, largest, at: sample.tuple(at), left, taps, unmatched })
+    Some(Change { median, largest, at: sample.tuple(at), left, taps, unmatched, unmatched_status })
 }
