@@ -22,7 +22,6 @@ struct State {
 }
 
 fn solve(tap: Tap) -> Solution {
-    let lever = lever_change(tap);
     var state = State();
     var error = ONE;
     var last = ONE;
@@ -31,8 +30,8 @@ fn solve(tap: Tap) -> Solution {
     let stop = STOP * TOLERANCE;
     for (var i = 0u; i < SWEEPS; i++) {
         sweep(tap, &state);
-        let sensitivity = select(fma(tap.weight, lever, ONE), ONE, STICK);
-        let change = abs(state.step_force) + sensitivity * abs(state.step_other);
+        let felt = select(sensitivity(tap, tap.arc + state.arc), ONE, STICK);
+        let change = abs(state.step_force) + felt * abs(state.step_other);
         // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);

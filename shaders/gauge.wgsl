@@ -1,12 +1,16 @@
 // Strain deviation and error estimate from a converged state. Twin of src/kernel/cpu/exact/gauge.rs.
 
-// d(lever mean)/dc over the lever mean at c = 1.
-fn lever_change(tap: Tap) -> real {
+// How an error of the arc shows in the strain, relative to max(|eps|, 1e-3 theta f_max), for a contact at 1 + x.
+fn sensitivity(tap: Tap, x: real) -> real {
+    let near = max(tap.near + x, TINY);
+    let far = tap.far + x;
     let u1 = fma(tap.taper, tap.near, tap.rest);
     let u2 = fma(tap.taper, tap.far, tap.rest);
-    let clear = (u1 + u2) / max(tap.near * u2 + tap.far * u1, TINY);
-    let on_gauge = 2.0 / max(tap.near, TINY) + tap.taper / tap.rest;
-    return select(clear, on_gauge, tap.far < 0.0);
+    let clear = (u1 + u2) / max(near * u2 + far * u1, TINY);
+    let on_gauge = 2.0 / near + tap.taper / tap.rest;
+    let growth = min(near / max(tap.near, TINY), MOST_GROWTH);
+    let weight = min(tap.weight * growth * growth, ONE);
+    return 1.0 + weight * select(clear, on_gauge, far < 0.0);
 }
 
 // How far beyond the contact the lever reaches where it has no moment.
@@ -127,7 +131,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         }
         strain = more / tap.strain;
     }
-    var error = residual + truncation(tap, state, series, m, g2);
+    var error = residual + truncation(tap, state, series, m, g2, sensitivity(tap, x));
     if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
         error = HOPELESS;
     }
@@ -135,9 +139,9 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
 }
 
 // Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands.
-fn truncation(tap: Tap, state: ptr<function, State>, series: Nodes, m: real, g2: real) -> real {
+fn truncation(tap: Tap, state: ptr<function, State>, series: Nodes, m: real, g2: real, felt: real) -> real {
     let last = coefficients(state.bending);
     let bending = 12.0 * m * m * (1.0 + tap.hub) * tap.rest / (g2 * g2) * (abs(last[N - 1]) + abs(last[N - 2]));
     let shortening = 2.0 * g2 * m * (abs(series[N - 1]) + abs(series[N - 2]));
-    return BENDING_TAIL * bending * sqrt(bending) + SHORTENING_TAIL * shortening;
+    return BENDING_TAIL * bending * sqrt(bending) + SHORTENING_TAIL * felt * shortening;
 }

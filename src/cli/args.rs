@@ -46,6 +46,12 @@ impl Command {
 pub struct Sweep {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
+    /// Say what each effect of the model changes, in % of strain, and which could be left off; write nothing
+    #[arg(long, conflicts_with_all = ["plan", "out", "force"])]
+    pub explain: bool,
+    /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
+    #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
+    pub leave_off: Vec<f64>,
     #[command(flatten)]
     pub common: Common,
 }

@@ -2,6 +2,7 @@
 
 mod args;
 mod devices;
+mod explain;
 mod progress;
 mod reply;
 mod sweep;

@@ -16,10 +16,12 @@ use vibrissa::spec;
 use vibrissa::sweep::{Kept, Report, Target};
 
 use super::args::Sweep;
+use super::explain;
 use super::progress::Shown;
 use super::reply::Reply;
 
-/// Reads the spec and runs it, or says what would run; sets `json` where the spec asks for it, also for errors.
+/// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec); sets
+/// `json` where the spec asks for it, also for errors.
 pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     let mut scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
@@ -33,6 +35,9 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     }
     if !quiet {
         scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    if args.explain {
+        return explain::run(&scene, &options, &args.leave_off);
     }
     let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
     let plan = Plan::new(&scene)?;
@@ -90,7 +95,8 @@ fn beyond_curve(scene: &Scene, report: &Report) -> Option<String> {
     ))
 }
 
-fn where_and_why(b: &Backend) -> String {
+/// The backend, why it was taken, its precision and tolerance.
+pub(super) fn where_and_why(b: &Backend) -> String {
     let place = match &b.adapter {
         Some(name) => format!("gpu {name}"),
         None => format!("{} with {} threads", b.name, b.threads),

@@ -89,6 +89,8 @@ pub mod limits {
     pub const LARGEST_RATE: f64 = 0.9;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
+    /// Largest growth of the lever that is told apart.
+    pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
     /// Error of a tap whose angle lies outside the range of the series.
@@ -99,10 +101,10 @@ pub mod limits {
     /// Weight of the tail of the bending integrand (to the power 3/2) in the truncation error.
     pub const BENDING_TAIL: f64 = 0.05;
     /// Weight of the tail of the shortening integrand in the truncation error.
-    pub const SHORTENING_TAIL: f64 = 0.02;
+    pub const SHORTENING_TAIL: f64 = 0.01;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 12] = [
+    pub const NAMED: [(&str, f64); 13] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
@@ -111,6 +113,7 @@ pub mod limits {
         ("LARGEST_RATE", LARGEST_RATE),
         ("SMALLEST_RATE", SMALLEST_RATE),
         ("STOP", STOP),
+        ("MOST_GROWTH", MOST_GROWTH),
         ("HOPELESS", HOPELESS),
         ("TINY", TINY),
         ("BENDING_TAIL", BENDING_TAIL),

@@ -5,16 +5,22 @@ use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::kernel::{Effects, Rule, Solution, Tap, rule::limits::*};
 
-/// dℓ/dc / ℓ at c = 1: sensitivity of the lever mean to the contact arc.
+/// How an error of the arc shows in the strain, relative to max(|ε|, 1e-3 θ f_max), for a contact at 1 + `x`: dℓ/dc / ℓ
+/// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way.
 #[inline(always)]
-pub fn lever_change<T: Scalar, const L: usize, const FMA: bool>(
+pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
     tap: &Tap<Pack<T, L, FMA>>,
+    x: Pack<T, L, FMA>,
 ) -> Pack<T, L, FMA> {
     let of = Pack::<T, L, FMA>::of;
+    let (one, tiny) = (of(1.0), of(TINY));
+    let (near, far) = ((tap.near + x).max(tiny), tap.far + x);
     let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
-    let clear = (u1 + u2) / (tap.near * u2 + tap.far * u1).max(of(TINY));
-    let on_gauge = of(2.0) / tap.near.max(of(TINY)) + tap.taper / tap.rest;
-    tap.far.if_less(of(0.0), on_gauge, clear)
+    let clear = (u1 + u2) / (near * u2 + far * u1).max(tiny);
+    let on_gauge = of(2.0) / near + tap.taper / tap.rest;
+    let growth = (near / tap.near.max(tiny)).min(of(MOST_GROWTH));
+    let weight = (tap.weight * growth * growth).min(one);
+    one + weight * far.if_less(of(0.0), on_gauge, clear)
 }
 
 /// The solution of a tap whose last sweep left `residual`.
@@ -139,7 +145,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let error = residual + truncation(tables, tap, state, &series, m, g2);
+    let error = residual + truncation(tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load: state.load, sweeps }
@@ -184,20 +190,19 @@ fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 }
 
 /// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss
-/// nodes converge faster than the interpolant, hence the power; both factors were fitted to 20 000 random taps (d/D
-/// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16, where no accepted tap exceeded its tolerance.
+/// nodes converge faster than the interpolant, hence the power; the factors were fitted to 20 000 random taps (d/D
+/// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
 #[inline(always)]
 fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     tables: &Tables<T, N>,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
     series: &[Pack<T, L, FMA>; N],
-    m: Pack<T, L, FMA>,
-    g2: Pack<T, L, FMA>,
+    [m, g2, sensitivity]: [Pack<T, L, FMA>; 3],
 ) -> Pack<T, L, FMA> {
     let of = Pack::<T, L, FMA>::of;
     let last = |k: usize| dot(&tables.legendre[k], &state.bending).abs();
     let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * (last(N - 1) + last(N - 2));
     let shortening = of(2.0) * g2 * m * (series[N - 1].abs() + series[N - 2].abs());
-    of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * shortening
+    of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * sensitivity * shortening
 }

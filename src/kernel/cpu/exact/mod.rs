@@ -31,7 +31,7 @@ mod tables;
 
 use super::pack::{Pack, Scalar};
 use crate::kernel::{Effects, Rule, Solution, Tap, rule::limits::*};
-use gauge::{gauge, lever_change};
+use gauge::{gauge, sensitivity};
 use sweep::{State, sweep};
 pub use tables::{Tables, series};
 
@@ -46,7 +46,6 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
 ) -> Solution<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let zero = of(0.0);
-    let lever = lever_change(tap);
     let mut state = State {
         force: zero,
         along: zero,
@@ -73,8 +72,8 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
         state.keep(done, &before);
         let [first, second] = state.steps;
-        let sensitivity = if !PLAIN && effects.stick { of(1.0) } else { tap.weight.mul_add(lever, of(1.0)) };
-        let change = first.abs() + sensitivity * second.abs();
+        let felt = if !PLAIN && effects.stick { of(1.0) } else { sensitivity(tap, tap.arc + state.arc) };
+        let change = first.abs() + felt * second.abs();
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
         let next = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
         let open = |now, old| zero.if_less(done, old, now);

@@ -1,0 +1,243 @@
+//! `vibrissa sweep SPEC.toml --explain`: what each effect changes, as a table or as JSON.
+
+use std::fmt::Write;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::backend::Choice;
+use vibrissa::error::{Error, InputError};
+use vibrissa::explain::{Change, Effect, Explained, Explanation, explain};
+use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Scene};
+
+use super::reply::Reply;
+use super::sweep::where_and_why;
+
+/// Tolerances judged where none is given.
+const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
+
+/// Explains `scene`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
+pub fn run(scene: &Scene, options: &RunOptions, leave_off: &[f64]) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
+    let options = if free {
+        let precision = options.precision.or(Some(Precision::F64));
+        RunOptions { backend: Some(BackendChoice::Cpu), precision, ..options.clone() }
+    } else {
+        options.clone()
+    };
+    let mut choice = Choice::new(&options)?;
+    if free {
+        choice.backend.reason = "few taps".into();
+    }
+    let tolerances = tolerances(leave_off, choice.backend.tolerance.unwrap_or(0.0))?;
+    let found = explain(scene, &choice, &tolerances)?;
+    Ok(Reply {
+        text: text(scene, &choice, &found),
+        out: None,
+        files: Vec::new(),
+        counts: json!({ "taps": found.total, "taps_compared": found.taps }),
+        seconds: json!({ "total": start.elapsed().as_secs_f64() }),
+        backend: json!(choice.backend),
+        result: result(scene.drive, &found),
+        quiet: options.quiet == Some(true),
+    })
+}
+
+/// Ascending, each in range and above the error of a comparison of two taps of this accuracy.
+fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
+    let mut wanted = if typed.is_empty() {
+        LEAVE_OFF.into_iter().filter(|t| *t >= 2.0 * accuracy).collect()
+    } else {
+        typed.to_vec()
+    };
+    if let Some(bad) = wanted.iter().find(|t| !(**t > 0.0 && **t < 1.0 && **t >= 2.0 * accuracy)) {
+        return Err(InputError::new("effects cannot be judged at this tolerance")
+            .key("--leave-off")
+            .value(bad)
+            .allowed(format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}")));
+    }
+    wanted.sort_by(f64::total_cmp);
+    wanted.dedup();
+    Ok(wanted)
+}
+
+/// What both settings of a comparison have other than the spec; empty for none.
+fn both(e: &Explained) -> String {
+    let pair = e.switch.pair.as_ref();
+    let values = pair.map_or(&[][..], |p| &p.both);
+    values.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", ")
+}
+
+fn names(effects: &[Effect]) -> String {
+    effects.iter().map(|e| e.name()).collect::<Vec<_>>().join(", ")
+}
+
+/// Percent with three digits.
+fn percent(x: f64) -> String {
+    let size = x.abs();
+    match size {
+        0.0 => "0".into(),
+        _ if size >= 99.95 => format!("{x:+.0}"),
+        _ if size >= 9.995 => format!("{x:+.1}"),
+        _ if size >= 0.9995 => format!("{x:+.2}"),
+        _ if size >= 0.01 => format!("{x:+.3}"),
+        _ => format!("{x:+.1e}"),
+    }
+}
+
+/// The smallest tolerance at which an effect that is on could be left off.
+fn leave_off(e: &Explained, found: &Explanation) -> String {
+    if e.switch.on != Some(true) {
+        return String::new();
+    }
+    let at = found.verdicts.iter().find(|v| v.effects.contains(&e.switch.effect));
+    at.map_or_else(|| "no".into(), |v| format!("at {:e}", v.tolerance))
+}
+
+fn row(e: &Explained, found: &Explanation) -> Vec<String> {
+    let switch = &e.switch;
+    let mut row = vec![switch.effect.name().to_owned(), switch.spec.clone(), switch.instead.clone()];
+    let notes: Vec<String> = match (&e.change, &switch.pair) {
+        (Some(change), _) => {
+            row.extend(numbers(change));
+            row.push(leave_off(e, found));
+            let unmatched = (change.unmatched > 0)
+                .then(|| format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status));
+            let both = Some(both(e)).filter(|b| !b.is_empty()).map(|b| format!("both with {b}"));
+            both.into_iter().chain(unmatched).collect()
+        }
+        (None, Err(why)) => vec![format!("not compared: {why}")],
+        (None, Ok(_)) => vec!["no tap to compare".into()],
+    };
+    row.resize(12, String::new());
+    row.push(notes.join("; "));
+    row
+}
+
+/// Median, largest, where it is, what is left, taps.
+fn numbers(c: &Change) -> Vec<String> {
+    let short = |x: f64| format!("{}", (x * 1e4).round() / 1e4);
+    let left = c.left.map_or(String::new(), |l| percent(l).trim_start_matches('+').to_owned());
+    let at = [c.at.D, c.at.d, c.at.a, c.at.drive].map(short);
+    let mut cells = vec![percent(c.median), percent(c.largest)];
+    cells.extend(at);
+    cells.extend([left, c.taps.to_string()]);
+    cells
+}
+
+fn text(scene: &Scene, choice: &Choice, found: &Explanation) -> String {
+    let mut text = String::new();
+    let part = if found.taps as u64 == found.total { "all" } else { "spread over" };
+    let _ = writeln!(
+        text,
+        "{}: what each effect changes, in % of strain; {} taps ({part} {}), {}",
+        scene.name,
+        found.taps,
+        found.total,
+        where_and_why(&choice.backend)
+    );
+    let unit = scene.drive.column();
+    let header = [
+        "effect",
+        "spec",
+        "instead",
+        "median",
+        "largest",
+        "at D_mm",
+        "d_mm",
+        "a_mm",
+        unit,
+        "calibrated",
+        "taps",
+        "leave off",
+        "",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    rows.extend(found.effects.iter().map(|e| row(e, found)));
+    if let Some(change) = &found.linear {
+        let mut row = vec!["all effects".to_owned(), "as above".into(), "linear theory".into()];
+        row.extend(numbers(change));
+        row.resize(13, String::new());
+        rows.push(row);
+    }
+    align(&mut text, &rows);
+    text.push_str(
+        "median, largest: change of |strain| when the effect alone is switched from `spec` to `instead`.\n\
+         calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n",
+    );
+    for v in &found.verdicts {
+        let _ = match &v.together {
+            None => writeln!(text, "could be left off at {:e}: nothing", v.tolerance),
+            Some(c) => writeln!(
+                text,
+                "could be left off at {:e}: {}{}",
+                v.tolerance,
+                names(&v.effects),
+                match v.effects.len() {
+                    1 => String::new(),
+                    _ if c.within(v.tolerance) => format!(" (together {} %)", percent(c.largest)),
+                    _ => format!(" (each alone; together {} %, too much)", percent(c.largest)),
+                }
+            ),
+        };
+    }
+    text
+}
+
+/// Columns under each other: words to the left, numbers to the right.
+fn align(text: &mut String, rows: &[Vec<String>]) {
+    let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    for row in rows {
+        let mut line = String::new();
+        for (c, (cell, &w)) in row.iter().zip(&widths).enumerate() {
+            let _ = match c {
+                0..3 | 12 => write!(line, "{cell:<w$}  "),
+                _ => write!(line, "{cell:>w$}  "),
+            };
+        }
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+}
+
+fn changed(drive: Drive, change: Option<&Change>) -> Value {
+    change.map_or(Value::Null, |c| {
+        let t = &c.at;
+        let mut at = json!({ "D_mm": t.D, "d_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
+        at[drive.column()] = t.drive.into();
+        json!({
+            "median_percent": c.median, "largest_percent": c.largest, "at": at, "calibrated_sd_percent": c.left,
+            "taps": c.taps, "unmatched": c.unmatched,
+            "unmatched_status": c.unmatched_status.to_string(),
+        })
+    })
+}
+
+fn result(drive: Drive, found: &Explanation) -> Value {
+    let effect = |e: &Explained| {
+        let s = &e.switch;
+        let both = s.pair.as_ref().map_or(&[][..], |p| &p.both);
+        json!({
+            "effect": s.effect.name(),
+            "key": s.effect.key(),
+            "on": s.on,
+            "spec": s.spec,
+            "instead": s.pair.is_ok().then_some(&s.instead),
+            "both_with": both.iter().map(|(name, value)| json!({ "effect": name, "value": value })).collect::<Vec<_>>(),
+            "not_compared": s.pair.as_ref().err(),
+            "change": changed(drive, e.change.as_ref()),
+        })
+    };
+    let verdict = |v: &vibrissa::explain::Verdict| {
+        json!({
+            "tolerance": v.tolerance,
+            "effects": v.effects.iter().map(|e| e.name()).collect::<Vec<_>>(),
+            "together": changed(drive, v.together.as_ref()),
+        })
+    };
+    json!({
+        "effects": found.effects.iter().map(effect).collect::<Vec<_>>(),
+        "all_effects": changed(drive, found.linear.as_ref()),
+        "leave_off": found.verdicts.iter().map(verdict).collect::<Vec<_>>(),
+    })
+}

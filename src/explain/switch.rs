@@ -1,0 +1,265 @@
+//! Effects of the model as switches: what each is in a scene, and the two settings whose strains are compared.
+
+use crate::scene::{Contact, Drive, Geometry, Material, Model, Scene, Side};
+
+/// Radius of the object where the spec has a thin edge, mm.
+pub const POLE_RADIUS: f64 = 2.0;
+
+/// Distance of the motor's axis behind the clamp where the spec has none, mm.
+pub const HUB: f64 = 10.0;
+
+/// Coefficient of friction where the spec has none.
+pub const FRICTION: f64 = 0.3;
+
+/// What strain depends on besides the tuple.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Effects of the rod.
+    pub model: Model,
+    /// r₀, mm.
+    pub hub: f64,
+    /// Side of the gauge.
+    pub side: Side,
+}
+
+impl Setting {
+    /// As the scene says.
+    pub fn of(scene: &Scene) -> Self {
+        Self { model: scene.model.clone(), hub: scene.hub, side: scene.gauge.side }
+    }
+
+    /// The paper's theory: linear, without any effect; rig and gauge stay.
+    pub fn linear(&self) -> Self {
+        let mut plain = self.clone();
+        Effect::ALL.iter().filter(|e| **e != Effect::Hub).for_each(|e| e.switch(&mut plain, false));
+        plain
+    }
+}
+
+/// An effect that a comparison switches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// The exact rod instead of the linear theory.
+    Rotation,
+    /// Timoshenko shear.
+    Shear,
+    /// Stretch of the centreline.
+    Extension,
+    /// Contact on the surface of the whisker.
+    Surface,
+    /// Radius of the object.
+    Pole,
+    /// Distance between the motor's axis and the clamp.
+    Hub,
+    /// Coulomb friction.
+    Coulomb,
+    /// A contact that does not slide.
+    Stick,
+    /// A nonlinear law of the rubber.
+    Rubber,
+    /// The gauge on the other side: neither on nor off.
+    Side,
+}
+
+impl Effect {
+    /// All, in the order in which they are reported.
+    pub const ALL: [Self; 10] = [
+        Self::Rotation,
+        Self::Shear,
+        Self::Extension,
+        Self::Surface,
+        Self::Pole,
+        Self::Hub,
+        Self::Coulomb,
+        Self::Stick,
+        Self::Rubber,
+        Self::Side,
+    ];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rotation => "finite rotation",
+            Self::Shear => "shear",
+            Self::Extension => "extension",
+            Self::Surface => "surface",
+            Self::Pole => "pole radius",
+            Self::Hub => "hub",
+            Self::Coulomb => "friction",
+            Self::Stick => "stick",
+            Self::Rubber => "rubber nonlinearity",
+            Self::Side => "other side",
+        }
+    }
+
+    /// Key of the spec.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Rotation => "model.geometry",
+            Self::Shear => "model.shear",
+            Self::Extension => "model.extension",
+            Self::Surface => "model.surface",
+            Self::Pole => "model.pole_radius",
+            Self::Hub => "whisker.hub",
+            Self::Coulomb | Self::Stick => "model.contact",
+            Self::Rubber => "model.material",
+            Self::Side => "gauge.side",
+        }
+    }
+
+    /// Whether the setting has it; `None` for the side, which is no effect.
+    pub fn is_on(self, s: &Setting) -> Option<bool> {
+        Some(match self {
+            Self::Rotation => s.model.geometry == Geometry::Exact,
+            Self::Shear => s.model.shear,
+            Self::Extension => s.model.extension,
+            Self::Surface => s.model.surface,
+            Self::Pole => s.model.pole_radius > 0.0,
+            Self::Hub => s.hub > 0.0,
+            Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
+            Self::Stick => s.model.contact == Contact::Stick,
+            Self::Rubber => !hooke(&s.model),
+            Self::Side => return None,
+        })
+    }
+
+    /// Switches it on at the stated value, or off; the side changes only with `on`.
+    fn switch(self, s: &mut Setting, on: bool) {
+        let e0 = s.model.material.e0();
+        let m = &mut s.model;
+        match self {
+            Self::Rotation => m.geometry = if on { Geometry::Exact } else { Geometry::Linear },
+            Self::Shear => m.shear = on,
+            Self::Extension => m.extension = on,
+            Self::Surface => m.surface = on,
+            Self::Pole => m.pole_radius = if on { POLE_RADIUS } else { 0.0 },
+            Self::Hub => s.hub = if on { HUB } else { 0.0 },
+            Self::Coulomb if on => m.contact = Contact::Coulomb(FRICTION),
+            Self::Stick if on => m.contact = Contact::Stick,
+            Self::Coulomb | Self::Stick => m.contact = Contact::Frictionless,
+            Self::Rubber => m.material = if on { Material::NeoHookean(e0) } else { Material::Hooke(e0) },
+            Self::Side if on => s.side = if s.side == Side::Far { Side::Contact } else { Side::Far },
+            Self::Side => {}
+        }
+    }
+
+    /// Its value in `s`, as the spec writes it.
+    fn value(self, s: &Setting) -> String {
+        let m = &s.model;
+        match self {
+            Self::Rotation if m.geometry == Geometry::Exact => "exact".into(),
+            Self::Rotation => "linear".into(),
+            Self::Shear => m.shear.to_string(),
+            Self::Extension => m.extension.to_string(),
+            Self::Surface => m.surface.to_string(),
+            Self::Pole => format!("{} mm", m.pole_radius),
+            Self::Hub => format!("{} mm", s.hub),
+            Self::Coulomb | Self::Stick => match m.contact {
+                Contact::Frictionless => "frictionless".into(),
+                Contact::Stick => "stick".into(),
+                Contact::Coulomb(mu) => format!("coulomb {mu}"),
+            },
+            Self::Rubber => match m.material {
+                Material::Hooke(_) => "hooke".into(),
+                Material::NeoHookean(_) => "neo-hookean".into(),
+                Material::MooneyRivlin(_) => "mooney-rivlin".into(),
+                Material::Yeoh(_) => "yeoh".into(),
+            },
+            Self::Side if s.side == Side::Far => "far".into(),
+            Self::Side => "contact".into(),
+        }
+    }
+
+    /// Why it cannot be switched in `s`, if so.
+    fn obstacle(self, s: &Setting, drive: Drive) -> Option<&'static str> {
+        let rubbing = s.model.contact != Contact::Frictionless;
+        match self {
+            Self::Extension if s.model.extension && rubbing => Some("friction needs extension"),
+            Self::Pole if rubbing => Some("friction needs pole_radius = 0"),
+            Self::Coulomb | Self::Stick if s.model.pole_radius > 0.0 => Some("needs pole_radius = 0"),
+            Self::Hub if drive == Drive::Displacement => Some("the base does not turn"),
+            Self::Side if hooke(&s.model) && !s.model.extension => {
+                Some("the sides are equal: hooke without extension")
+            }
+            _ => None,
+        }
+    }
+
+    /// What both settings of its comparison must have other than the spec, so that only it differs.
+    fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
+        let all = match (self, self.is_on(s)) {
+            (Self::Rotation, Some(true)) => {
+                [Self::Extension, Self::Surface, Self::Pole, Self::Coulomb, Self::Stick, Self::Rubber]
+                    .map(|e| (e, false))
+                    .to_vec()
+            }
+            (Self::Coulomb | Self::Stick, _) => vec![(Self::Rotation, true), (Self::Extension, true)],
+            (Self::Extension | Self::Surface | Self::Pole | Self::Rubber, _) => vec![(Self::Rotation, true)],
+            _ => vec![],
+        };
+        all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()
+    }
+}
+
+fn hooke(model: &Model) -> bool {
+    matches!(model.material, Material::Hooke(_))
+}
+
+/// Two settings that differ in one effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pair {
+    /// The spec, with what both need.
+    pub base: Setting,
+    /// The same with the effect switched.
+    pub other: Setting,
+    /// What both have other than the spec: name and value.
+    pub both: Vec<(&'static str, String)>,
+}
+
+/// One effect of a scene, switched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switch {
+    /// Which.
+    pub effect: Effect,
+    /// Whether the spec has it; `None` for the side.
+    pub on: Option<bool>,
+    /// Its value in the spec.
+    pub spec: String,
+    /// The value it is switched to; empty where it is not.
+    pub instead: String,
+    /// What is compared, or why nothing is.
+    pub pair: Result<Pair, &'static str>,
+}
+
+impl Switch {
+    /// `effect` of a scene with this setting: switched off where it is on, on where it is off.
+    pub fn new(effect: Effect, setting: &Setting, drive: Drive) -> Self {
+        let on = effect.is_on(setting);
+        let pair = effect.obstacle(setting, drive).map_or_else(
+            || {
+                let needs = effect.needs(setting);
+                let mut base = setting.clone();
+                needs.iter().for_each(|(e, on)| e.switch(&mut base, *on));
+                let both = needs.iter().map(|(e, _)| (e.name(), e.value(&base))).collect();
+                let mut other = base.clone();
+                effect.switch(&mut other, on != Some(true));
+                Ok(Pair { base, other, both })
+            },
+            Err,
+        );
+        let instead = pair.as_ref().map_or(String::new(), |p| effect.value(&p.other));
+        Self { effect, on, spec: effect.value(setting), instead, pair }
+    }
+
+    /// Whether the spec may do without it: on, and nothing else has to change for that.
+    pub fn removable(&self) -> bool {
+        self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
+    }
+}
+
+/// `setting` without `effects`.
+pub fn without(setting: &Setting, effects: &[Effect]) -> Setting {
+    let mut rest = setting.clone();
+    effects.iter().for_each(|e| e.switch(&mut rest, false));
+    rest
+}

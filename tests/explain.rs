@@ -1,0 +1,172 @@
+//! `sweep --explain`: sizes of effects that are known, the switches of a model, the face of the command.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use vibrissa::backend::Choice;
+use vibrissa::explain::{Change, Effect, Explanation, explain};
+use vibrissa::scene::{BackendChoice, Contact, Geometry, Material, Precision, RunOptions, Scene};
+use vibrissa::spec;
+
+fn scene(a: &str, theta: &str) -> Scene {
+    let text = format!(
+        "[whisker]\nD = 10\nd = [4, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}\n"
+    );
+    spec::parse("t.toml", &text, Path::new("")).expect("valid spec")
+}
+
+fn explained(scene: &Scene, tolerances: &[f64]) -> Explanation {
+    let options = RunOptions {
+        backend: Some(BackendChoice::Cpu),
+        precision: Some(Precision::F64),
+        ..RunOptions::default()
+    };
+    let choice = Choice::new(&options).expect("the CPU is there");
+    explain(scene, &choice, tolerances).expect("it runs")
+}
+
+fn change(found: &Explanation, effect: Effect) -> Change {
+    let one = found.effects.iter().find(|e| e.switch.effect == effect).expect("every effect is told");
+    one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.switch.pair))
+}
+
+#[test]
+fn known_effects_have_their_size() {
+    let found = explained(&scene("[21, 48]", "0.5"), &[]);
+    assert_eq!((found.taps, found.total), (4, 4));
+    // Linear theory: f_T/f − 1 = −S/(a² + S), S = 3 D² (7 + 6ν)/48 = 62.5 mm² at D = 10 and ν = 0.5.
+    let shear = change(&found, Effect::Shear);
+    assert!((shear.largest + 100.0 * 62.5 / (441.0 + 62.5)).abs() < 0.05, "{shear:?}");
+    assert_eq!((shear.at.a, shear.taps, shear.unmatched), (21.0, 4, 0));
+    assert!(shear.left.expect("two distances") > 5.0);
+    // O(θ²): model §5 has 7e-5 at 1°.
+    let rotation = change(&found, Effect::Rotation);
+    assert!(rotation.largest.abs() > 1e-4 && rotation.largest.abs() < 0.02, "{rotation:?}");
+    // (a + r₀)/a.
+    let hub = change(&found, Effect::Hub);
+    assert!((hub.largest - 1000.0 / 21.0).abs() < 0.1, "{hub:?}");
+    // So small a tap does not slide yet: friction sticks.
+    let (friction, stick) = (change(&found, Effect::Coulomb), change(&found, Effect::Stick));
+    assert!(stick.largest > 0.1 && (friction.largest - stick.largest).abs() < 1e-5, "{friction:?} {stick:?}");
+    assert!(found.linear.is_none());
+}
+
+#[test]
+fn an_effect_that_is_on_is_switched_off_and_judged() {
+    let mut scene = scene("[21, 48]", "[0.5, 10]");
+    scene.model.shear = true;
+    scene.model.extension = true;
+    scene.model.surface = true;
+    scene.model.material = Material::NeoHookean(3.2);
+    let found = explained(&scene, &[1e-9, 1e-3, 0.9]);
+    let shear = change(&found, Effect::Shear);
+    assert!(shear.largest > 12.0, "leaving it off adds strain: {shear:?}");
+    assert!(change(&found, Effect::Side).largest.abs() > 0.5, "the sides of a soft whisker differ");
+    assert!(found.linear.is_some_and(|c| c.largest.abs() > 10.0));
+    let [none, some, all] = &found.verdicts[..] else { panic!("three verdicts") };
+    assert!(none.effects.is_empty() && none.together.is_none());
+    assert!(!some.effects.contains(&Effect::Shear));
+    let removable = [Effect::Shear, Effect::Extension, Effect::Surface, Effect::Rubber];
+    assert_eq!(all.effects, removable, "the exact rod stays: the linear theory has no other effect");
+    assert!(all.together.is_some_and(|c| c.largest.abs() > 1.0));
+}
+
+#[test]
+fn switches_keep_to_the_rules_of_the_model() {
+    let mut s = scene("30", "2");
+    s.model.extension = true;
+    s.model.contact = Contact::Coulomb(0.3);
+    let found = explained(&s, &[]);
+    let pair = |found: &Explanation, effect: Effect| {
+        found.effects.iter().find(|e| e.switch.effect == effect).expect("told").switch.clone()
+    };
+    assert_eq!(pair(&found, Effect::Extension).pair, Err("friction needs extension"));
+    assert_eq!(pair(&found, Effect::Pole).pair, Err("friction needs pole_radius = 0"));
+    assert_eq!(pair(&found, Effect::Coulomb).instead, "frictionless");
+    assert_eq!(pair(&found, Effect::Stick).instead, "stick");
+
+    let mut s = scene("30", "2");
+    s.model.geometry = Geometry::Linear;
+    let found = explained(&s, &[]);
+    let friction = pair(&found, Effect::Coulomb);
+    let both = friction.pair.expect("compared").both;
+    assert_eq!(both.iter().map(|(name, _)| *name).collect::<Vec<_>>(), ["finite rotation", "extension"]);
+    assert_eq!(pair(&found, Effect::Rotation).instead, "exact");
+    for e in found.effects.iter().filter(|e| e.switch.pair.is_ok()) {
+        assert!(e.change.is_some(), "{}", e.switch.effect.name());
+    }
+}
+
+fn command(text: &str, flags: &[&str]) -> std::process::Output {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spec = folder.path().join("one.toml");
+    std::fs::write(&spec, text).expect("a spec");
+    let output = Command::cargo_bin("vibrissa")
+        .expect("the program")
+        .current_dir(folder.path())
+        .args(["sweep", "one.toml"])
+        .args(flags)
+        .output()
+        .expect("it starts");
+    let left: Vec<_> = std::fs::read_dir(folder.path()).expect("the folder").collect();
+    assert_eq!(left.len(), 1, "nothing is written");
+    output
+}
+
+const SPEC: &str =
+    "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 30]\ntheta = 2\n";
+
+#[test]
+fn json_has_numbers_and_names() {
+    let output = command(SPEC, &["--explain", "--json", "--leave-off", "1e-2,1e-3"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let reply: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(
+        (&reply["ok"], &reply["out"], &reply["backend"]["precision"]),
+        (&Value::Bool(true), &Value::Null, &Value::from("f64"))
+    );
+    let effects = reply["result"]["effects"].as_array().expect("effects");
+    assert_eq!(effects.len(), Effect::ALL.len());
+    for e in effects {
+        let compared = e["not_compared"].is_null();
+        assert_eq!(e["change"]["largest_percent"].is_number(), compared, "{e}");
+        assert_eq!(e["change"]["at"]["theta_deg"].is_number(), compared, "{e}");
+        assert!(e["effect"].is_string() && e["key"].is_string());
+    }
+    let verdicts = reply["result"]["leave_off"].as_array().expect("verdicts");
+    assert_eq!(
+        verdicts.iter().map(|v| v["tolerance"].as_f64()).collect::<Vec<_>>(),
+        [Some(1e-3), Some(1e-2)]
+    );
+    assert_eq!(verdicts[1]["effects"][0], "finite rotation");
+}
+
+#[test]
+fn the_table_names_every_effect() {
+    let output = command(SPEC, &["--explain"]);
+    let text = String::from_utf8(output.stdout).expect("text");
+    for effect in Effect::ALL {
+        assert!(text.contains(&format!("\n{}  ", effect.name())), "{text}");
+    }
+    assert!(text.contains("could be left off at 1e-4: nothing") && !text.contains("NaN"), "{text}");
+}
+
+#[test]
+fn bad_usage_is_exit_code_2() {
+    for flags in [
+        &["--explain", "--plan"][..],
+        &["--explain", "--out", "x"],
+        &["--leave-off", "1e-3"],
+        &["--explain", "--leave-off", "0"],
+        &["--explain", "--leave-off", "1e-9"],
+        &["--explain", "--leave-off", "much"],
+        &["--explain", "--precision", "f32", "--leave-off", "1e-6"],
+    ] {
+        assert_eq!(command(SPEC, flags).status.code(), Some(2), "{flags:?}");
+    }
+    assert_eq!(command("[whisker]\n", &["--explain"]).status.code(), Some(2));
+    // A plan asked for in the spec gives way.
+    let planned = command(&format!("{SPEC}[run]\nplan = true\n"), &["--explain"]);
+    assert!(String::from_utf8_lossy(&planned.stdout).contains("finite rotation"));
+}
