@@ -69,13 +69,13 @@ impl Solver for Cpu {
 
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
-    ($name:ident, $t:ty, $lanes:literal, $base:literal, $($n:literal)*) => {
+    ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
             match (job.kernel, job.rule.nodes) {
-                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes, $base>(None, job, t, o)),
+                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes>(None, job, t, o)),
                 $((Kernel::Exact(_), $n) => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| block::<$t, $n, $lanes, $base>(Some(&tables), job, t, o));
+                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), job, t, o));
                 })*
                 (_, n) => return Err(format!("no CPU kernel with {n} nodes")),
             }
@@ -83,8 +83,8 @@ macro_rules! by_nodes {
         }
     };
 }
-by_nodes!(by_nodes_f32, f32, 16, 4, 6 10 16);
-by_nodes!(by_nodes_f64, f64, 8, 2, 10 16 24);
+by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
 
 fn parallel(
     taps: &[Tap<f64>],
@@ -95,9 +95,7 @@ fn parallel(
 }
 
 /// Solves one work item with the best instruction set there is.
-///
-/// `L` lanes fill the registers of AVX2 twice; without it, a quarter of them (`B`) fill those of SSE2 or NEON.
-fn block<T: Scalar, const N: usize, const L: usize, const B: usize>(
+fn block<T: Scalar, const N: usize, const L: usize>(
     tables: Option<&Tables<T, N>>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
@@ -109,7 +107,11 @@ fn block<T: Scalar, const N: usize, const L: usize, const B: usize>(
         unsafe { block_avx2::<T, N, L>(tables, job, taps, out) };
         return;
     }
-    lanes::<T, N, B, { cfg!(target_arch = "aarch64") }>(tables, job, taps, out);
+    // Without AVX2 a PC computes one lane at a time; NEON is always there.
+    #[cfg(target_arch = "x86_64")]
+    lanes::<T, N, 1, false>(tables, job, taps, out);
+    #[cfg(not(target_arch = "x86_64"))]
+    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, job, taps, out);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -135,7 +137,7 @@ fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
         let solved: Solution<Pack<T, L, FMA>> = match (tables, job.kernel) {
-            (Some(tables), Kernel::Exact(e)) if e.plain() => {
+            (Some(tables), Kernel::Exact(e)) if const { N <= exact::PLAIN_NODES } && e.plain() => {
                 exact::taps::<T, N, L, FMA, true>(tables, job.rule, &e, job.tolerance, &packed)
             }
             (Some(tables), Kernel::Exact(e)) => {

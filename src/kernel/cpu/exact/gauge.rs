@@ -36,6 +36,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 ) -> Solution<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two, tiny) = (of(0.0), of(1.0), of(2.0), of(TINY));
+    let n = tables.nodes::<PLAIN>();
     let offset = !PLAIN && effects.offset;
     let law = !PLAIN && effects.law;
     let axial = !PLAIN && effects.extension;
@@ -63,13 +64,13 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     // Means over the bent part of the gauge of what deviates from the lever and the first-order axial strain.
     let mut series = [zero; N];
     let (mut heights, mut angles) = ([zero; N], [zero; N]);
-    for i in 0..N {
-        series[i] = dot(&tables.legendre[i], &state.shortening);
+    for i in 0..n {
+        series[i] = dot(n, &tables.legendre[i], &state.shortening);
         if offset {
-            heights[i] = dot(&tables.legendre[i], &state.height);
+            heights[i] = dot(n, &tables.legendre[i], &state.height);
         }
         if axial {
-            angles[i] = dot(&tables.legendre[i], &state.angle);
+            angles[i] = dot(n, &tables.legendre[i], &state.angle);
         }
     }
     let place = |from_contact: Pack<T, L, FMA>, u: Pack<T, L, FMA>| {
@@ -92,17 +93,17 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         let y3 = y2 * y;
         length = length + weight / y3;
         if PLAIN {
-            sum = sum + weight * primitive(&series, w) * y3;
+            sum = sum + weight * primitive(n, &series, w) * y3;
             continue;
         }
-        let mut moment = w_force * two * g2 * m * primitive(&series, w);
+        let mut moment = w_force * two * g2 * m * primitive(n, &series, w);
         if offset {
-            moment = moment - h_force * legendre(&heights, w);
+            moment = moment - h_force * legendre(n, &heights, w);
         }
         let mut strain = zero - tap.radius * moment * y3 * y3 * ig6;
         let mut direct = zero;
         if axial {
-            let angle = legendre(&angles, w);
+            let angle = legendre(n, &angles, w);
             let (cosine, sine) = (tables.one_minus_cos(angle), angle - tables.x_minus_sin(angle));
             let unit = of(0.25) * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
             let excess = zero - (h_force * cosine + w_force * sine) * unit;
@@ -145,7 +146,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let error = residual + truncation(tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    let error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load: state.load, sweeps }
@@ -154,6 +155,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 /// ∫₀^w of a series of shifted Legendre polynomials.
 #[inline(always)]
 fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
     series: &[Pack<T, L, FMA>; N],
     w: Pack<T, L, FMA>,
 ) -> Pack<T, L, FMA> {
@@ -161,7 +163,7 @@ fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0] * w;
     let (mut before, mut now) = (of(1.0), x);
-    for k in 1..N {
+    for k in 1..n {
         let kf = k as f64;
         let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
         sum = sum + series[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
@@ -173,6 +175,7 @@ fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 /// A series of shifted Legendre polynomials at w.
 #[inline(always)]
 fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
     series: &[Pack<T, L, FMA>; N],
     w: Pack<T, L, FMA>,
 ) -> Pack<T, L, FMA> {
@@ -180,7 +183,7 @@ fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0];
     let (mut before, mut now) = (of(1.0), x);
-    for k in 1..N {
+    for k in 1..n {
         sum = sum + series[k] * now;
         let kf = k as f64;
         let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
@@ -194,6 +197,7 @@ fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 /// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
 #[inline(always)]
 fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
     tables: &Tables<T, N>,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
@@ -201,8 +205,8 @@ fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     [m, g2, sensitivity]: [Pack<T, L, FMA>; 3],
 ) -> Pack<T, L, FMA> {
     let of = Pack::<T, L, FMA>::of;
-    let last = |k: usize| dot(&tables.legendre[k], &state.bending).abs();
-    let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * (last(N - 1) + last(N - 2));
-    let shortening = of(2.0) * g2 * m * (series[N - 1].abs() + series[N - 2].abs());
+    let last = |k: usize| dot(n, &tables.legendre[k], &state.bending).abs();
+    let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * (last(n - 1) + last(n - 2));
+    let shortening = of(2.0) * g2 * m * (series[n - 1].abs() + series[n - 2].abs());
     of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * sensitivity * shortening
 }

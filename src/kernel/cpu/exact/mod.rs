@@ -35,6 +35,9 @@ use gauge::{gauge, sensitivity};
 use sweep::{State, sweep};
 pub use tables::{Tables, series};
 
+/// Largest number of nodes for which a kernel without effects is compiled; the last rung is rare and takes the general one.
+pub const PLAIN_NODES: usize = 10;
+
 /// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
 pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
@@ -70,7 +73,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         let before = state.clone();
         sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule.relaxation(), tap, &mut state);
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
-        state.keep(done, &before);
+        state.keep(tables.nodes::<PLAIN>(), done, &before);
         let [first, second] = state.steps;
         let felt = if !PLAIN && effects.stick { of(1.0) } else { sensitivity(tap, tap.arc + state.arc) };
         let change = first.abs() + felt * second.abs();

@@ -48,22 +48,23 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let m = c / (one + g2.sqrt());
     let ig2 = one / g2;
     let (g4, ds) = (ig2 * ig2, two * g2 * m);
+    let n = tables.nodes::<false>();
     let mut raised = [zero; N];
     if effects.stick {
-        for i in 0..N {
+        for i in 0..n {
             let y2 = bent.y[i] * bent.y[i];
             raised[i] = state.height[i] * (y2 * y2 * bent.y[i]);
         }
     }
     let spread = two * m * g4 * ig2;
     let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
-    for i in 0..N {
+    for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
         let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
         let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
         let (first, second) = if effects.stick {
-            (lever, bent.contact_radius * pivot + spread * dot(&tables.integral[i], &raised))
+            (lever, bent.contact_radius * pivot + spread * dot(n, &tables.integral[i], &raised))
         } else {
             (lever + tap.ratio * bent.contact_radius * pivot, bent.w_force * pivot)
         };
@@ -81,7 +82,7 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let stretch = if effects.extension { of(0.25) * tap.radius * tap.radius * c * ig2 } else { zero };
     let slack = if effects.shear { tap.shear * c * ig2 } else { zero };
     let (base1, base2) = if effects.stick {
-        (lever, bent.contact_radius * pivot + spread * dot(&tables.weights, &raised))
+        (lever, bent.contact_radius * pivot + spread * dot(n, &tables.weights, &raised))
     } else {
         (lever + tap.ratio * bent.contact_radius * pivot, bent.w_force * pivot)
     };

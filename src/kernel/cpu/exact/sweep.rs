@@ -38,7 +38,7 @@ pub struct State<P, const N: usize> {
 impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L, FMA>, N> {
     /// Takes back `before` in the lanes where `done` is above zero.
     #[inline(always)]
-    pub fn keep(&mut self, done: Pack<T, L, FMA>, before: &Self) {
+    pub fn keep(&mut self, n: usize, done: Pack<T, L, FMA>, before: &Self) {
         let zero = Pack::of(0.0);
         let pick = |new: &mut Pack<T, L, FMA>, old: Pack<T, L, FMA>| *new = zero.if_less(done, old, *new);
         pick(&mut self.force, before.force);
@@ -46,7 +46,7 @@ impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L
         pick(&mut self.arc, before.arc);
         pick(&mut self.base, before.base);
         pick(&mut self.load, before.load);
-        for i in 0..N {
+        for i in 0..n {
             pick(&mut self.lag[i], before.lag[i]);
             pick(&mut self.angle[i], before.angle[i]);
             pick(&mut self.shortening[i], before.shortening[i]);
@@ -77,6 +77,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 ) {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
+    let n = tables.nodes::<PLAIN>();
     let shear = !PLAIN && effects.shear;
     let extension = !PLAIN && effects.extension;
     let offset = !PLAIN && effects.offset;
@@ -106,7 +107,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let mut axial = [zero; N];
     let mut climb = [zero; N];
     let mut pure = [zero; N];
-    for i in 0..N {
+    for i in 0..n {
         let w = Pack::splat(tables.points[i]);
         y[i] = one - k * w;
         let y2 = y[i] * y[i];
@@ -148,16 +149,16 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         state.shortening[i] = short * density[i];
     }
     state.load = zero;
-    for i in 0..N {
+    for i in 0..n {
         let y2 = y[i] * y[i];
-        let shorter = dot(&tables.integral[i], &state.shortening);
+        let shorter = dot(n, &tables.integral[i], &state.shortening);
         if PLAIN {
             state.bending[i] = shorter * (y2 * y2 * y[i]);
             continue;
         }
         let mut moment = w_force * ds * shorter;
         if offset {
-            state.height[i] = ds * dot(&tables.integral[i], &climb);
+            state.height[i] = ds * dot(n, &tables.integral[i], &climb);
             moment = moment - h_force * state.height[i];
         }
         if law {
@@ -175,8 +176,8 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     }
     let scale = if PLAIN { of(4.0) * w_force * m * m * g4 } else { two * m * g4 * ig2 };
     let mut sines = [zero; N];
-    for i in 0..N {
-        state.lag[i] = scale * dot(&tables.integral[i], &state.bending);
+    for i in 0..n {
+        state.lag[i] = scale * dot(n, &tables.integral[i], &state.bending);
         state.angle[i] = psi[i] - state.lag[i];
         let behind = tables.x_minus_sin(state.angle[i]);
         let mut sum = state.lag[i] + behind;
@@ -192,8 +193,8 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         }
         sines[i] = sum * density[i];
     }
-    let lag = scale * dot(&tables.weights, &state.bending);
-    let sigma = ds * dot(&tables.weights, &sines);
+    let lag = scale * dot(n, &tables.weights, &state.bending);
+    let sigma = ds * dot(n, &tables.weights, &sines);
 
     // Closed forms per unit of W and H at the base: angle, height, stretch; first at c = 1, then their change with c.
     let v = tap.rest;
@@ -248,9 +249,9 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let beta = base - tap.angle;
     let (cosine, sine) = (tables.one_minus_cos(beta), tables.x_minus_sin(beta));
     let short = if PLAIN {
-        ds * dot(&tables.weights, &state.shortening)
+        ds * dot(n, &tables.weights, &state.shortening)
     } else {
-        ds * dot(&tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
+        ds * dot(n, &tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
     };
     let back_more = short + hub * cosine_b;
     let back = if offset { back_more - h_force * (f + d_f) } else { back_more };

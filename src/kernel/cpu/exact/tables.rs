@@ -9,6 +9,8 @@ use crate::kernel::{
 /// Tables of [`Nodes`], of the two series and of the section law.
 #[derive(Debug, Clone)]
 pub struct Tables<T, const N: usize> {
+    /// N, but not to the compiler.
+    count: usize,
     pub points: [T; N],
     pub weights: [T; N],
     pub integral: [[T; N]; N],
@@ -26,6 +28,7 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         let row = |v: &[f64]| -> [T; N] { std::array::from_fn(|i| T::of(v[i])) };
         let (points, weights) = gauss(rule.gauge_points());
         Self {
+            count: rule.nodes,
             points: row(&nodes.points),
             weights: row(&nodes.weights),
             integral: std::array::from_fn(|i| row(&nodes.integral[i])),
@@ -35,6 +38,12 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
             x_minus_sin: series(rule.terms, 3).into_iter().map(T::of).collect(),
             chart: chart.cloned(),
         }
+    }
+
+    /// Number of nodes; a constant only where unrolling pays, with few nodes and all effects off.
+    #[inline(always)]
+    pub fn nodes<const PLAIN: bool>(&self) -> usize {
+        if PLAIN { N } else { self.count.min(N) }
     }
 
     /// Section law, if it is not Hooke's.
@@ -93,14 +102,15 @@ fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L,
     sum
 }
 
-/// Σ row_j y_j.
+/// Σ row_j y_j over the first `n`.
 #[inline(always)]
 pub fn dot<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
     row: &[T; N],
     y: &[Pack<T, L, FMA>; N],
 ) -> Pack<T, L, FMA> {
     let mut sum = Pack::splat(row[0]) * y[0];
-    for j in 1..N {
+    for j in 1..n {
         sum = Pack::splat(row[j]).mul_add(y[j], sum);
     }
     sum
