@@ -1,5 +1,6 @@
 //! How finely a tap is solved: nodes, polynomial terms, sweeps.
 
+use super::Effects;
 use crate::scene::Precision;
 
 /// One rung of the ladder that hard taps climb.
@@ -9,7 +10,7 @@ pub struct Rule {
     pub nodes: usize,
     /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
     pub terms: usize,
-    /// Newton steps are halved: slower, but it reaches taps on which full steps overshoot.
+    /// Newton steps of a sticking contact are halved: slower, but it reaches taps on which full steps overshoot.
     pub damped: bool,
     /// Most sweeps before a tap counts as not converged on this rung.
     pub sweeps: u32,
@@ -17,8 +18,8 @@ pub struct Rule {
 
 impl Rule {
     /// Share of a Newton step that is taken.
-    pub fn relaxation(&self) -> f64 {
-        if self.damped { 0.5 } else { 1.0 }
+    pub fn relaxation(&self, effects: &Effects) -> f64 {
+        if self.damped && effects.stick { 0.5 } else { 1.0 }
     }
 
     /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
@@ -58,8 +59,8 @@ pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
 pub fn every_rule(precision: Precision) -> Vec<Rule> {
     let rule = |nodes, terms, damped, sweeps| Rule { nodes, terms, damped, sweeps };
     match precision {
-        Precision::F32 => vec![rule(6, 5, false, 8), rule(10, 9, false, 24), rule(16, 9, true, 80)],
-        Precision::F64 => vec![rule(10, 14, false, 16), rule(16, 14, false, 40), rule(24, 14, true, 120)],
+        Precision::F32 => vec![rule(6, 5, false, 8), rule(10, 9, false, 40), rule(16, 9, true, 80)],
+        Precision::F64 => vec![rule(10, 14, false, 16), rule(16, 14, false, 60), rule(24, 14, true, 120)],
     }
 }
 

@@ -72,7 +72,6 @@ fn header(v: &Variant<'_>) -> String {
         ("TWO", 2.0),
         ("THREE", 3.0),
         ("TOLERANCE", v.job.tolerance),
-        ("RELAXATION", v.job.rule.relaxation()),
         ("MAX_ANGLE", v.job.rule.max_angle()),
     ];
     for (name, x) in named.into_iter().chain(limits::NAMED) {
@@ -124,11 +123,14 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
             "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
         );
     }
-    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects) + &section(v.job.chart, &lit)
+    text + &primitive(n, &lit)
+        + &legendre(n, &lit)
+        + &switches(effects, v.job.rule)
+        + &section(v.job.chart, &lit)
 }
 
 /// The effects as constants, which the device's compiler folds.
-fn switches(e: &Effects) -> String {
+fn switches(e: &Effects, rule: &Rule) -> String {
     let named = [
         ("PLAIN", e.plain()),
         ("SHEAR", e.shear),
@@ -138,7 +140,8 @@ fn switches(e: &Effects) -> String {
         ("LAW", e.law),
     ];
     let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
-    format!("{list}const SIDE: real = {}1.0;\n", if e.far { "-" } else { "" })
+    let side = if e.far { "-" } else { "" };
+    format!("{list}const SIDE: real = {side}1.0;\nconst RELAXATION: real = {:?};\n", rule.relaxation(e))
 }
 
 /// The section law as nested polynomials; without a chart it adds nothing.

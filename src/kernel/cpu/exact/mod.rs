@@ -71,7 +71,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
-        sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule.relaxation(), tap, &mut state);
+        sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule.relaxation(effects), tap, &mut state);
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
         state.keep(tables.nodes::<PLAIN>(), done, &before);
         let [first, second] = state.steps;
