@@ -96,7 +96,7 @@ fn render(error: &Error) -> String {
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(160).without_cause_chain();
     match handler.render_report(&mut text, input) {
-        Ok(()) => format!("error: {}", text.trim()),
+        Ok(()) => format!("error: {}", text.trim().trim_start_matches('×').trim_start()),
         Err(_) => format!("error: {error}"),
     }
 }

@@ -205,12 +205,8 @@ fn summary(scene: &Scene, report: &Report) -> String {
     let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{n} {word}")).collect();
     let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
     let _ = writeln!(text, "status of {} taps: {words}", c.taps);
-    if let (Some(complete), Some(top)) = (c.complete, scene.output.top) {
-        let _ = writeln!(
-            text,
-            "kept {} of {complete} complete rows (top = {top})",
-            c.rows[1].max(report.highlights.len() as u64)
-        );
+    if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, scene.output.top) {
+        let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds.total);

@@ -10,6 +10,7 @@ use crate::scene::{Axis, Column, Factor, Tuple};
 pub struct Layout {
     designs: Vec<Factor>,
     distance: Axis,
+    reach: [f64; 2],
     drive: Option<Axis>,
     /// Number of designs.
     pub n_designs: u64,
@@ -33,7 +34,14 @@ impl Layout {
         }
         let n_drives = drive.as_ref().map_or(1, Axis::len);
         let n_designs = designs.iter().map(|f| f.len).product();
-        Self { n_designs, n_distances: distance.len(), n_drives, designs, distance, drive }
+        // Of a sampled axis the points count, not the bounds.
+        let reach = match distance {
+            Axis::Samples { .. } => {
+                distance.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], a| [lo.min(a), hi.max(a)])
+            }
+            _ => [distance.min(), distance.max()],
+        };
+        Self { n_designs, n_distances: distance.len(), n_drives, designs, distance, reach, drive }
     }
 
     /// Taps of one design.
@@ -71,7 +79,7 @@ impl Layout {
 
     /// Smallest and largest distance, mm.
     pub fn reach(&self) -> [f64; 2] {
-        [self.distance.min(), self.distance.max()]
+        self.reach
     }
 
     /// Drive `j` of `design`, degrees or mm.

@@ -30,6 +30,8 @@ pub struct Counts {
     pub status: BTreeMap<&'static str, u64>,
     /// Designs rows that `top` could choose from.
     pub complete: Option<u64>,
+    /// Designs rows that `top` kept.
+    pub kept: Option<u64>,
     /// Sum and largest number of kernel sweeps of a tap.
     pub sweeps: (f64, f32),
     /// Largest |gauge strain| of the taps that count.
@@ -81,6 +83,7 @@ pub fn counts(c: &Counts) -> Value {
     });
     if let Some(n) = c.complete {
         value["complete_rows"] = n.into();
+        value["kept_rows"] = c.kept.into();
     }
     value
 }

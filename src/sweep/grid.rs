@@ -59,6 +59,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
 
 /// Writes designs.csv of the kept rows, best first.
 pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
+    run.counts.kept = Some(kept.len() as u64);
     let (mut text, mut fields) = (Text::default(), Vec::new());
     for row in kept {
         table::drive_row(&row.design, row.drive, &row.row, row.unit, &mut fields);
