@@ -206,3 +206,16 @@ fn tuple_files_give_the_same_statuses() {
     assert_eq!(listed.distances.text, wanted.distances.text);
     assert_eq!(listed.report.counts.status, wanted.report.counts.status);
 }
+
+#[test]
+fn material_limit_has_only_the_linear_strain_and_joins_no_strain() {
+    let text = "[whisker]\nD = 20\nd = 20\nL_a = 60\n[gauge]\nx_ss = 25\nl = 2\n[tap]\na = [24, 40]\ntheta = [1, 55]\n\
+                [model]\nmaterial = { neo-hookean = 3.2 }\nsurface = true\nshear = true\nextension = true\n";
+    for place in [CPU, CPU_F64, GPU, REFERENCE] {
+        let s = sweep(text, place);
+        let expected = ["no_strain", "no_strain+material_limit", "ok", "material_limit"];
+        assert_eq!(s.tuples.statuses(), expected, "{place:?}");
+        holds(&s, 3, &["strain_linear"]);
+        check(&s, false);
+    }
+}

@@ -247,7 +247,8 @@ impl Frame {
             force: onset.across,
             along: onset.along,
             arc: onset.arc,
-            strain: onset.strain,
+            // Of a contact before the gauge only force and arc are read.
+            strain: if bare.near > 0.0 { onset.strain } else { 1.0 },
             ..bare
         };
         Some(Self::with(ask, tap, slope))
