@@ -3,48 +3,14 @@
 
 mod common;
 
-use std::collections::{BTreeMap, HashMap};
-
-use common::cases::evaluate;
+use common::cases::{Kind, evaluate, known};
+use common::configuration;
 use common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place};
-use common::{cases::Kind, configuration};
 use vibrissa::scene::{Precision, Tuple};
-
-/// Lengths of a case are scaled so that its hub is that of the scene, mm.
-const HUB: f64 = 10.0;
 
 /// Bound on the strain at the default tolerance.
 fn bound(place: Place) -> f64 {
     if place.precision == Precision::F32 { 1e-5 } else { 2e-8 }
-}
-
-/// Rows of the file of `kind` by configuration: line, tuple, strain.
-fn cases(kind: Kind) -> BTreeMap<String, Vec<(usize, Tuple, f64)>> {
-    let name = match kind {
-        Kind::Tap => "tap_cases.csv",
-        Kind::Hub => "hub_cases.csv",
-        Kind::Passive => "passive_cases.csv",
-    };
-    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
-    let mut found = BTreeMap::<_, Vec<_>>::new();
-    for (i, row) in reader.deserialize::<HashMap<String, String>>().enumerate() {
-        let row = row.expect("well formed");
-        let get = |column: &str| row[column].parse::<f64>().expect("a number");
-        let scale = if kind == Kind::Hub { HUB / get("hub_mm") } else { 1.0 };
-        let length = |column: &str| scale * get(column);
-        let tuple = Tuple {
-            D: length("D_mm"),
-            d: length("d_mm"),
-            L_a: length("L_a_mm"),
-            x_ss: length("x_ss_mm"),
-            l: length("l_mm"),
-            a: length("a_mm"),
-            drive: get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" }),
-        };
-        found.entry(row["config"].clone()).or_default().push((i + 2, tuple, get("strain")));
-    }
-    found
 }
 
 /// Largest mean number of sweeps of a configuration over the cases: a slower solver is noticed.
@@ -62,17 +28,17 @@ const MOST_SWEEPS: [(&str, f64); 8] = [
 fn agrees(place: Place) {
     let mut faults = Vec::new();
     for kind in Kind::ALL {
-        for (name, rows) in cases(kind) {
+        for (name, rows) in known(kind) {
             let (model, side) = configuration(&name);
             let mut scene = kind.scene();
             (scene.model, scene.gauge.side) = (model, side);
-            let tuples: Vec<Tuple> = rows.iter().map(|(_, tuple, _)| *tuple).collect();
+            let tuples: Vec<Tuple> = rows.iter().map(|case| case.tuple).collect();
             let solved = evaluate(&scene, place.open(&scene), &tuples);
             let sweeps = solved.iter().map(|(o, _)| f64::from(o.sweeps)).sum::<f64>() / rows.len() as f64;
             let worst = rows
                 .iter()
                 .zip(&solved)
-                .map(|((line, _, strain), (o, _))| ((o.strain / strain - 1.0).abs(), *line))
+                .map(|(case, (o, _))| ((o.strain / case.strain - 1.0).abs(), case.line))
                 .max_by(|a, b| a.0.total_cmp(&b.0))
                 .expect("a case");
             println!(

@@ -1,7 +1,7 @@
 //! Taps with known answers: the cases of another code, and random ones that the reference solver answers.
 #![allow(dead_code, reason = "each test program uses its part")]
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use vibrissa::design::{Design, amount};
@@ -58,6 +58,11 @@ pub struct Known {
 
 /// The `hooke` rows of the file of `kind`.
 pub fn hooke(kind: Kind) -> Vec<Known> {
+    known(kind).remove("hooke").expect("every file has them")
+}
+
+/// All rows of the file of `kind`, by configuration.
+pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
     let name = match kind {
         Kind::Tap => "tap_cases.csv",
         Kind::Hub => "hub_cases.csv",
@@ -65,31 +70,31 @@ pub fn hooke(kind: Kind) -> Vec<Known> {
     };
     let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
-    let rows = reader.deserialize::<HashMap<String, String>>().enumerate();
-    let rows = rows.map(|(i, row)| (i + 2, row.expect("well formed")));
-    rows.filter(|(_, row)| row["config"] == "hooke")
-        .map(|(line, row)| {
-            let get = |column: &str| row[column].parse::<f64>().expect("a number");
-            let scale = if kind == Kind::Hub { HUB / get("hub_mm") } else { 1.0 };
-            let length = |column| scale * get(column);
-            let tuple = Tuple {
-                D: length("D_mm"),
-                d: length("d_mm"),
-                L_a: length("L_a_mm"),
-                x_ss: length("x_ss_mm"),
-                l: length("l_mm"),
-                a: length("a_mm"),
-                drive: get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" }),
-            };
-            Known {
-                line,
-                tuple,
-                strain: get("strain"),
-                force: scale * scale * get("normal_force_N"),
-                arc: length("contact_arc_mm"),
-            }
-        })
-        .collect()
+    let mut found = BTreeMap::<_, Vec<_>>::new();
+    for (i, row) in reader.deserialize::<HashMap<String, String>>().enumerate() {
+        let row = row.expect("well formed");
+        let get = |column: &str| row[column].parse::<f64>().expect("a number");
+        let scale = if kind == Kind::Hub { HUB / get("hub_mm") } else { 1.0 };
+        let length = |column| scale * get(column);
+        let tuple = Tuple {
+            D: length("D_mm"),
+            d: length("d_mm"),
+            L_a: length("L_a_mm"),
+            x_ss: length("x_ss_mm"),
+            l: length("l_mm"),
+            a: length("a_mm"),
+            drive: get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" }),
+        };
+        let answer = Known {
+            line: i + 2,
+            tuple,
+            strain: get("strain"),
+            force: scale * scale * get("normal_force_N"),
+            arc: length("contact_arc_mm"),
+        };
+        found.entry(row["config"].clone()).or_default().push(answer);
+    }
+    found
 }
 
 /// `n` whiskers and taps over wide ranges: d/D from 0.05 to 1.3, gauges from the clamp on, contacts from the gauge's
