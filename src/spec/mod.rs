@@ -25,18 +25,29 @@ use schema::Sections;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Scene> {
+    read_with(path, "")
+}
+
+/// As [`read`], for a command to which some keys mean something else or nothing: `fallback` is TOML with values that stand in
+/// for keys a sweep requires, beside the defaults.
+pub fn read_with(path: &Path, fallback: &str) -> Result<Scene> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    parse(&label, &text, path.parent().unwrap_or(Path::new("")))
+    parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
 pub fn parse(label: &str, text: &str, base: &Path) -> Result<Scene> {
+    parse_with(label, text, base, "")
+}
+
+/// As [`parse`], with the `fallback` of [`read_with`].
+pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Scene> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = DeTable::parse(schema::DEFAULTS).expect("the defaults are valid TOML");
-    let sections = Sections::new(&document, user.get_ref(), defaults.get_ref())?;
+    let defaults = schema::defaults(fallback);
+    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
 
     if let Some(format) = sections.format() {
         let number = format.whole(1)?;

@@ -24,7 +24,7 @@ const SECTIONS: [(&str, &[&str]); 8] = [
 ];
 
 /// Values in force where the user says nothing. A key that is absent here is required, or means "off".
-pub(super) const DEFAULTS: &str = r#"
+const DEFAULTS: &str = r#"
 format = 1
 [whisker]
 hub = 0.0
@@ -55,6 +55,19 @@ format = "csv"
 by = "K_sd"
 per = "row"
 "#;
+
+/// The defaults, and beside them the values of `more`, which is TOML like them.
+pub(super) fn defaults(more: &str) -> DeTable<'_> {
+    let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
+    let mut all = table(DEFAULTS);
+    for (name, section) in table(more) {
+        match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.into_inner()) {
+            (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added),
+            (_, added) => panic!("no section of defaults takes {added:?}"),
+        }
+    }
+    all
+}
 
 /// Defaults of a sampled axis.
 pub(super) const SAMPLER: &str = "sobol";
