@@ -53,6 +53,11 @@ pub fn auto_adapter(adapters: &[Adapter], name: Option<&str>) -> Option<Adapter>
 }
 
 impl Choice {
+    /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
+    pub fn chart_tolerance(&self) -> Option<f64> {
+        self.backend.tolerance.filter(|_| self.precision == Precision::F32)
+    }
+
     /// Decides from the options; looks for adapters only where one may be used.
     pub fn new(options: &RunOptions) -> Result<Self, Error> {
         let asked = options.backend.unwrap_or(BackendChoice::Auto);

@@ -17,6 +17,7 @@ pub mod plan;
 pub mod reduce;
 pub mod scene;
 pub mod sink;
+pub mod smooth;
 pub mod spec;
 pub mod statistics;
 pub mod status;

@@ -4,6 +4,7 @@
 //! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
 //! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a whole.
 
+mod charted;
 mod design;
 mod grid;
 mod list;
@@ -24,6 +25,7 @@ use crate::sink::{
     run_json::{self, Counts, Seconds},
     table::Table,
 };
+use crate::smooth::Scope;
 
 pub use select::Kept;
 
@@ -87,12 +89,17 @@ pub fn run(
         counts: Counts::default(),
         highlights: Vec::new(),
         solve: Duration::ZERO,
+        scope: None,
         total: plan.taps,
         stop: target.stop,
         progress,
     };
     match &scene.space {
-        Space::Grid(factors) => grid::run(&mut run, &Layout::new(factors))?,
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            run.scope = choice.chart_tolerance().and_then(|t| Scope::new(scene, &layout, t));
+            grid::run(&mut run, &layout)?;
+        }
         Space::List(tuples) => list::run(&mut run, tuples)?,
     }
     let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
@@ -115,6 +122,8 @@ struct Run<'a> {
     counts: Counts,
     highlights: Vec<Kept>,
     solve: Duration,
+    /// What the designs share, where a chart can rank them.
+    scope: Option<Scope>,
     total: u64,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,

@@ -1,0 +1,154 @@
+//! A ranked sweep from the chart of the rod: all rows ranked in a few flops each, the best solved again.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::Run;
+use super::grid::{rank, task};
+use super::select::{Best, Kept};
+use crate::design::Design;
+use crate::error::Error;
+use crate::estimate::Estimator;
+use crate::evaluate::Task;
+use crate::plan::Layout;
+use crate::scene::Tuple;
+use crate::sink::table;
+use crate::smooth::{Case, Found, Scope, Tables};
+use crate::statistics::Tally;
+use crate::status::Status;
+
+/// Designs between two looks at the clock and at the bound.
+const GROUP: u64 = 1 << 16;
+
+/// Designs of one work item.
+const GRAIN: usize = 512;
+
+/// The best `top` rows, best first.
+pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
+    let tables = Tables::new(scope);
+    let mut all = Found::default();
+    let mut best = Best::new(top);
+    let mut from = 0;
+    run.counts.solved += scope.chart.solved;
+    while from < layout.n_designs {
+        if run.stop.load(Ordering::Relaxed) {
+            return Err(Error::Run("stopped; nothing was written".into()));
+        }
+        let start = Instant::now();
+        let to = (from + GROUP.min(1 + from)).min(layout.n_designs);
+        let bound = bound(&mut all, scope.rank.keep);
+        let found = group(layout, scope, &tables, from..to, bound);
+        run.solve += start.elapsed();
+        let hard = found.hard.len() as u64;
+        all.merge(found);
+        let easy = (to - from - hard) * layout.block();
+        run.counts.taps += easy;
+        run.counts.interpolated += easy;
+        let mut hard = std::mem::take(&mut all.hard);
+        hard.sort_unstable();
+        rank(run, layout, &mut hard.into_iter(), &mut best)?;
+        run.show(0);
+        from = to;
+    }
+    let words = all.words;
+    for (status, n) in [
+        (Status::OK, words.ok),
+        (Status::INVALID_GEOMETRY, words.invalid),
+        (Status::SLIPPED_OFF, words.slipped),
+        (Status::STRAIN_LIMIT, words.strain),
+        (Status::NO_ROOT, words.rootless),
+        (Status::AMBIGUOUS, words.ambiguous),
+    ] {
+        if n > 0 {
+            run.counts.note(status, n);
+        }
+    }
+    bound(&mut all, scope.rank.keep);
+    let complete = best.offered + all.complete;
+    for row in solve(run, layout, &all.rows)? {
+        best.offer(row);
+    }
+    run.counts.complete = Some(complete);
+    Ok(best.into_rows())
+}
+
+/// Cuts the rows down to the `keep` best; the worst of them, once there are as many.
+fn bound(found: &mut Found, keep: usize) -> f32 {
+    let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
+        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
+    };
+    if found.rows.len() < keep {
+        return f32::INFINITY;
+    }
+    found.rows.select_nth_unstable_by(keep - 1, order);
+    found.rows.truncate(keep);
+    found.rows[keep - 1].0
+}
+
+/// Rows of the designs of a range, those that rank no worse than `bound`.
+fn group(layout: &Layout, scope: &Scope, tables: &Tables, range: std::ops::Range<u64>, bound: f32) -> Found {
+    let ks: Vec<u64> = range.collect();
+    let one = |ks: &[u64]| {
+        let mut found = Found::default();
+        let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());
+        for &k in ks {
+            let tuple = layout.design(k);
+            match scope.case(&tuple) {
+                Case::Easy => easy.push((k, tuple)),
+                Case::Hard => found.hard.push(k),
+                Case::Void => found.words.invalid += layout.block(),
+            }
+        }
+        let (ks, tuples): (Vec<u64>, Vec<Tuple>) = easy.into_iter().unzip();
+        tables.rank(&ks, &tuples, bound, &mut found);
+        found
+    };
+    let merge = |mut a: Found, b: Found| {
+        a.merge(b);
+        a
+    };
+    ks.par_chunks(GRAIN).map(one).reduce(Found::default, merge)
+}
+
+/// The rows found, solved tap by tap.
+fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result<Vec<Kept>, Error> {
+    let scene = run.scene;
+    let mut kept = Vec::with_capacity(rows.len());
+    let n = layout.n_distances as usize;
+    for rows in rows.chunks((super::CHUNK as usize / n).max(1)) {
+        let designs: Vec<Design> =
+            rows.par_iter().map(|(_, k, _)| Design::new(scene, layout.design(*k))).collect();
+        let tasks: Vec<Task> = (0..rows.len() * n)
+            .into_par_iter()
+            .map(|t| {
+                let (at, i) = (t / n, (t % n) as u64);
+                task(layout, &designs[at], at as u32, i * layout.n_drives + u64::from(rows[at].2))
+            })
+            .collect();
+        let outcomes = run.evaluate(&designs, &tasks)?;
+        let one = |at: usize| {
+            let (design, (_, k, j)) = (&designs[at], rows[at]);
+            let drive = layout.drive(&design.tuple, u64::from(j));
+            let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, layout.reach()));
+            let taps = &outcomes[at * n..(at + 1) * n];
+            let mut tally = Tally::new(n, 1);
+            taps.iter().enumerate().for_each(|(i, tap)| tally.count(i, 0, tap));
+            tally.calibrate(estimator.as_ref());
+            for (i, tap) in taps.iter().enumerate() {
+                tally.estimate(
+                    (i, 0),
+                    (layout.distance(i as u64), scene.drive, drive),
+                    tap,
+                    estimator.as_ref(),
+                );
+            }
+            let (row, unit) = (tally.drives[0], table::elongation(scene, estimator.as_ref()).unwrap_or(1.0));
+            let rank = table::rank(&row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            Some(Kept { rank, index: (k, j), design: design.tuple, drive, row, unit })
+        };
+        kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
+    }
+    Ok(kept)
+}
