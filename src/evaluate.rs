@@ -92,6 +92,14 @@ impl<'a> Evaluator<'a> {
         Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
     }
 
+    /// The GPU that taps are solved on, if they are.
+    pub fn gpu(&self) -> Option<&kernel::gpu::Gpu> {
+        match &self.method {
+            Method::Fast { solver, .. } => solver.gpu(),
+            Method::Reference => None,
+        }
+    }
+
     /// Outcomes of `tasks`, in their order.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;

@@ -59,6 +59,11 @@ pub trait Solver: Send {
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
+
+    /// The GPU it runs on, if it does.
+    fn gpu(&self) -> Option<&gpu::Gpu> {
+        None
+    }
 }
 
 /// Solves `taps` on the first rung, then those that miss the tolerance on the next, and so on. The order of `out` is

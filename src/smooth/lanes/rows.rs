@@ -158,7 +158,15 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         if !estimates {
             let decided = Decided::new::<FMA, OWN>(tables, self);
             for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
-                decided.count::<OWN>(tables, self, (tap, distance), edge, &complete, &mut per_lane, &mut hard);
+                decided.count::<OWN>(
+                    tables,
+                    self,
+                    (tap, distance),
+                    edge,
+                    &complete,
+                    &mut per_lane,
+                    &mut hard,
+                );
             }
         }
 
@@ -278,7 +286,13 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, tables: &Tables, row: &Row<Lanes<FMA>>, tap: &Tap<Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+    pub fn miss(
+        &self,
+        tables: &Tables,
+        row: &Row<Lanes<FMA>>,
+        tap: &Tap<Lanes<FMA>>,
+        m: usize,
+    ) -> Lanes<FMA> {
         let deviation = row.square * row.read(&tap.kappa, m);
         (self.calibration(tables, row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
     }

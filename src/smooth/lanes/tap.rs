@@ -110,7 +110,8 @@ impl Tables {
             let arc = series::<FMA, OWN>(values, own, &scratch.basis, 1);
             let mut shortening = of(0.0);
             for s in 0..self.places {
-                shortening = series::<FMA, OWN>(values, own, &scratch.basis, 2 + s).mul_add(means[s], shortening);
+                shortening =
+                    series::<FMA, OWN>(values, own, &scratch.basis, 2 + s).mul_add(means[s], shortening);
             }
             let t = if OWN { square } else { Pack::splat(self.squares[k]) };
             let growth = t.mul_add(force, one);
