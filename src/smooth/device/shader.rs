@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::tuples::Tuples;
 use crate::scene::{Per, RankBy};
-use crate::smooth::rod::unit;
+use crate::smooth::rod::{squares, to_coefficients, unit};
 use crate::smooth::scope::Scope;
 
 /// Invocations of one workgroup.
@@ -12,6 +12,12 @@ pub const WORKGROUP: u32 = 64;
 
 /// Most numbers that an invocation keeps of its taps.
 const MOST_KEPT: usize = 1024;
+
+/// Distances up to which the loop of estimates is unrolled: their numbers then stay in registers.
+const UNROLLED: usize = 16;
+
+/// Numbers kept of a tap, beside the series of its K.
+const KEPT: [&str; 8] = ["value", "slope", "beta", "unit", "low", "high", "above", "slipped"];
 
 /// Numbers of a distance in the tables: a, 1/a, both ends of the range of interest.
 const DISTANCE: usize = 4;
@@ -34,15 +40,14 @@ pub struct Shader {
 
 /// Sizes of a scope.
 struct Sizes {
-    /// Squares carried, terms over p and over s.
+    /// Terms over t that are carried, terms over p and over s.
     m: usize,
     terms: usize,
     places: usize,
     distances: usize,
     drives: usize,
     own: bool,
-    /// Numbers of an angle in the tables, and where they start.
-    angle: usize,
+    /// Where the angles start in the tables; their places in the layout follow.
     angles_at: usize,
     /// Numbers kept of a tap.
     kept: usize,
@@ -52,8 +57,7 @@ impl Shader {
     /// Of `scope` over the designs of `layout`; `None` where an invocation would have to keep too much.
     pub fn new(scope: &Scope, layout: &crate::plan::Layout) -> Option<Self> {
         let own = scope.angles.is_empty();
-        let m = if own { 1 } else { scope.chart.squares.len() };
-        let pairs = m * (m + 1) / 2;
+        let m = if own { 1 } else { scope.chart.values.len() };
         let s = Sizes {
             m,
             terms: scope.chart.terms,
@@ -61,9 +65,8 @@ impl Shader {
             distances: scope.distances.len(),
             drives: scope.angles.len().max(1),
             own,
-            angle: 3 + m + pairs,
             angles_at: DISTANCE * scope.distances.len(),
-            kept: m + 6,
+            kept: m + KEPT.len(),
         };
         if s.kept * s.distances > MOST_KEPT {
             return None;
@@ -72,13 +75,8 @@ impl Shader {
         for d in &scope.distances {
             tables.extend([d.a, 1.0 / d.a, d.ends[0], d.ends[1]].map(|x| x as f32));
         }
-        for a in &scope.angles {
-            let l = &a.basis;
-            tables.extend([a.angle as f32, (a.angle * a.angle) as f32, f32::from_bits(a.place)]);
-            tables.extend(l.iter().map(|&x| x as f32));
-            let pairs = (0..m).flat_map(|k| (k..m).map(move |n| (k, n)));
-            tables.extend(pairs.map(|(k, n)| (l[k] * l[n] * if k == n { 1.0 } else { 2.0 }) as f32));
-        }
+        tables.extend(scope.angles.iter().map(|a| a.angle as f32));
+        tables.extend(scope.angles.iter().map(|a| a.place as f32));
         let tuples = Tuples::new(layout, tables.len())?;
         tables.extend(&tuples.tables);
         let wgsl = [
@@ -108,8 +106,8 @@ fn constants(scope: &Scope, s: &Sizes) -> String {
         ("FIXED", scope.fixed.unwrap_or(0.0)),
     ];
     let mut text = format!(
-        "const WORKGROUP = {WORKGROUP}u;\nconst NA = {}u;\nconst DRIVES = {}u;\nconst ANGLES = {}u;\nconst ANGLE = {}u;\n",
-        s.distances, s.drives, s.angles_at, s.angle
+        "const WORKGROUP = {WORKGROUP}u;\nconst NA = {}u;\nconst DRIVES = {}u;\nconst ANGLES = {}u;\n",
+        s.distances, s.drives, s.angles_at
     );
     for (name, x) in named {
         let _ = writeln!(text, "const {name}: f32 = {};", lit(x));
@@ -124,26 +122,34 @@ fn sum(terms: impl DoubleEndedIterator<Item = (String, String)>) -> String {
     terms.fold(first, |sum, (a, b)| format!("fma({a}, {b}, {sum})"))
 }
 
-/// A polynomial through per-square `values` at drive `j`.
+/// The series of `values` at the drive at hand.
 fn read(s: &Sizes, values: &str) -> String {
     if s.own {
         return format!("{values}0");
     }
-    sum((0..s.m).map(|k| (format!("tables[row + {}u]", 3 + k), format!("{values}{k}"))))
+    (1..s.m).fold(format!("{values}0"), |sum, k| format!("fma(basis{k}, {values}{k}, {sum})"))
+}
+
+/// `angle`, `square` and the polynomials over t of drive `j`.
+fn drive(scope: &Scope, s: &Sizes, j: &str) -> String {
+    if s.own {
+        return "let angle = w.angle; let square = own;\n".into();
+    }
+    let mut t = format!(
+        "let angle = tables[ANGLES + {j}]; let square = angle * angle; let basis1 = fma(square, {}, -1.0);\n",
+        lit(2.0 / scope.chart.square)
+    );
+    for k in 2..s.m {
+        let before = if k == 2 { "1.0".to_owned() } else { format!("basis{}", k - 2) };
+        let _ = writeln!(t, "let basis{k} = fma(2.0 * basis1, basis{}, -{before});", k - 1);
+    }
+    t
 }
 
 /// `design`: statistics over the distances, words, rows.
 fn design(scope: &Scope, s: &Sizes) -> String {
-    let mut t = String::new();
     let own_chart = if s.own { own(scope) } else { String::new() };
-    let (angle_last, square_last) = if s.own {
-        ("w.angle".to_owned(), "own".to_owned())
-    } else {
-        let last = s.angles_at + (s.drives - 1) * s.angle;
-        (format!("tables[{last}u]"), format!("tables[{}u]", last + 1))
-    };
-    let _ = write!(
-        t,
+    let mut t = format!(
         "fn design(i: u32, w: Whisker, words: ptr<function, Words>) {{
     let tau = (w.D - w.d) / (w.D * w.L_a);
     let tan_alpha = 0.5 * (w.D - w.d) / w.L_a;
@@ -166,14 +172,12 @@ fn design(scope: &Scope, s: &Sizes) -> String {
     let _ = write!(t, "    for (var n = 0u; n < NA; n++) {{\n{}", tap(scope, s));
     let _ = writeln!(t, "        let share = 1.0 / f32(n + 1u);");
     for k in 0..s.m {
-        let square = if s.own { "own".to_owned() } else { lit(scope.chart.squares[k]) };
         let _ = write!(
             t,
             "        let old{k} = kappa{k} - mean{k};
         mean{k} = fma(old{k}, share, mean{k});
         low{k} = min(low{k}, kappa{k});
         high{k} = max(high{k}, kappa{k});
-        largest = max(largest, abs({square} * deviation{k}));
         keep[n * {kept}u + {k}u] = kappa{k};
 ",
             kept = s.kept
@@ -190,69 +194,59 @@ fn design(scope: &Scope, s: &Sizes) -> String {
         format!("strain * angle * fma(square, {}, 1.0)", read(s, "deviation")),
         format!("square * ({})", read(s, "arc")),
     );
+    let last = drive(scope, s, "(DRIVES - 1u)");
     let _ = write!(
         t,
         "        let room = (w.L_a - a) * inverse;
         var above = DRIVES;
         var slipped = DRIVES;
         {{
-            let row = {last_row}u;
-            let angle = {angle_last};
-            let square = {square_last};
+            {last}
             if {strain_at} > STRAIN_LIMIT {{ above = 0u; }}
             if {arc_at} > room {{ slipped = 0u; }}
         }}
-{search}        complete = min(complete, slipped);
-        let at = n * {kept}u + {m}u;
-        keep[at] = value;
-        keep[at + 1u] = slope;
-        keep[at + 2u] = beta;
-        keep[at + 3u] = unit;
-        keep[at + 4u] = f32(above);
-        keep[at + 5u] = f32(slipped);
-    }}
-    if !(largest < 0.3) {{
-        push_hard(i);
-        return;
-    }}
+{}        complete = min(complete, slipped);
+        let limits = bounds(value, slope, beta, tables[{DISTANCE}u * n + 2u], tables[{DISTANCE}u * n + 3u]);
+        let low = limits.x;
+        let high = limits.y;
 ",
-        last_row = s.angles_at + (s.drives - 1) * s.angle,
-        search = if s.own { String::new() } else { search(&strain_at, &arc_at) },
-        kept = s.kept,
-        m = s.m,
+        if s.own { String::new() } else { search(scope, s, &strain_at, &arc_at) },
     );
-    if scope.estimates() {
-        t += &estimated(scope, s);
-    } else {
-        t += &spread(scope, s);
+    for (at, name) in KEPT.iter().enumerate() {
+        let _ = writeln!(t, "        keep[n * {}u + {}u] = f32({name});", s.kept, s.m + at);
     }
+    t += "    }\n    if !(largest < 0.3) {\n        push_hard(i);\n        return;\n    }\n";
+    t += &if scope.estimates() { estimated(scope, s) } else { spread(scope, s) };
     t + "}\n"
+}
+
+/// The numbers kept of tap `n`, as names that end in `tag`.
+fn kept(s: &Sizes, n: &str, tag: &str) -> String {
+    let mut t = String::new();
+    let series = (0..s.m).map(|k| format!("kappa{tag}{k}"));
+    for (at, name) in series.chain(KEPT.iter().map(|name| format!("{name}{tag}"))).enumerate() {
+        let _ = writeln!(t, "    let {name} = keep[{n} * {}u + {at}u];", s.kept);
+    }
+    t
 }
 
 /// The chart at the design's own angle.
 fn own(scope: &Scope) -> String {
     let (chart, mut t) = (&scope.chart, String::new());
-    let squares = &chart.squares;
-    for (k, tk) in squares.iter().enumerate() {
-        let scale: f64 = squares.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, tj)| tk - tj).product();
-        let factors: Vec<String> = squares
-            .iter()
-            .enumerate()
-            .filter(|(j, _)| *j != k)
-            .map(|(_, tj)| format!("(own - {})", lit(*tj)))
-            .collect();
-        // Scaled first: products of small squares would underflow.
-        let n = factors.len().max(1) as f64;
-        let each = scale.abs().powf(-1.0 / n);
-        let sign = if scale < 0.0 { "-" } else { "" };
-        let scaled: Vec<String> = factors.iter().map(|f| format!("({f} * {})", lit(each))).collect();
-        let product = if scaled.is_empty() { "1.0".to_owned() } else { scaled.join(" * ") };
-        let _ = writeln!(t, "    let basis{k} = {sign}({product});");
+    let m = chart.values.len();
+    let _ = writeln!(t, "    let at1 = fma(own, {}, -1.0);", lit(2.0 / chart.square));
+    for k in 2..m {
+        let before = if k == 2 { "1.0".to_owned() } else { format!("at{}", k - 2) };
+        let _ = writeln!(t, "    let at{k} = fma(2.0 * at1, at{}, -{before});", k - 1);
     }
     for f in 0..2 + chart.place_terms {
         for i in 0..chart.terms {
-            let terms = (0..squares.len()).map(|k| (format!("basis{k}"), lit(chart.values[k][f][i])));
-            let _ = writeln!(t, "    let c{f}_{i} = {};", sum(terms));
+            let coefficient = |k: usize| chart.values[k][f].get(i).copied();
+            let first = lit(coefficient(0).unwrap_or(0.0));
+            let sum = (1..m)
+                .filter_map(|k| Some((k, coefficient(k)?)))
+                .fold(first, |sum, (k, c)| format!("fma(at{k}, {}, {sum})", lit(c)));
+            let _ = writeln!(t, "    let c{f}_{i} = {sum};");
         }
     }
     t
@@ -316,27 +310,47 @@ fn tap(scope: &Scope, s: &Sizes) -> String {
         let _ = writeln!(t, "        let b{i} = 2.0 * x * b{} - b{};", i - 1, i - 2);
     }
     t += "        let lever = near * u2 + far * u1;\n        let ratio = (u1 + u2) / lever;\n";
+    // A series over p; `None` where nothing of it matters.
+    let series = |k: usize, f: usize| {
+        let count =
+            if s.own { chart.values.iter().map(|v| v[f].len()).max()? } else { chart.values[k][f].len() };
+        let c = |i: usize| if s.own { format!("c{f}_{i}") } else { lit(chart.values[k][f][i]) };
+        (count > 0).then(|| (1..count).fold(c(0), |sum, i| format!("fma({}, b{i}, {sum})", c(i))))
+    };
     for k in 0..s.m {
-        let series = |f: usize| {
-            sum((0..s.terms).map(|i| {
-                let c = if s.own { format!("c{f}_{i}") } else { lit(chart.values[k][f][i]) };
-                (c, format!("b{i}"))
-            }))
+        let zero = || "0.0".to_owned();
+        let _ = writeln!(t, "        let force{k} = {};", series(k, 0).unwrap_or_else(zero));
+        let _ = writeln!(t, "        let arc{k} = {};", series(k, 1).unwrap_or_else(zero));
+        let terms = (0..s.places).filter_map(|place| Some((place, series(k, 2 + place)?)));
+        let shortening = terms.fold(zero(), |sum, (place, x)| format!("fma({x}, over{place}, {sum})"));
+        let _ = writeln!(t, "        let excess{k} = arc{k} - ({shortening}) * whole;");
+    }
+    let points = squares(chart.square, chart.values.len());
+    for n in 0..s.m {
+        let (square, basis) =
+            if s.own { ("own".to_owned(), vec![]) } else { (lit(points[n]), chart.basis(points[n])) };
+        let at = |name: &str| {
+            (1..s.m).fold(format!("{name}0"), |sum, k| format!("fma({name}{k}, {}, {sum})", lit(basis[k])))
         };
-        let shortening =
-            sum((0..s.places).map(|place| (format!("({})", series(2 + place)), format!("over{place}"))));
-        let square = if s.own { "own".to_owned() } else { lit(chart.squares[k]) };
         let _ = write!(
             t,
-            "        let force{k} = {};
-        let arc{k} = {};
-        let shortening{k} = ({shortening}) * whole;
-        let deviation{k} = fma(fma({square}, force{k}, 1.0) * ratio, arc{k} - shortening{k}, force{k});
-        let kappa{k} = -deviation{k} / fma({square}, deviation{k}, 1.0);
+            "        let w_{n} = {};
+        let d_{n} = fma(fma({square}, w_{n}, 1.0) * ratio, {}, w_{n});
+        let q_{n} = -d_{n} / fma({square}, d_{n}, 1.0);
+        largest = max(largest, abs({square} * d_{n}));
 ",
-            series(0),
-            series(1)
+            at("force"),
+            at("excess")
         );
+    }
+    let back = to_coefficients(chart.values.len());
+    for k in 0..s.m {
+        let coefficient = |name: &str| match s.own {
+            true => format!("{name}_0"),
+            false => sum((0..s.m).map(|n| (format!("{name}_{n}"), lit(back[k][n])))),
+        };
+        let _ = writeln!(t, "        let deviation{k} = {};", coefficient("d"));
+        let _ = writeln!(t, "        let kappa{k} = {};", coefficient("q"));
     }
     t + "        let b = 1.0 / (u1 * u2);
         let unit = 0.75 * w.D * inverse * b;
@@ -348,46 +362,35 @@ fn tap(scope: &Scope, s: &Sizes) -> String {
 }
 
 /// First drives above the limits, by bisection.
-fn search(strain_at: &str, arc_at: &str) -> String {
+fn search(scope: &Scope, s: &Sizes, strain_at: &str, arc_at: &str) -> String {
     let one = |name: &str, value: &str, limit: &str| {
         format!(
             "        if {name} == 0u {{
             var hi = DRIVES - 1u;
             while {name} < hi {{
                 let mid = ({name} + hi) / 2u;
-                let row = ANGLES + mid * ANGLE;
-                let angle = tables[row];
-                let square = tables[row + 1u];
+                {}
                 if {value} > {limit} {{ hi = mid; }} else {{ {name} = mid + 1u; }}
             }}
         }}
-"
+",
+            drive(scope, s, "mid")
         )
     };
     one("above", strain_at, "STRAIN_LIMIT") + &one("slipped", arc_at, "room")
 }
 
-/// K̄ − 1 and q of a tap whose numbers are kept at `n`.
-fn miss(scope: &Scope, s: &Sizes) -> (String, String) {
-    let calibration = match scope.fixed {
+/// K̄ − 1 of the row at hand.
+fn calibration(scope: &Scope, s: &Sizes) -> String {
+    match scope.fixed {
         Some(_) => "FIXED".to_owned(),
         None => format!("square * ({})", read(s, "mean")),
-    };
-    let kept = if s.own {
-        format!("keep[n * {}u]", s.kept)
-    } else {
-        sum((0..s.m).map(|k| (format!("tables[row + {}u]", 3 + k), format!("keep[n * {}u + {k}u]", s.kept))))
-    };
-    (calibration, format!("square * ({kept})"))
+    }
 }
 
-/// `row`, `angle` and `square` of drive `j`.
-fn drive(s: &Sizes) -> &'static str {
-    if s.own {
-        "let angle = w.angle;\n        let square = own;\n        let place = 0u;\n"
-    } else {
-        "let row = ANGLES + j * ANGLE;\n        let angle = tables[row];\n        let square = tables[row + 1u];\n        let place = bitcast<u32>(tables[row + 2u]);\n"
-    }
+/// `place` of the row at hand.
+fn place(s: &Sizes) -> &'static str {
+    if s.own { "0u" } else { "u32(tables[ANGLES + DRIVES + j])" }
 }
 
 fn elongation(scope: &Scope) -> &'static str {
@@ -395,12 +398,13 @@ fn elongation(scope: &Scope) -> &'static str {
 }
 
 /// What is done with the rank of a row: rows or designs compete.
-fn compete(scope: &Scope) -> (&'static str, &'static str, &'static str) {
+fn compete(scope: &Scope, s: &Sizes) -> (&'static str, String, &'static str) {
+    let place = place(s);
     match scope.rank.per {
-        Per::Row => ("", "if rank < job.bound { push_row(i, rank, place); }", ""),
+        Per::Row => ("", format!("if rank < job.bound {{ push_row(i, rank, {place}); }}"), ""),
         Per::Design => (
             "    var best = 3e38;\n    var best_place = 0u;\n",
-            "if rank < best { best = rank; best_place = place; }",
+            format!("if rank < best {{ best = rank; best_place = {place}; }}"),
             "    if found.complete > 0u && best < job.bound { push_row(i, best, best_place); }\n    found.complete = min(found.complete, 1u);\n",
         ),
     }
@@ -416,59 +420,43 @@ const FINISH: &str = "    (*words).ok += found.ok;
 
 /// Words and rows ranked by the spread of K, which needs no estimates but those whose words depend on the angle.
 fn spread(scope: &Scope, s: &Sizes) -> String {
-    let (calibration, deviation) = miss(scope, s);
-    let (before, take, after) = compete(scope);
-    let lebesgue =
-        scope.angles.iter().map(|a| a.basis.iter().map(|l| l.abs()).sum::<f64>()).fold(1.0, f64::max);
-    let most_square = if s.own {
-        "own".to_owned()
-    } else {
-        format!("tables[{}u]", s.angles_at + (s.drives - 1) * s.angle + 1)
-    };
-    let mut t = format!(
-        "    for (var n = 0u; n < NA; n++) {{
-        let at = n * {}u + {}u;
-        let value = keep[at];
-        let slope = keep[at + 1u];
-        let beta = keep[at + 2u];
-        let above = u32(keep[at + 4u]);
-        let slipped = u32(keep[at + 5u]);
-        var apart = 0.0;
-",
-        s.kept, s.m
-    );
+    let (before, take, after) = compete(scope, s);
+    let mut t = format!("    for (var n = 0u; n < NA; n++) {{\n{}    var apart = 0.0;\n", kept(s, "n", "_"));
     for k in 0..s.m {
-        let kappa = format!("keep[n * {}u + {k}u]", s.kept);
         let reach = match scope.fixed {
-            Some(_) => format!("abs({kappa})"),
-            None => format!("max(high{k} - {kappa}, {kappa} - low{k})"),
+            Some(_) => format!("abs(kappa_{k})"),
+            None => format!("max(high{k} - kappa_{k}, kappa_{k} - low{k})"),
         };
-        let _ = writeln!(t, "        apart = max(apart, {reach});");
+        let _ = writeln!(t, "    apart += {reach};");
     }
     let _ = write!(
         t,
-        "        let most = fma({most_square} * {}, apart, 1.2 * abs(FIXED) + 1e-7);
-        let limits = bounds(value, slope, beta, tables[{DISTANCE}u * n + 2u], tables[{DISTANCE}u * n + 3u]);
-        let certain = most < limits.z;
+        "        let last = {};
+        let most = fma(last * last * 1.01, apart, 1.01 * abs(FIXED) + 1e-7);
+        let above = u32(above_);
+        let slipped = u32(slipped_);
+        let peak = slope_ * slope_ / (4.0 * beta_ * value_);
+        let certain = most < peak;
         found.strain += DRIVES - above;
         found.slipped += DRIVES - slipped;
-        if most > min(0.9 * (slope + beta) / value, 0.5) {{
+        if most > min(0.9 * (slope_ + beta_) / value_, 0.5) {{
             push_hard(i);
             return;
         }}
-        if certain && (limits.x > most || limits.y < -most) {{
+        if certain && (low_ > most || high_ < -most) {{
             found.ok += min(above, slipped);
-        }} else if certain && limits.x < -most && limits.y > most {{
+        }} else if certain && low_ < -most && high_ > most {{
             found.ambiguous += DRIVES;
         }} else if complete < DRIVES {{
             push_hard(i);
             return;
         }} else {{
             for (var j = 0u; j < DRIVES; j++) {{
-        {}                let deviation = {deviation};
-                let q = ({calibration} - deviation) / (1.0 + deviation);
-                let rootless = q > limits.z;
-                let twice = q >= limits.x && q <= limits.y;
+                {}
+                let deviation = square * ({});
+                let q = ({} - deviation) / (1.0 + deviation);
+                let rootless = q > peak;
+                let twice = q >= low_ && q <= high_;
                 found.rootless += u32(rootless);
                 found.ambiguous += u32(twice);
                 found.ok += u32(!rootless && !twice && j < above && j < slipped);
@@ -478,33 +466,46 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
     found.complete = complete;
 {before}    for (var j = 0u; j < complete; j++) {{
         {}",
-        lit(1.2 * lebesgue),
-        drive(s),
-        drive(s)
+        if s.own { "w.angle".to_owned() } else { format!("tables[{}u]", s.angles_at + s.drives - 1) },
+        drive(scope, s, "j"),
+        read(s, "kappa_"),
+        calibration(scope, s),
+        drive(scope, s, "j")
     );
-    let pairs = s.m * (s.m + 1) / 2;
-    let square_sum = if s.own {
-        "spread0".to_owned()
-    } else {
-        sum((0..pairs).map(|at| (format!("tables[row + {}u]", 3 + s.m + at), format!("spread{at}"))))
-    };
     let share = (1.0 / (s.distances as f64 - 1.0)).sqrt();
     let _ = write!(
         t,
-        "        let rank = square * sqrt(max({square_sum}, 0.0)) * {} * {};
+        "        let rank = square * sqrt(max({}, 0.0)) * {} * {};
         {take}
     }}
 {after}{FINISH}",
+        quadratic(s),
         lit(share),
         elongation(scope)
     );
     t
 }
 
+/// Σ_kl Cov_kl T_k T_l from the pairs k ≤ l.
+fn quadratic(s: &Sizes) -> String {
+    let mut at = 0;
+    let mut rows = Vec::new();
+    for k in 0..s.m {
+        let diagonal = format!("0.5 * spread{at}");
+        let mut row = if k == 0 { diagonal } else { format!("{diagonal} * basis{k}") };
+        at += 1;
+        for l in k + 1..s.m {
+            row = format!("fma(basis{l}, spread{at}, {row})");
+            at += 1;
+        }
+        rows.push(if k == 0 { row } else { format!("basis{k} * ({row})") });
+    }
+    format!("2.0 * ({})", rows.join(" + "))
+}
+
 /// Words and rows ranked by distance errors: an estimate per tap.
 fn estimated(scope: &Scope, s: &Sizes) -> String {
-    let (calibration, deviation) = miss(scope, s);
-    let (before, take, after) = compete(scope);
+    let (before, take, after) = compete(scope, s);
     let share = 1.0 / s.distances as f64;
     let rank = match scope.rank.by {
         RankBy::ErrorMax => "largest_error".to_owned(),
@@ -512,44 +513,30 @@ fn estimated(scope: &Scope, s: &Sizes) -> String {
         RankBy::TotalRms => format!("sqrt((squares + noises) * {})", lit(share)),
         _ => format!("sqrt(squares * {})", lit(share)),
     };
+    let (hoisted, taps) = if s.distances <= UNROLLED {
+        let each = |n: usize| {
+            let tag = format!("{n}_");
+            (
+                kept(s, &format!("{n}u"), &tag),
+                format!("{{ let a = {}; {} }}\n", lit(scope.distances[n].a), estimate(s, &tag)),
+            )
+        };
+        let (hoisted, taps): (Vec<_>, Vec<_>) = (0..s.distances).map(each).unzip();
+        (hoisted.concat(), taps.concat())
+    } else {
+        let (kept, estimate) = (kept(s, "n", "_"), estimate(s, "_"));
+        let body = format!("let a = tables[{DISTANCE}u * n];\n{kept}{estimate}");
+        (String::new(), format!("for (var n = 0u; n < NA; n++) {{ {body} }}\n"))
+    };
     format!(
-        "{before}    for (var j = 0u; j < DRIVES; j++) {{
-        {}        let calibration = {calibration};
+        "{hoisted}{before}    for (var j = 0u; j < DRIVES; j++) {{
+        {}        let calibration = {};
         let noise = (1.0 + calibration) * NOISE / angle;
         var squares = 0.0;
         var noises = 0.0;
         var largest_error = 0.0;
         var whole_row = j < complete;
-        for (var n = 0u; n < NA; n++) {{
-            let at = n * {}u + {}u;
-            let value = keep[at];
-            let slope = keep[at + 1u];
-            let beta = keep[at + 2u];
-            let a = tables[{DISTANCE}u * n];
-            let deviation = {deviation};
-            let q = (calibration - deviation) / (1.0 + deviation);
-            let read = value * q;
-            let gap2 = slope * slope - 4.0 * beta * read;
-            let gap = sqrt(max(gap2, 0.0));
-            let eta = select(2.0 * read / (slope + gap), (slope - gap) / (2.0 * beta), slope < 0.0);
-            let whole = 1.0 / (1.0 + eta);
-            let error = a * eta * whole;
-            squares = fma(error, error, squares);
-            largest_error = max(largest_error, abs(error));
-            let sigma = noise * a * whole * whole / max(keep[at + 3u] * gap, 1e-30);
-            noises = fma(sigma, sigma, noises);
-            let limits = bounds(value, slope, beta, tables[{DISTANCE}u * n + 2u], tables[{DISTANCE}u * n + 3u]);
-            let rootless = gap2 < 0.0 || 1.0 + eta < 1e-6;
-            let twice = !rootless && q >= limits.x && q <= limits.y;
-            let over = f32(j) >= keep[at + 4u];
-            let off = f32(j) >= keep[at + 5u];
-            whole_row = whole_row && !rootless;
-            found.rootless += u32(rootless);
-            found.ambiguous += u32(twice);
-            found.strain += u32(over);
-            found.slipped += u32(off);
-            found.ok += u32(!(rootless || twice || over || off));
-        }}
+        {taps}
         if whole_row {{
             found.complete += 1u;
             let rank = {rank};
@@ -557,8 +544,37 @@ fn estimated(scope: &Scope, s: &Sizes) -> String {
         }}
     }}
 {after}{FINISH}",
-        drive(s),
-        s.kept,
-        s.m
+        drive(scope, s, "j"),
+        calibration(scope, s),
+    )
+}
+
+/// The estimate of the tap whose numbers end in `tag`.
+fn estimate(s: &Sizes, tag: &str) -> String {
+    let [value, slope, beta, unit, low, high, above, slipped] = KEPT.map(|name| format!("{name}{tag}"));
+    format!(
+        "let deviation = square * ({});
+            let q = (calibration - deviation) / (1.0 + deviation);
+            let read = {value} * q;
+            let gap2 = {slope} * {slope} - 4.0 * {beta} * read;
+            let gap = sqrt(max(gap2, 0.0));
+            let eta = select(2.0 * read / ({slope} + gap), ({slope} - gap) / (2.0 * {beta}), {slope} < 0.0);
+            let whole = 1.0 / (1.0 + eta);
+            let error = a * eta * whole;
+            squares = fma(error, error, squares);
+            largest_error = max(largest_error, abs(error));
+            let sigma = noise * a * whole * whole / max({unit} * gap, 1e-30);
+            noises = fma(sigma, sigma, noises);
+            let rootless = gap2 < 0.0 || 1.0 + eta < 1e-6;
+            let twice = !rootless && q >= {low} && q <= {high};
+            let over = f32(j) >= {above};
+            let off = f32(j) >= {slipped};
+            whole_row = whole_row && !rootless;
+            found.rootless += u32(rootless);
+            found.ambiguous += u32(twice);
+            found.strain += u32(over);
+            found.slipped += u32(off);
+            found.ok += u32(!(rootless || twice || over || off));",
+        read(s, &format!("kappa{tag}"))
     )
 }

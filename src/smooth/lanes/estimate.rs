@@ -27,18 +27,19 @@ pub(super) fn bounds<const FMA: bool>(tap: &Tap<Lanes<FMA>>, distance: &Distance
 
 /// Bounds on q over all drives, by which most taps' words are known at once.
 pub(super) struct Decided<T> {
-    /// Largest square, times what a polynomial may exceed its values by.
+    /// Largest square, and a little more.
     square: T,
 }
 
 impl<const FMA: bool> Decided<Lanes<FMA>> {
     #[inline(always)]
     pub fn new<const F: bool, const OWN: bool>(tables: &Tables, rows: &Rows<Lanes<FMA>>) -> Self {
+        let of = Lanes::<FMA>::of;
         let square = match tables.angles.last() {
             Some(a) => Pack::splat(a.square),
             None => rows.own[1],
         };
-        Self { square: square * Pack::splat(1.2 * tables.lebesgue) }
+        Self { square: square * of(1.01) }
     }
 
     /// Adds the words of one tap over all drives.
@@ -64,10 +65,10 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
                 Some(_) => tap.kappa[k].abs(),
                 None => (rows.hull[1][k] - tap.kappa[k]).max(tap.kappa[k] - rows.hull[0][k]),
             };
-            apart = apart.max(reach);
+            apart = apart + reach;
         }
         let fixed = tables.fixed.map_or(0.0, f32::abs);
-        let most = self.square.mul_add(apart, Pack::splat(1.2 * fixed) + of(1e-7));
+        let most = self.square.mul_add(apart, Pack::splat(1.01 * fixed) + of(1e-7));
         let [low, high, peak] = bounds(tap, distance);
         let farthest = (tap.slope + tap.beta) / tap.value;
         let (zero, one) = (of(0.0), of(1.0));
