@@ -26,7 +26,7 @@ const SQUARES: [usize; 6] = [2, 3, 4, 5, 6, 8];
 const SHARE: f64 = 0.1;
 
 /// Largest error of δ/t relative to |δ/t| + [`SMALL`]: keeps SD(K) where K − 1 is small.
-const RELATIVE: f64 = 3e-5;
+const RELATIVE: f64 = 1e-4;
 
 /// Coefficients that are left out, each at most this.
 const NEGLIGIBLE: f64 = 0.05 * RELATIVE * SMALL;

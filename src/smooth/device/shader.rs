@@ -47,7 +47,7 @@ struct Sizes {
     distances: usize,
     drives: usize,
     own: bool,
-    /// Where the angles start in the tables; their places in the layout follow.
+    /// Where the angles start in the tables.
     angles_at: usize,
     /// Numbers kept of a tap.
     kept: usize,
@@ -76,7 +76,6 @@ impl Shader {
             tables.extend([d.a, 1.0 / d.a, d.ends[0], d.ends[1]].map(|x| x as f32));
         }
         tables.extend(scope.angles.iter().map(|a| a.angle as f32));
-        tables.extend(scope.angles.iter().map(|a| a.place as f32));
         let tuples = Tuples::new(layout, tables.len())?;
         tables.extend(&tuples.tables);
         let wgsl = [
@@ -109,6 +108,7 @@ fn constants(scope: &Scope, s: &Sizes) -> String {
         "const WORKGROUP = {WORKGROUP}u;\nconst NA = {}u;\nconst DRIVES = {}u;\nconst ANGLES = {}u;\n",
         s.distances, s.drives, s.angles_at
     );
+    let _ = writeln!(text, "const PER_DESIGN = {};", scope.rank.per == Per::Design);
     for (name, x) in named {
         let _ = writeln!(text, "const {name}: f32 = {};", lit(x));
     }
@@ -130,13 +130,27 @@ fn read(s: &Sizes, values: &str) -> String {
     (1..s.m).fold(format!("{values}0"), |sum, k| format!("fma(basis{k}, {values}{k}, {sum})"))
 }
 
+/// θ of drive `j`: computed where the angles are evenly spaced, for a load costs more.
+fn angle(scope: &Scope, j: &str) -> String {
+    let (first, last) = (scope.angles[0].angle, scope.angles[scope.angles.len() - 1].angle);
+    let step = if scope.angles.len() > 1 { (last - first) / (scope.angles.len() - 1) as f64 } else { 0.0 };
+    let even = (0..)
+        .zip(&scope.angles)
+        .all(|(j, a)| (first + f64::from(j) * step - a.angle).abs() <= 1e-7 * a.angle);
+    if even {
+        return format!("fma(f32({j}), {}, {})", lit(step), lit(first));
+    }
+    format!("tables[ANGLES + {j}]")
+}
+
 /// `angle`, `square` and the polynomials over t of drive `j`.
 fn drive(scope: &Scope, s: &Sizes, j: &str) -> String {
     if s.own {
         return "let angle = w.angle; let square = own;\n".into();
     }
     let mut t = format!(
-        "let angle = tables[ANGLES + {j}]; let square = angle * angle; let basis1 = fma(square, {}, -1.0);\n",
+        "let angle = {}; let square = angle * angle; let basis1 = fma(square, {}, -1.0);\n",
+        angle(scope, j),
         lit(2.0 / scope.chart.square)
     );
     for k in 2..s.m {
@@ -215,7 +229,7 @@ fn design(scope: &Scope, s: &Sizes) -> String {
     for (at, name) in KEPT.iter().enumerate() {
         let _ = writeln!(t, "        keep[n * {}u + {}u] = f32({name});", s.kept, s.m + at);
     }
-    t += "    }\n    if !(largest < 0.3) {\n        push_hard(i);\n        return;\n    }\n";
+    t += "    }\n    var below = false;\n    var is_hard = !(largest < 0.3);\n";
     t += &if scope.estimates() { estimated(scope, s) } else { spread(scope, s) };
     t + "}\n"
 }
@@ -388,39 +402,28 @@ fn calibration(scope: &Scope, s: &Sizes) -> String {
     }
 }
 
-/// `place` of the row at hand.
-fn place(s: &Sizes) -> &'static str {
-    if s.own { "0u" } else { "u32(tables[ANGLES + DRIVES + j])" }
-}
-
 fn elongation(scope: &Scope) -> &'static str {
     if scope.elongation { "(x2 - x1)" } else { "1.0" }
 }
 
-/// What is done with the rank of a row: rows or designs compete.
-fn compete(scope: &Scope, s: &Sizes) -> (&'static str, String, &'static str) {
-    let place = place(s);
-    match scope.rank.per {
-        Per::Row => ("", format!("if rank < job.bound {{ push_row(i, rank, {place}); }}"), ""),
-        Per::Design => (
-            "    var best = 3e38;\n    var best_place = 0u;\n",
-            format!("if rank < best {{ best = rank; best_place = {place}; }}"),
-            "    if found.complete > 0u && best < job.bound { push_row(i, best, best_place); }\n    found.complete = min(found.complete, 1u);\n",
-        ),
+/// A design's place goes to one of two lists; its rows are not written here, for only a few designs have any below the bound.
+const FINISH: &str = "    if is_hard {
+        hard[atomicAdd(&tally[1], 1u)] = i;
+        return;
     }
-}
-
-const FINISH: &str = "    (*words).ok += found.ok;
+    if below {
+        best[atomicAdd(&tally[0], 1u)] = i;
+    }
+    (*words).ok += found.ok;
     (*words).slipped += found.slipped;
     (*words).strain += found.strain;
     (*words).rootless += found.rootless;
     (*words).ambiguous += found.ambiguous;
-    (*words).complete += found.complete;
+    (*words).complete += select(found.complete, min(found.complete, 1u), PER_DESIGN);
 ";
 
 /// Words and rows ranked by the spread of K, which needs no estimates but those whose words depend on the angle.
 fn spread(scope: &Scope, s: &Sizes) -> String {
-    let (before, take, after) = compete(scope, s);
     let mut t = format!("    for (var n = 0u; n < NA; n++) {{\n{}    var apart = 0.0;\n", kept(s, "n", "_"));
     for k in 0..s.m {
         let reach = match scope.fixed {
@@ -439,17 +442,13 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
         let certain = most < peak;
         found.strain += DRIVES - above;
         found.slipped += DRIVES - slipped;
-        if most > min(0.9 * (slope_ + beta_) / value_, 0.5) {{
-            push_hard(i);
-            return;
-        }}
+        is_hard = is_hard || most > min(0.9 * (slope_ + beta_) / value_, 0.5);
         if certain && (low_ > most || high_ < -most) {{
             found.ok += min(above, slipped);
         }} else if certain && low_ < -most && high_ > most {{
             found.ambiguous += DRIVES;
         }} else if complete < DRIVES {{
-            push_hard(i);
-            return;
+            is_hard = true;
         }} else {{
             for (var j = 0u; j < DRIVES; j++) {{
                 {}
@@ -464,7 +463,7 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
         }}
     }}
     found.complete = complete;
-{before}    for (var j = 0u; j < complete; j++) {{
+    for (var j = 0u; j < DRIVES; j++) {{
         {}",
         if s.own { "w.angle".to_owned() } else { format!("tables[{}u]", s.angles_at + s.drives - 1) },
         drive(scope, s, "j"),
@@ -476,9 +475,9 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
     let _ = write!(
         t,
         "        let rank = square * sqrt(max({}, 0.0)) * {} * {};
-        {take}
+        below = below || (j < complete && rank < job.bound);
     }}
-{after}{FINISH}",
+{FINISH}",
         quadratic(s),
         lit(share),
         elongation(scope)
@@ -505,7 +504,6 @@ fn quadratic(s: &Sizes) -> String {
 
 /// Words and rows ranked by distance errors: an estimate per tap.
 fn estimated(scope: &Scope, s: &Sizes) -> String {
-    let (before, take, after) = compete(scope, s);
     let share = 1.0 / s.distances as f64;
     let rank = match scope.rank.by {
         RankBy::ErrorMax => "largest_error".to_owned(),
@@ -529,7 +527,7 @@ fn estimated(scope: &Scope, s: &Sizes) -> String {
         (String::new(), format!("for (var n = 0u; n < NA; n++) {{ {body} }}\n"))
     };
     format!(
-        "{hoisted}{before}    for (var j = 0u; j < DRIVES; j++) {{
+        "{hoisted}    for (var j = 0u; j < DRIVES; j++) {{
         {}        let calibration = {};
         let noise = (1.0 + calibration) * NOISE / angle;
         var squares = 0.0;
@@ -537,13 +535,11 @@ fn estimated(scope: &Scope, s: &Sizes) -> String {
         var largest_error = 0.0;
         var whole_row = j < complete;
         {taps}
-        if whole_row {{
-            found.complete += 1u;
-            let rank = {rank};
-            {take}
-        }}
+        let rank = {rank};
+        found.complete += u32(whole_row);
+        below = below || (whole_row && rank < job.bound);
     }}
-{after}{FINISH}",
+{FINISH}",
         drive(scope, s, "j"),
         calibration(scope, s),
     )
