@@ -424,28 +424,43 @@ const FINISH: &str = "    if is_hard {
 
 /// Words and rows ranked by the spread of K, which needs no estimates but those whose words depend on the angle.
 fn spread(scope: &Scope, s: &Sizes) -> String {
-    let mut t = format!("    for (var n = 0u; n < NA; n++) {{\n{}    var apart = 0.0;\n", kept(s, "n", "_"));
+    let mut t = format!(
+        "    let least_angle = {};
+    let most_angle = {};
+    for (var n = 0u; n < NA; n++) {{
+{}    var apart = 0.0;
+",
+        if s.own { "w.angle".to_owned() } else { lit(scope.angles[0].angle) },
+        if s.own { "w.angle".to_owned() } else { lit(scope.angles[s.drives - 1].angle) },
+        kept(s, "n", "_")
+    );
+    let mean = |k: usize| if scope.fixed.is_some() { "0.0".to_owned() } else { format!("mean{k}") };
+    let around: Vec<String> = (1..s.m).map(|k| format!("abs({} - kappa_{k})", mean(k))).collect();
+    let _ = writeln!(t, "    let middle = {} - kappa_0;", mean(0));
+    let _ =
+        writeln!(t, "    let around = 0.0{};", around.iter().map(|a| format!(" + {a}")).collect::<String>());
     for k in 0..s.m {
-        let reach = match scope.fixed {
-            Some(_) => format!("abs(kappa_{k})"),
-            None => format!("max(high{k} - kappa_{k}, kappa_{k} - low{k})"),
-        };
-        let _ = writeln!(t, "    apart += {reach};");
+        let _ = writeln!(t, "        apart += max(high{k} - kappa_{k}, kappa_{k} - low{k});");
     }
+    let hull = if scope.fixed.is_some() { "false" } else { "complete < DRIVES" };
     let _ = write!(
         t,
-        "        let last = {};
-        let most = fma(last * last * 1.01, apart, 1.01 * abs(FIXED) + 1e-7);
+        "        let lo = select(middle - around, -apart, {hull});
+        let hi = select(middle + around, apart, {hull});
+        let lo_q = fma(lo, select(least_angle * least_angle, most_angle * most_angle, lo < 0.0), FIXED);
+        let hi_q = fma(hi, select(most_angle * most_angle, least_angle * least_angle, hi < 0.0), FIXED);
+        let least = lo_q * select(0.99999 - largest, 1.00001 + largest, lo_q < 0.0) - 1e-7;
+        let most = hi_q * select(1.00001 + largest, 0.99999 - largest, hi_q < 0.0) + 1e-7;
         let above = u32(above_);
         let slipped = u32(slipped_);
         let peak = slope_ * slope_ / (4.0 * beta_ * value_);
         let certain = most < peak;
         found.strain += DRIVES - above;
         found.slipped += DRIVES - slipped;
-        is_hard = is_hard || most > min(0.9 * (slope_ + beta_) / value_, 0.5);
-        if certain && (low_ > most || high_ < -most) {{
+        is_hard = is_hard || most > 0.5 || least < max(-0.9 * (slope_ + beta_) / value_, -0.5);
+        if certain && (low_ > most || high_ < least) {{
             found.ok += min(above, slipped);
-        }} else if certain && low_ < -most && high_ > most {{
+        }} else if certain && low_ < least && high_ > most {{
             found.ambiguous += DRIVES;
         }} else if complete < DRIVES {{
             is_hard = true;
@@ -453,9 +468,10 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
             for (var j = 0u; j < DRIVES; j++) {{
                 {}
                 let deviation = square * ({});
-                let q = ({} - deviation) / (1.0 + deviation);
-                let rootless = q > peak;
-                let twice = q >= low_ && q <= high_;
+                let apart = {} - deviation;
+                let growth = 1.0 + deviation;
+                let rootless = apart > peak * growth;
+                let twice = apart >= low_ * growth && apart <= high_ * growth;
                 found.rootless += u32(rootless);
                 found.ambiguous += u32(twice);
                 found.ok += u32(!rootless && !twice && j < above && j < slipped);
@@ -465,7 +481,6 @@ fn spread(scope: &Scope, s: &Sizes) -> String {
     found.complete = complete;
     for (var j = 0u; j < DRIVES; j++) {{
         {}",
-        if s.own { "w.angle".to_owned() } else { format!("tables[{}u]", s.angles_at + s.drives - 1) },
         drive(scope, s, "j"),
         read(s, "kappa_"),
         calibration(scope, s),

@@ -21,7 +21,7 @@ pub(super) struct Rows<T> {
     /// Sums of products of κ − mean, k ≤ l.
     spread: [T; PAIRS],
     /// Largest |δ|.
-    largest: T,
+    pub largest: T,
 }
 
 /// A drive.
@@ -155,7 +155,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             edges.push(edge);
         }
         if !estimates {
-            let decided = Decided::new::<FMA, OWN>(tables, self);
+            let decided = Decided::new(tables, self);
             for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
                 decided.count::<OWN>(
                     tables,
