@@ -92,6 +92,11 @@ impl<'a> Evaluator<'a> {
         Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
     }
 
+    /// The method, for another scene.
+    pub fn into_method(self) -> Method {
+        self.method
+    }
+
     /// Outcomes of `tasks`, in their order.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
