@@ -49,10 +49,10 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
     let change = select(clear_change, on_gauge_change, tap.far < 0.0);
 
     let series = coefficients(state.shortening);
-    var heights: Nodes;
+    var climbs: Nodes;
     var angles: Nodes;
     if OFFSET {
-        heights = coefficients(state.height);
+        climbs = coefficients(state.climb);
     }
     if EXTENSION {
         angles = coefficients(state.angle);
@@ -83,7 +83,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         }
         var moment = w_force * 2.0 * g2 * m * primitive(series, w);
         if OFFSET {
-            moment -= h_force * legendre(heights, w);
+            moment -= h_force * 2.0 * g2 * m * primitive(climbs, w);
         }
         var strain = -tap.radius * moment * y3 * y3 * ig6;
         var direct = ZERO;
@@ -132,6 +132,11 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         strain = more / tap.strain;
     }
     var error = residual + truncation(tap, state, series, m, g2, sensitivity(tap, x));
+    if OFFSET {
+        let height = 2.0 * g2 * m * (abs(climbs[N - 1]) + abs(climbs[N - 2]));
+        let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);
+        error += HEIGHT_TAIL * tap.weight * lost;
+    }
     if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
         error = HOPELESS;
     }

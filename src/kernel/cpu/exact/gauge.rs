@@ -63,11 +63,11 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 
     // Means over the bent part of the gauge of what deviates from the lever and the first-order axial strain.
     let mut series = [zero; N];
-    let (mut heights, mut angles) = ([zero; N], [zero; N]);
+    let (mut climbs, mut angles) = ([zero; N], [zero; N]);
     for i in 0..n {
         series[i] = dot(n, &tables.legendre[i], &state.shortening);
         if offset {
-            heights[i] = dot(n, &tables.legendre[i], &state.height);
+            climbs[i] = dot(n, &tables.legendre[i], &state.climb);
         }
         if axial {
             angles[i] = dot(n, &tables.legendre[i], &state.angle);
@@ -98,7 +98,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         }
         let mut moment = w_force * two * g2 * m * primitive(n, &series, w);
         if offset {
-            moment = moment - h_force * legendre(n, &heights, w);
+            moment = moment - h_force * two * g2 * m * primitive(n, &climbs, w);
         }
         let mut strain = zero - tap.radius * moment * y3 * y3 * ig6;
         let mut direct = zero;
@@ -146,7 +146,12 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    let mut error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    if offset {
+        let height = two * g2 * m * (climbs[n - 1].abs() + climbs[n - 2].abs());
+        let lost = tap.radius * h_force.abs() * height / tap.strain.abs().max(tiny);
+        error = error + of(HEIGHT_TAIL) * tap.weight * lost;
+    }
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load: state.load, sweeps }
