@@ -267,7 +267,8 @@ fn fault(line: &Line, word: &str) -> String {
     match (word, QUANTITIES.iter().position(|q| *q == word)) {
         (_, Some(k)) => {
             let f = line.errors[k].expect("a quantity at fault has figures");
-            let at = line.at.filter(|_| k == 0).map_or(String::new(), |(t, _)| format!(" at {}", place(line, &t)));
+            let at =
+                line.at.filter(|_| k == 0).map_or(String::new(), |(t, _)| format!(" at {}", place(line, &t)));
             let bound = line.bound * if k < 2 { 1.0 } else { verify::FORCE };
             format!("{word} error {:.2e} > {bound:.1e}, {} of {} taps{at}", f.worst, f.over, line.compared)
         }

@@ -24,7 +24,8 @@ pub enum Compared {
     Both(Errors),
     /// Neither has an answer.
     Neither,
-    /// The reference has an answer, the kernel is `not_converged`.
+    /// The reference has an answer, the kernel gave up: `not_converged`, or `material_limit` where its section law ends before
+    /// the material does.
     Unsolved,
     /// The kernel has an answer, the reference is `not_converged`.
     Unanswered,
@@ -53,7 +54,7 @@ pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bo
     let invalid = |o: &Outcome| o.status.has(Status::INVALID_GEOMETRY);
     match (without(expected), without(found)) {
         (true, true) if invalid(expected) == invalid(found) => Compared::Neither,
-        (false, true) if unsure(found) => Compared::Unsolved,
+        (false, true) if !invalid(found) => Compared::Unsolved,
         (true, false) if unsure(expected) => Compared::Unanswered,
         (false, false) if alike(scene, tap, expected, found, bound) => {
             Compared::Both(errors(tap, expected, found))
@@ -71,7 +72,8 @@ fn alike(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f
         (Status::NO_STRAIN, (expected.arc - tap.near).abs() <= bound * tap.near),
         (Status::STRAIN_LIMIT, (strain - limit).abs() <= bound * strain.max(tap.least)),
     ];
-    let agree = edges.iter().all(|(word, edge)| *edge || expected.status.has(*word) == found.status.has(*word));
+    let agree =
+        edges.iter().all(|(word, edge)| *edge || expected.status.has(*word) == found.status.has(*word));
     agree && (expected.sticking == found.sticking || at_sliding_edge(scene, expected, bound))
 }
 

@@ -47,10 +47,8 @@ const MOONEY_COULOMB: &str = "surface = true\nshear = true\nextension = true\nco
                               material = { mooney-rivlin = [0.35, 0.15] }";
 const STICK: &str = "surface = true\nshear = true\nextension = true\ncontact = \"stick\"\n\
                      material = { neo-hookean = 3.2 }";
-const POLE: &str =
-    "surface = true\nshear = true\npole_radius = 3.0\nmaterial = { neo-hookean = 3.2 }";
-const YEOH: &str =
-    "surface = true\nshear = true\nextension = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }";
+const POLE: &str = "surface = true\nshear = true\npole_radius = 3.0\nmaterial = { neo-hookean = 3.2 }";
+const YEOH: &str = "surface = true\nshear = true\nextension = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }";
 
 /// All, in the order of the census.
 pub const ALL: [Configuration; 34] = [

@@ -19,7 +19,8 @@ fn unit(seed: u64, dimension: u32, index: u32) -> f64 {
 }
 
 /// `n` whiskers and taps over wide ranges: d/D from 0.05 to 1.3, gauges from the clamp on, contacts from the gauge's
-/// near end to the tip (a third of them next to the gauge), angles from 0.01° to 20° (displacements a times as much).
+/// near end to the tip (a third of them next to the gauge) but not nearer to the clamp than D/4, where nothing is a beam,
+/// angles from 0.01° to 20° (displacements a times as much).
 /// With `hub` the lengths are scaled so that [`HUB`] is 0.03 to 3 distances.
 pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
     let point = |index: u32| {
@@ -33,7 +34,7 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
         } else {
             unit(3) * (length - place)
         };
-        let a = (place + near).clamp(1e-3 * length, length);
+        let a = (place + near).clamp(0.25 * WIDE, length);
         let angle = log(4, 0.01, 20.0);
         let scale = if hub { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
         let tip = WIDE * (0.05 + 1.25 * unit(6));
@@ -114,9 +115,9 @@ fn sliding_edge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
         };
         let steps: Vec<f64> = (0..7).map(|k| full * 0.5f64.powi(6 - k)).collect();
         let signs: Vec<Option<f64>> = steps.iter().map(|&x| reserve(x)).collect();
-        let crossing = (1..steps.len()).find(|&k| {
-            matches!((signs[k - 1], signs[k]), (Some(below), Some(above)) if below < 0.0 && above > 0.0)
-        });
+        let crossing = (1..steps.len()).find(
+            |&k| matches!((signs[k - 1], signs[k]), (Some(below), Some(above)) if below < 0.0 && above > 0.0),
+        );
         let Some(k) = crossing else { continue };
         let (mut low, mut high) = (steps[k - 1], steps[k]);
         for _ in 0..24 {
