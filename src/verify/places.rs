@@ -40,6 +40,14 @@ impl Place {
         format!("{} {}", self.choice.backend.name, self.choice.backend.precision)
     }
 
+    /// What solves taps of `model`, on a device of its own.
+    ///
+    /// # Errors
+    /// Where the device does not open.
+    pub fn method(&self, model: &Model) -> Result<Method, Error> {
+        self.choice.open(model)
+    }
+
     /// What solves taps of `model`; the device is opened on first use and kept.
     pub(super) fn open(&mut self, model: &Model) -> Result<Method, Error> {
         let solver = self.solver.take().map_or_else(|| self.choice.solver(), Ok)?;
