@@ -85,7 +85,7 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     match every_rule(precision).iter().position(|r| r == rule) {
         Some(0) => (0.04, [0.15, 0.0]),
         Some(1) => (0.08, [0.3, 0.4]),
-        _ => (0.15, [0.5, 0.9]),
+        _ => (0.15, [0.9, 0.0]),
     }
 }
 
