@@ -41,7 +41,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
     let clear = 0.5 * b1 * b2 * (tap.near * b1 + tap.far * b2);
     let clear_change = 0.5 * b1 * b2 * x * (b1 + b2) + past(min(c2, ZERO), b2, g2, tap.width);
     let on_gauge = tap.near * tap.near * b1 * b1 / (2.0 * tap.rest * tap.width);
-    let farther = x / max(tap.near, TINY);
+    let farther = clamp(x / max(tap.near, TINY), -MOST_GROWTH, MOST_GROWTH);
     let slim = tap.taper * x / g2;
     let longer = farther * (2.0 + farther);
     let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
@@ -140,7 +140,9 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
     if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
         error = HOPELESS;
     }
-    return Solution(state.force, state.along, state.arc, strain, error, state.load, sweeps);
+    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
+    let load = select(ZERO, state.load, residual < ASTRAY);
+    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);
 }
 
 // Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands.

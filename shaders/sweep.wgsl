@@ -245,7 +245,7 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     // Newton for (w, z), or (w, k) of a sticking contact.
     var dw = ZERO;
     var dx = ZERO;
-    if OFFSET {
+    if OFFSET || FULL {
         let bent = Bent(x, w_force, h_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
         let steps = newton(tap, bent, state, y, density, heights, across, along);
         dw = steps.x;
@@ -259,11 +259,11 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     state.step_force = dw;
     state.step_other = dx;
     if FULL {
-        let share = min(LONGEST_STEP * (1.0 + state.force) / max(abs(dw), TINY), ONE);
+        let share = min(LONGEST_STEP * (1.0 + abs(state.force)) / max(abs(dw), TINY), ONE);
         dw *= share;
         dx *= share;
     }
-    state.force = clamp(state.force - dw, LEAST_FORCE, MOST_FORCE);
+    state.force = clamp(state.force - dw, select(LEAST_FORCE, MOST_PULL, STICK), MOST_FORCE);
     if STICK {
         state.along -= dx;
     } else {

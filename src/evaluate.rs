@@ -97,7 +97,8 @@ impl<'a> Evaluator<'a> {
         self.method
     }
 
-    /// Outcomes of `tasks`, in their order.
+    /// Outcomes of `tasks`, in their order. Where the chart of the section law ends before the material does, the
+    /// reference answers the taps that no rung solves.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
         if matches!(self.method, Method::Reference) {
@@ -116,7 +117,17 @@ impl<'a> Evaluator<'a> {
             Method::Fast { tolerance, .. } => *tolerance,
             Method::Reference => 0.0,
         };
+        // A law that softens until its tangent vanishes has no chart up to there.
+        let beyond_chart = match &self.method {
+            Method::Fast { rungs, .. } => {
+                rungs.last().and_then(|r| r.chart.as_ref()).is_some_and(|c| !c.whole)
+            }
+            Method::Reference => false,
+        };
         let finish = |i: usize| {
+            if beyond_chart && solved[i].as_ref().is_some_and(|(_, s)| !s.within(tolerance)) {
+                return reference(scene, &designs[tasks[i].design as usize], &tasks[i]);
+            }
             let sticking = sticking.get(i).copied().unwrap_or(false);
             fast(
                 scene,

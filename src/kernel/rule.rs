@@ -85,7 +85,7 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     match every_rule(precision).iter().position(|r| r == rule) {
         Some(0) => (0.04, [0.15, 0.0]),
         Some(1) => (0.08, [0.3, 0.4]),
-        _ => (0.15, [0.5, 0.9]),
+        _ => (0.15, [0.9, 0.0]),
     }
 }
 
@@ -99,9 +99,11 @@ pub mod limits {
     pub const MOST_ARC: f64 = 2.0;
     /// Least W/W₀ − 1 while iterating.
     pub const LEAST_FORCE: f64 = -0.95;
+    /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
+    pub const MOST_PULL: f64 = -20.0;
     /// Largest W/W₀ − 1 while iterating.
     pub const MOST_FORCE: f64 = 20.0;
-    /// Largest change of W in a step of full Newton, relative to W.
+    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
     pub const LONGEST_STEP: f64 = 0.5;
     /// Sweeps per step of full Newton.
     pub const SETTLE: u32 = 4;
@@ -119,6 +121,8 @@ pub mod limits {
     pub const STOP: f64 = 0.1;
     /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
     pub const FULL_STOP: f64 = 0.2;
+    /// Error from which on an iteration has not come near any equilibrium.
+    pub const ASTRAY: f64 = 1e-2;
     /// Error of a tap whose angle lies outside the range of the series.
     pub const HOPELESS: f64 = 1e9;
     /// Below every number of interest and above underflow in f32.
@@ -132,7 +136,7 @@ pub mod limits {
     pub const HEIGHT_TAIL: f64 = 0.005;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 13] = [
+    pub const NAMED: [(&str, f64); 15] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
@@ -141,6 +145,8 @@ pub mod limits {
         ("LONGEST_STEP", LONGEST_STEP),
         ("SMALLEST_RATE", SMALLEST_RATE),
         ("MOST_GROWTH", MOST_GROWTH),
+        ("ASTRAY", ASTRAY),
+        ("MOST_PULL", MOST_PULL),
         ("HOPELESS", HOPELESS),
         ("TINY", TINY),
         ("HEIGHT_TAIL", HEIGHT_TAIL),

@@ -55,7 +55,8 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let clear = of(0.5) * b1 * b2 * (tap.near * b1 + tap.far * b2);
     let clear_change = of(0.5) * b1 * b2 * x * (b1 + b2) + past(c2.min(zero));
     let on_gauge = tap.near * tap.near * b1 * b1 / (two * tap.rest * tap.width);
-    let (farther, slim) = (x / tap.near.max(tiny), tap.taper * x / g2);
+    let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
+    let slim = tap.taper * x / g2;
     let longer = farther * (two + farther);
     let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
     let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
@@ -154,7 +155,9 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     }
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
-    Solution { force: w, along: state.along, arc: state.arc, strain, error, load: state.load, sweeps }
+    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
+    let load = residual.if_less(of(ASTRAY), state.load, zero);
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
 }
 
 /// ∫₀^w of a series of shifted Legendre polynomials.

@@ -89,8 +89,7 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
     bent: &Bent<Pack<T, L, FMA>, N>,
-    across: Pack<T, L, FMA>,
-    along: Pack<T, L, FMA>,
+    [across, along]: [Pack<T, L, FMA>; 2],
 ) -> (Pack<T, L, FMA>, Pack<T, L, FMA>) {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));

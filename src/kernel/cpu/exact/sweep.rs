@@ -285,7 +285,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         state.base = base.abs();
         return;
     }
-    let (dw, dx) = if offset {
+    let (dw, dx) = if offset || !PLAIN && rule.full {
         step(
             tables,
             effects,
@@ -306,8 +306,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
                 cosine,
                 sine,
             },
-            across,
-            along,
+            [across, along],
         )
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
@@ -318,10 +317,11 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     state.steps = [dw, dx];
     let (mut dw, mut dx) = (dw, dx);
     if !PLAIN && rule.full {
-        let share = (of(LONGEST_STEP) * (one + state.force) / dw.abs().max(of(TINY))).min(one);
+        let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
         (dw, dx) = (dw * share, dx * share);
     }
-    state.force = (state.force - dw).max(of(LEAST_FORCE)).min(of(MOST_FORCE));
+    let least = of(if stick { MOST_PULL } else { LEAST_FORCE });
+    state.force = (state.force - dw).max(least).min(of(MOST_FORCE));
     if stick {
         state.along = state.along - dx;
     } else {
