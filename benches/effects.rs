@@ -84,7 +84,8 @@ fn batches(scene: &Scene) -> Vec<(Kernel, Vec<Tap<f64>>)> {
             let amount = amount(scene.drive, t.drive);
             let (curve, peak) = (&shared.model, shared.peak);
             let ask = Ask { model: &scene.model, side, curve, peak, a: t.a, amount, grip };
-            let frame = if kernel(false) == Kernel::Linear { Frame::linear(&ask) } else { Frame::exact(&ask) };
+            let frame =
+                if kernel(false) == Kernel::Linear { Frame::linear(&ask) } else { Frame::exact(&ask) };
             frame.map(|f| *f.tap())
         };
         (0..TAPS).into_par_iter().filter_map(frame).collect()
@@ -109,12 +110,15 @@ struct Ready {
 
 impl Ready {
     fn run(&mut self) {
-        let Method::Fast { solver, rungs, tolerance } = &mut self.method else { unreachable!("no reference here") };
+        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+            unreachable!("no reference here")
+        };
         let mut out = Vec::new();
         let (mut seconds, mut sweeps, mut lost) = (0.0, 0.0, 0);
         for (kernel, taps) in &self.batches {
             let start = Instant::now();
-            kernel::solve(solver.as_mut(), *kernel, rungs, *tolerance, taps, &mut out).expect("the backend answers");
+            kernel::solve(solver.as_mut(), *kernel, rungs, *tolerance, taps, &mut out)
+                .expect("the backend answers");
             seconds += start.elapsed().as_secs_f64();
             sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / out.len() as f64;
             lost += out.iter().filter(|s| !s.within(*tolerance)).count();
@@ -159,8 +163,7 @@ fn main() {
     println!("| model | {} | sweeps, {} |", labels.join(" | "), labels.join(" / "));
     println!("|---|{}", "---|".repeat(places.len() + 1));
     for (i, (name, _)) in MODELS.iter().enumerate() {
-        let ratios: Vec<String> =
-            columns.iter().map(|c| format!("{:.2}", c[i].best / c[0].best)).collect();
+        let ratios: Vec<String> = columns.iter().map(|c| format!("{:.2}", c[i].best / c[0].best)).collect();
         let sweeps: Vec<String> = columns.iter().map(|c| format!("{:.1}", c[i].sweeps)).collect();
         println!("| {name} | {} | {} |", ratios.join(" | "), sweeps.join(" / "));
     }

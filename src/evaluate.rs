@@ -97,6 +97,14 @@ impl<'a> Evaluator<'a> {
         self.method
     }
 
+    /// The GPU that taps are solved on, if they are.
+    pub fn gpu(&self) -> Option<&kernel::gpu::Gpu> {
+        match &self.method {
+            Method::Fast { solver, .. } => solver.gpu(),
+            Method::Reference => None,
+        }
+    }
+
     /// Outcomes of `tasks`, in their order. Where the chart of the section law ends before the material does, the
     /// reference answers the taps that no rung solves.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {

@@ -5,9 +5,11 @@
 //! few flops each ([`lanes`]). The rows kept are solved again, tap by tap, before they are ranked and written; designs outside the
 //! chart are solved tap by tap from the start. A [`scope::Scope`] says which sweeps qualify and holds what designs share.
 
+pub mod device;
 pub mod lanes;
 pub mod rod;
 pub mod scope;
 
+pub use device::{Batch, Ranker};
 pub use lanes::{Found, Tables};
 pub use scope::{Case, Scope};

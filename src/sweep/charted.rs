@@ -1,6 +1,5 @@
 //! A ranked sweep from the chart of the rod: all rows ranked in a few flops each, the best solved again.
 
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -15,7 +14,7 @@ use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
 use crate::sink::table;
-use crate::smooth::{Case, Found, Scope, Tables};
+use crate::smooth::{Case, Found, Ranker, Scope, Tables};
 use crate::statistics::Tally;
 use crate::status::Status;
 
@@ -27,31 +26,17 @@ const GRAIN: usize = 512;
 
 /// The best `top` rows, best first.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
-    let tables = Tables::new(scope);
-    let mut all = Found::default();
-    let mut best = Best::new(top);
-    let mut from = 0;
     run.counts.solved += scope.chart.solved;
-    while from < layout.n_designs {
-        if run.stop.load(Ordering::Relaxed) {
-            return Err(Error::Run("stopped; nothing was written".into()));
-        }
-        let start = Instant::now();
-        let to = (from + GROUP.min(1 + from)).min(layout.n_designs);
-        let bound = bound(&mut all, scope.rank.keep);
-        let found = group(layout, scope, &tables, from..to, bound);
-        run.solve += start.elapsed();
-        let hard = found.hard.len() as u64;
-        all.merge(found);
-        let easy = (to - from - hard) * layout.block();
-        run.counts.taps += easy;
-        run.counts.interpolated += easy;
-        let mut hard = std::mem::take(&mut all.hard);
-        hard.sort_unstable();
-        rank(run, layout, &mut hard.into_iter(), &mut best)?;
-        run.show(0);
-        from = to;
+    let device = match run.evaluator.gpu() {
+        Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,
+        None => None,
+    };
+    let mut search = Search { layout, scope, all: Found::default(), best: Best::new(top) };
+    match device {
+        Some(device) => search.on_device(run, device)?,
+        None => search.on_host(run)?,
     }
+    let Search { mut all, mut best, .. } = search;
     let words = all.words;
     for (status, n) in [
         (Status::OK, words.ok),
@@ -74,6 +59,73 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize)
     Ok(best.into_rows())
 }
 
+/// A search under way.
+struct Search<'a> {
+    layout: &'a Layout,
+    scope: &'a Scope,
+    all: Found,
+    /// Rows of designs solved tap by tap.
+    best: Best,
+}
+
+impl Search<'_> {
+    /// In lanes, a group of designs at a time.
+    fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
+        let tables = Tables::new(self.scope);
+        let mut from = 0;
+        while from < self.layout.n_designs {
+            run.check_stop()?;
+            let start = Instant::now();
+            let to = (from + GROUP.min(64 + from)).min(self.layout.n_designs);
+            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let ks: Vec<u64> = (from..to).collect();
+            let found = group(self.layout, self.scope, &tables, &ks, bound);
+            run.solve += start.elapsed();
+            self.take(run, found, to - from)?;
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
+    fn on_device(&mut self, run: &mut Run<'_>, mut device: Ranker) -> Result<(), Error> {
+        let tables = Tables::new(self.scope);
+        let (mut next, mut done) = (0, 0);
+        loop {
+            run.check_stop()?;
+            while next < self.layout.n_designs && device.free() {
+                // Small at first, until there is a bound.
+                let to = (next + device.most().min(64 + done)).min(self.layout.n_designs);
+                device.start(next..to, bound(&mut self.all, self.scope.rank.keep));
+                next = to;
+            }
+            let start = Instant::now();
+            let Some(batch) = device.finish() else { return Ok(()) };
+            let batch = batch.map_err(Error::Run)?;
+            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let rows = group(self.layout, self.scope, &tables, &batch.best, bound).rows;
+            run.solve += start.elapsed();
+            let designs = batch.range.end - batch.range.start;
+            done += designs;
+            let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
+            self.take(run, found, designs)?;
+        }
+    }
+
+    /// Takes over what `designs` designs gave; the hard ones are solved tap by tap.
+    fn take(&mut self, run: &mut Run<'_>, found: Found, designs: u64) -> Result<(), Error> {
+        self.all.merge(found);
+        let mut hard = std::mem::take(&mut self.all.hard);
+        hard.sort_unstable();
+        let easy = (designs - hard.len() as u64) * self.layout.block();
+        run.counts.taps += easy;
+        run.counts.interpolated += easy;
+        rank(run, self.layout, &mut hard.into_iter(), &mut self.best)?;
+        run.show(0);
+        Ok(())
+    }
+}
+
 /// Cuts the rows down to the `keep` best; the worst of them, once there are as many.
 fn bound(found: &mut Found, keep: usize) -> f32 {
     let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
@@ -87,9 +139,8 @@ fn bound(found: &mut Found, keep: usize) -> f32 {
     found.rows[keep - 1].0
 }
 
-/// Rows of the designs of a range, those that rank no worse than `bound`.
-fn group(layout: &Layout, scope: &Scope, tables: &Tables, range: std::ops::Range<u64>, bound: f32) -> Found {
-    let ks: Vec<u64> = range.collect();
+/// Rows of the designs `ks`, those that rank no worse than `bound`.
+fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
         let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());

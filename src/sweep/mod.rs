@@ -132,9 +132,7 @@ struct Run<'a> {
 impl Run<'_> {
     /// Outcomes of `tasks`; `Err` when asked to stop.
     fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(Error::Run("stopped; nothing was written".into()));
-        }
+        self.check_stop()?;
         let start = Instant::now();
         let outcomes = self.evaluator.run(designs, tasks).map_err(Error::Run)?;
         self.solve += start.elapsed();
@@ -147,6 +145,14 @@ impl Run<'_> {
             }
         }
         Ok(outcomes)
+    }
+
+    /// `Err` when asked to stop.
+    fn check_stop(&self) -> Result<(), Error> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(Error::Run("stopped; nothing was written".into())),
+            false => Ok(()),
+        }
     }
 
     /// Takes over the counts of finished taps.
