@@ -92,6 +92,11 @@ impl<'a> Evaluator<'a> {
         Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
     }
 
+    /// The method, for another scene.
+    pub fn into_method(self) -> Method {
+        self.method
+    }
+
     /// The GPU that taps are solved on, if they are.
     pub fn gpu(&self) -> Option<&kernel::gpu::Gpu> {
         match &self.method {
@@ -100,7 +105,8 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Outcomes of `tasks`, in their order.
+    /// Outcomes of `tasks`, in their order. Where the chart of the section law ends before the material does, the
+    /// reference answers the taps that no rung solves.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
         if matches!(self.method, Method::Reference) {
@@ -119,7 +125,17 @@ impl<'a> Evaluator<'a> {
             Method::Fast { tolerance, .. } => *tolerance,
             Method::Reference => 0.0,
         };
+        // A law that softens until its tangent vanishes has no chart up to there.
+        let beyond_chart = match &self.method {
+            Method::Fast { rungs, .. } => {
+                rungs.last().and_then(|r| r.chart.as_ref()).is_some_and(|c| !c.whole)
+            }
+            Method::Reference => false,
+        };
         let finish = |i: usize| {
+            if beyond_chart && solved[i].as_ref().is_some_and(|(_, s)| !s.within(tolerance)) {
+                return reference(scene, &designs[tasks[i].design as usize], &tasks[i]);
+            }
             let sticking = sticking.get(i).copied().unwrap_or(false);
             fast(
                 scene,
@@ -165,7 +181,8 @@ impl<'a> Evaluator<'a> {
 
     /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T.
     ///
-    /// Where the contact cannot stick at all, the sign is that of the largest drive among the halves of halves at which it can.
+    /// Where the contact cannot stick, the sign is that of the largest drive among the halves of halves at which it can, provided
+    /// that T/P, continued in a straight line from the half of that drive, keeps its sign; else the tap is left unsolved.
     fn coulomb(
         &mut self,
         designs: &[Design],
@@ -184,14 +201,32 @@ impl<'a> Evaluator<'a> {
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
         let mut forces: Vec<Option<(f64, f64)>> = solved.iter().map(friction).collect();
         let sticking: Vec<bool> = forces.iter().map(|f| f.is_some_and(|(t, p)| t.abs() <= mu * p)).collect();
-        for k in 1..8 {
-            let open: Vec<usize> =
-                (0..tasks.len()).filter(|&i| solved[i].is_some() && forces[i].is_none()).collect();
+        // Share of the drive and T/P there, of the largest drive at which the contact sticks.
+        let mut last: Vec<Option<(f64, f64)>> = vec![None; tasks.len()];
+        let mut open: Vec<usize> =
+            (0..tasks.len()).filter(|&i| solved[i].is_some() && forces[i].is_none()).collect();
+        for k in 1..9 {
+            let share = 0.5f64.powi(k);
             let earlier: Vec<Task> =
-                open.iter().map(|&i| Task { drive: tasks[i].drive * 0.5f64.powi(k), ..tasks[i] }).collect();
-            for (&i, s) in open.iter().zip(self.solve(designs, &earlier, &|_| Grip::Stick)?) {
-                forces[i] = friction(&s);
+                open.iter().map(|&i| Task { drive: tasks[i].drive * share, ..tasks[i] }).collect();
+            let found = self.solve(designs, &earlier, &|_| Grip::Stick)?;
+            let known: Vec<_> = found.iter().map(friction).collect();
+            for (&i, f) in open.iter().zip(&known) {
+                match (last[i], f) {
+                    (None, Some((t, p))) => last[i] = Some((share, t / p.abs())),
+                    (Some((at, ratio)), Some((t, p))) => {
+                        let ahead = ratio + (ratio - t / p.abs()) * (1.0 - at) / share;
+                        forces[i] = (ahead * ratio > 0.0).then_some((ratio, 1.0));
+                    }
+                    _ => {}
+                }
             }
+            open = open
+                .into_iter()
+                .zip(known)
+                .filter(|(i, f)| last[*i].is_none_or(|(at, _)| at == share) || f.is_none())
+                .map(|(i, _)| i)
+                .collect();
         }
         let sliding: Vec<usize> = (0..tasks.len()).filter(|&i| !sticking[i] && forces[i].is_some()).collect();
         let again: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();

@@ -20,7 +20,7 @@ const MOST_SWEEPS: [(&str, f64); 8] = [
     ("timoshenko", 7.0),
     ("neo", 15.0),
     ("mooney-coulomb", 10.0),
-    ("stick", 18.0),
+    ("stick", 13.0),
     ("pole-far", 8.0),
     ("yeoh", 11.0),
 ];

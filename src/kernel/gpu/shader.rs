@@ -141,7 +141,14 @@ fn switches(e: &Effects, rule: &Rule) -> String {
     ];
     let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
-    format!("{list}const SIDE: real = {side}1.0;\nconst RELAXATION: real = {:?};\n", rule.relaxation(e))
+    format!(
+        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
+        rule.full,
+        rule.settle(),
+        rule.passes(),
+        rule.largest_rate(),
+        rule.stop(),
+    )
 }
 
 /// The section law as nested polynomials; without a chart it adds nothing.
