@@ -12,8 +12,8 @@ const SHARE: f64 = 0.1;
 /// Largest error of a deviation divided by its drive, relative to the largest such: keeps SD(K) at small drives.
 const RELATIVE: f64 = 2e-5;
 
-/// Where the checking points lie in the range of drives.
-const CHECKS: [f64; 3] = [0.013, 0.38, 0.96];
+/// Where the checking points lie in the range of drives: at both ends too, for there friction may change first.
+const CHECKS: [f64; 3] = [0.0, 0.38, 1.0];
 
 /// Drives that pay for interpolation, and the number of points, tried in turn.
 const TRIES: [(usize, usize); 2] = [(24, 8), (40, 14)];
