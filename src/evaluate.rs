@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use crate::design::{Design, Shared, amount};
 use crate::kernel::{
     self, Effects, Kernel, Rung, Solution, Solver, Tap,
-    tap::{Ask, Frame},
+    rule::limits::ASTRAY,
+    tap::{Ask, Frame, Response},
 };
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
@@ -86,27 +87,53 @@ pub enum Method {
 /// A framed tap and its solution.
 type Solved = (Frame, Solution<f64>);
 
+/// Taps with what their contacts do.
+struct Contacts {
+    /// `None` outside the domain or at the apex.
+    solved: Vec<Option<Solved>>,
+    /// Whether each sticks.
+    sticking: Vec<bool>,
+    /// Whether the kernel cannot tell if it sticks, or which way it slides.
+    undecided: Vec<bool>,
+}
+
+impl Contacts {
+    fn all(solved: Vec<Option<Solved>>, sticking: bool) -> Self {
+        let n = solved.len();
+        Self { solved, sticking: vec![sticking; n], undecided: vec![false; n] }
+    }
+}
+
+/// Load on a chart that ends before the material does, from which on the material has surely ended too: the load is the square of the
+/// bending moment.
+const SURELY_BEYOND: f64 = 3.0;
+
+/// Errors of the forces of a sticking contact, per error of the strain, at most.
+const ROUGH: f64 = 100.0;
+
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
         Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
     }
 
-    /// Outcomes of `tasks`, in their order. Where the chart of the section law ends before the material does, the
-    /// reference answers the taps that no rung solves.
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: sticking contacts that no rung
+    /// solves, whether a contact sticks where none finds out, and taps where the chart of the section law ends before the
+    /// material does.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
         if matches!(self.method, Method::Reference) {
             return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
         }
-        let (solved, sticking) = match scene.model.contact {
-            _ if scene.model.geometry == Geometry::Linear => {
-                (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![])
+        let slide = |_| Grip::Slide(0.0);
+        let Contacts { solved, sticking, undecided } = match scene.model.contact {
+            Contact::Coulomb(mu) if mu > 0.0 && scene.model.geometry == Geometry::Exact => {
+                self.coulomb(designs, tasks, mu)?
             }
-            Contact::Frictionless => (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![]),
-            Contact::Stick => (self.solve(designs, tasks, &|_| Grip::Stick)?, vec![true; tasks.len()]),
-            Contact::Coulomb(0.0) => (self.solve(designs, tasks, &|_| Grip::Slide(0.0))?, vec![]),
-            Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu)?,
+            Contact::Stick if scene.model.geometry == Geometry::Exact => {
+                Contacts::all(self.solve(designs, tasks, &|_| Grip::Stick)?, true)
+            }
+            _ => Contacts::all(self.solve(designs, tasks, &slide)?, false),
         };
         let tolerance = match &self.method {
             Method::Fast { tolerance, .. } => *tolerance,
@@ -119,18 +146,22 @@ impl<'a> Evaluator<'a> {
             }
             Method::Reference => false,
         };
+        let doubtful = |i: usize| {
+            let missed = solved[i].as_ref().filter(|(_, s)| !s.within(tolerance));
+            let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
+            missed.is_some_and(|(_, s)| (beyond_chart || sticking[i]) && s.load <= most)
+        };
         let finish = |i: usize| {
-            if beyond_chart && solved[i].as_ref().is_some_and(|(_, s)| !s.within(tolerance)) {
+            if undecided[i] || doubtful(i) {
                 return reference(scene, &designs[tasks[i].design as usize], &tasks[i]);
             }
-            let sticking = sticking.get(i).copied().unwrap_or(false);
             fast(
                 scene,
                 tolerance,
                 &designs[tasks[i].design as usize],
                 &tasks[i],
                 solved[i].as_ref(),
-                sticking,
+                sticking[i],
             )
         };
         Ok((0..tasks.len()).into_par_iter().map(finish).collect())
@@ -166,44 +197,36 @@ impl<'a> Evaluator<'a> {
         Ok(solved)
     }
 
-    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T.
-    ///
-    /// Where the contact cannot stick at all, the sign is that of the largest drive among the halves of halves at which it can.
-    fn coulomb(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        mu: f64,
-    ) -> Result<(Vec<Option<Solved>>, Vec<bool>), String> {
-        let tolerance = match &self.method {
-            Method::Fast { tolerance, .. } => *tolerance,
-            Method::Reference => 0.0,
-        };
+    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T. Also which taps stick, and which
+    /// are undecided: the kernel found no sticking solution, or one too rough to tell.
+    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Result<Contacts, String> {
         let stuck = Kernel::Exact(Effects::new(&self.scene.model, self.scene.gauge.side, true));
-        let friction = |s: &Option<Solved>| {
-            let (frame, s) = s.as_ref().filter(|(_, s)| s.within(tolerance))?;
-            Some(frame.response(stuck, s)).map(|r| (r.tangential, r.normal))
-        };
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
-        let mut forces: Vec<Option<(f64, f64)>> = solved.iter().map(friction).collect();
-        let sticking: Vec<bool> = forces.iter().map(|f| f.is_some_and(|(t, p)| t.abs() <= mu * p)).collect();
-        for k in 1..8 {
-            let open: Vec<usize> =
-                (0..tasks.len()).filter(|&i| solved[i].is_some() && forces[i].is_none()).collect();
-            let earlier: Vec<Task> =
-                open.iter().map(|&i| Task { drive: tasks[i].drive * 0.5f64.powi(k), ..tasks[i] }).collect();
-            for (&i, s) in open.iter().zip(self.solve(designs, &earlier, &|_| Grip::Stick)?) {
-                forces[i] = friction(&s);
+        let grip = |solved: &Option<Solved>| {
+            let (frame, s) = solved.as_ref().filter(|(_, s)| s.within(ASTRAY))?;
+            let Response { tangential, normal, .. } = frame.response(stuck, s);
+            let (spare, rough) =
+                (mu * normal - tangential.abs(), ROUGH * s.error * tangential.abs().max(normal.abs()));
+            match spare {
+                _ if spare.abs() <= rough => None,
+                _ if spare >= 0.0 => Some(Grip::Stick),
+                _ => Some(Grip::Slide(mu.copysign(tangential))),
             }
-        }
-        let sliding: Vec<usize> = (0..tasks.len()).filter(|&i| !sticking[i] && forces[i].is_some()).collect();
-        let again: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
-        let sign = |k: usize| Grip::Slide(forces[sliding[k]].map_or(0.0, |(t, _)| mu.copysign(t)));
-        let slid = self.solve(designs, &again, &sign)?;
-        for (&i, s) in sliding.iter().zip(slid) {
+        };
+        let grips: Vec<Option<Grip>> = solved.iter().map(grip).collect();
+        let sliding: Vec<(usize, Grip)> = grips
+            .iter()
+            .enumerate()
+            .filter_map(|(i, g)| Some((i, g.filter(|g| *g != Grip::Stick)?)))
+            .collect();
+        let again: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
+        let slid = self.solve(designs, &again, &|k| sliding[k].1)?;
+        for (&(i, _), s) in sliding.iter().zip(slid) {
             solved[i] = s;
         }
-        Ok((solved, sticking))
+        let sticking = grips.iter().map(|g| *g == Some(Grip::Stick)).collect();
+        let undecided = (0..tasks.len()).map(|i| solved[i].is_some() && grips[i].is_none()).collect();
+        Ok(Contacts { solved, sticking, undecided })
     }
 }
 
