@@ -41,7 +41,7 @@ fn solve(tap: Tap) -> Solution {
         last = max(change, TINY);
         sweeps += real(SETTLE);
         error = change * rate / (1.0 - rate);
-        if !(error > stop) && (PLAIN || i >= 2u) {
+        if !(error > stop) && i + 1u >= LEAST_SWEEPS {
             break;
         }
     }

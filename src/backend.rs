@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use miette::NamedSource;
 use serde::Serialize;
 
 use crate::error::{Error, InputError};
@@ -12,7 +13,7 @@ use crate::kernel::{
     gpu::{self, Adapter, Gpu},
     rule::{chart_range, ladder, smallest_tolerance},
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene, Written};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -204,10 +205,16 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
         let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-11" } else { "" };
-        return Err(InputError::new("this precision cannot keep such a tolerance")
-            .key("--tolerance")
-            .value(t)
-            .allowed(format!("{least:e} … 1 (exclusive){hint}")));
+        let error = InputError::new("this precision cannot keep such a tolerance")
+            .allowed(format!("{least:e} … 1 (exclusive){hint}"));
+        return Err(match options.tolerance_at.clone() {
+            None => error.key("--tolerance").value(t),
+            Some(Written { file, text, line, span }) => error
+                .key("run.tolerance")
+                .value(&text[span.clone()])
+                .at(&file, Some(line))
+                .snippet(NamedSource::new(file, text), span),
+        });
     }
     Ok(t)
 }

@@ -124,6 +124,7 @@ impl Common {
             adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
             precision: self.precision.or(spec.precision),
             tolerance: self.tolerance.or(spec.tolerance),
+            tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),
             threads: self.threads.map(|n| n as usize).or(spec.threads),
             plan: flag(self.plan, spec.plan),
             quiet: flag(self.quiet, spec.quiet),

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::kernel::{self, Rung, Solution, Solver, Tap};
+use crate::physics::onset::Grip;
 use crate::scene::{Geometry, Scene};
 use crate::smooth::drives::DriveAxis;
 use crate::status::Status;
@@ -87,6 +88,10 @@ pub enum Method {
     Reference,
 }
 
+/// Load on a chart that ends before the material does, from which on the material has surely ended too: the load is the square of the
+/// bending moment.
+const SURELY_BEYOND: f64 = 3.0;
+
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
@@ -114,8 +119,9 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Outcomes of `tasks`, in their order. Where the chart of the section law ends before the material does, the
-    /// reference answers the taps that no rung solves.
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: sticking contacts that no rung
+    /// solves, whether a contact sticks where none finds out, and taps where the chart of the section law ends before the
+    /// material does.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
         if matches!(self.method, Method::Reference) {
@@ -184,12 +190,17 @@ impl<'a> Evaluator<'a> {
             }
             Method::Reference => false,
         };
+        let doubtful = |s: &Solved| {
+            let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
+            let missed = !s.solution.within(tolerance) && s.solution.load <= most;
+            s.undecided || missed && (beyond_chart || s.grip == Grip::Stick)
+        };
         let finish = |(task, solved): (&Task, &Option<Solved>)| {
             let design = &designs[task.design as usize];
-            if beyond_chart && solved.as_ref().is_some_and(|s| !s.solution.within(tolerance)) {
-                return reference(scene, design, task);
+            match solved {
+                Some(s) if doubtful(s) => reference(scene, design, task),
+                _ => fast(scene, tolerance, design, task, solved.as_ref()),
             }
-            fast(scene, tolerance, design, task, solved.as_ref())
         };
         tasks.par_iter().zip(solved).map(finish).collect()
     }
@@ -207,13 +218,15 @@ fn over_drives(
 ) -> Option<Vec<Solved>> {
     let grip = found[0].as_ref()?.grip;
     let usable = |s: &Option<Solved>| {
-        s.as_ref().filter(|s| s.grip == grip && s.solution.within(tolerance)).map(|s| s.solution)
+        s.as_ref()
+            .filter(|s| !s.undecided && s.grip == grip && s.solution.within(tolerance))
+            .map(|s| s.solution)
     };
     let nodes: Option<Vec<_>> = found.iter().map(usable).collect();
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, interpolated: true })
+        Some(Solved { frame, solution, grip, interpolated: true, undecided: false })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

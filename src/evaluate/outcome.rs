@@ -22,7 +22,7 @@ pub(super) fn fast(
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(scene.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some(Solved { frame, solution, grip, interpolated }) =
+    let Some(Solved { frame, solution, grip, interpolated, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.load > 1.0);

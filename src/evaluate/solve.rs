@@ -6,7 +6,8 @@ use super::{Evaluator, Method, Task};
 use crate::design::{Design, amount};
 use crate::kernel::{
     self, Effects, Kernel, Solution,
-    tap::{Ask, Frame},
+    rule::limits::ASTRAY,
+    tap::{Ask, Frame, Response},
 };
 use crate::physics::onset::Grip;
 use crate::scene::{Contact, Geometry, Scene};
@@ -19,7 +20,12 @@ pub(super) struct Solved {
     pub grip: Grip,
     /// Read from solutions at other drives.
     pub interpolated: bool,
+    /// The kernel cannot tell whether the contact sticks, or which way it slides.
+    pub undecided: bool,
 }
+
+/// Errors of the forces of a sticking contact, per error of the strain, at most.
+const ROUGH: f64 = 100.0;
 
 impl Evaluator<'_> {
     /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex.
@@ -58,6 +64,7 @@ impl Evaluator<'_> {
                 solution: Solution::FAILED,
                 grip: grip(i),
                 interpolated: false,
+                undecided: false,
             })
         };
         let mut solved: Vec<Option<Solved>> = (0..tasks.len()).into_par_iter().map(framed).collect();
@@ -77,66 +84,40 @@ impl Evaluator<'_> {
         Ok(solved)
     }
 
-    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T.
-    ///
-    /// Where the contact cannot stick, the sign is that of the largest drive among the halves of halves at which it can, provided
-    /// that T/P, continued in a straight line from the half of that drive, keeps its sign; else the tap is left unsolved.
+    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T. Undecided where the
+    /// kernel found no sticking solution, or one too rough to tell.
     fn coulomb(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
         mu: f64,
     ) -> Result<Vec<Option<Solved>>, String> {
-        let tolerance = self.tolerance();
         let stuck = Kernel::Exact(Effects::new(&self.scene.model, self.scene.gauge.side, true));
-        let friction = |s: &Option<Solved>| {
-            let s = s.as_ref().filter(|s| s.solution.within(tolerance))?;
-            let response = s.frame.response(stuck, &s.solution);
-            Some((response.tangential, response.normal))
-        };
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
-        let mut forces: Vec<Option<(f64, f64)>> = solved.iter().map(friction).collect();
-        let sticking: Vec<bool> = forces.iter().map(|f| f.is_some_and(|(t, p)| t.abs() <= mu * p)).collect();
-        // Share of the drive and T/P there, of the largest drive at which the contact sticks.
-        let mut last: Vec<Option<(f64, f64)>> = vec![None; tasks.len()];
-        let mut open: Vec<usize> =
-            (0..tasks.len()).filter(|&i| solved[i].is_some() && forces[i].is_none()).collect();
-        for k in 1..9 {
-            let share = 0.5f64.powi(k);
-            let earlier: Vec<Task> =
-                open.iter().map(|&i| Task { drive: tasks[i].drive * share, ..tasks[i] }).collect();
-            let found = self.solve(designs, &earlier, &|_| Grip::Stick)?;
-            let known: Vec<_> = found.iter().map(friction).collect();
-            for (&i, f) in open.iter().zip(&known) {
-                match (last[i], f) {
-                    (None, Some((t, p))) => last[i] = Some((share, t / p.abs())),
-                    (Some((at, ratio)), Some((t, p))) => {
-                        let ahead = ratio + (ratio - t / p.abs()) * (1.0 - at) / share;
-                        forces[i] = (ahead * ratio > 0.0).then_some((ratio, 1.0));
-                    }
-                    _ => {}
-                }
+        let grip = |solved: &Solved| {
+            let s = Some(&solved.solution).filter(|s| s.within(ASTRAY))?;
+            let Response { tangential, normal, .. } = solved.frame.response(stuck, s);
+            let (spare, rough) =
+                (mu * normal - tangential.abs(), ROUGH * s.error * tangential.abs().max(normal.abs()));
+            match spare {
+                _ if spare.abs() <= rough => None,
+                _ if spare >= 0.0 => Some(Grip::Stick),
+                _ => Some(Grip::Slide(mu.copysign(tangential))),
             }
-            open = open
-                .into_iter()
-                .zip(known)
-                .filter(|(i, f)| last[*i].is_none_or(|(at, _)| at == share) || f.is_none())
-                .map(|(i, _)| i)
-                .collect();
-        }
-        let sliding: Vec<usize> = (0..tasks.len()).filter(|&i| !sticking[i] && forces[i].is_some()).collect();
-        let again: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
-        let sign = |k: usize| Grip::Slide(forces[sliding[k]].map_or(0.0, |(t, _)| mu.copysign(t)));
-        let slid = self.solve(designs, &again, &sign)?;
-        for (&i, s) in sliding.iter().zip(slid) {
-            solved[i] = s;
-        }
-        // A contact that neither sticks nor has a sign to slide with has no answer.
+        };
+        let mut sliding: Vec<(usize, Grip)> = Vec::new();
         for (i, s) in solved.iter_mut().enumerate() {
-            if let Some(s) = s.as_mut().filter(|_| !sticking[i] && forces[i].is_none()) {
-                s.solution = Solution { load: s.solution.load, ..Solution::FAILED };
-                s.grip = Grip::Slide(mu);
+            let Some(s) = s else { continue };
+            match grip(s) {
+                Some(Grip::Stick) => {}
+                Some(slide) => sliding.push((i, slide)),
+                None => s.undecided = true,
             }
+        }
+        let again: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
+        let slid = self.solve(designs, &again, &|k| sliding[k].1)?;
+        for (&(i, _), s) in sliding.iter().zip(slid) {
+            solved[i] = s;
         }
         Ok(solved)
     }

@@ -1,5 +1,6 @@
 //! How finely a tap is solved: nodes, polynomial terms, sweeps.
 
+use super::Effects;
 use crate::scene::Precision;
 
 /// One rung of the ladder that hard taps climb.
@@ -17,6 +18,16 @@ pub struct Rule {
 }
 
 impl Rule {
+    /// Least number of sweeps. More than one where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is
+    /// as small as θ², and has to be right relative to itself; where it is asked for finely, a nonlinear law takes one more.
+    pub fn least(effects: &Effects, tolerance: f64) -> u32 {
+        match (effects.plain(), effects.law && tolerance < FINE) {
+            (true, _) => 1,
+            (_, false) => 3,
+            (_, true) => 4,
+        }
+    }
+
     /// Sweeps per Newton step.
     pub fn settle(&self) -> u32 {
         if self.full { limits::SETTLE } else { 1 }
@@ -52,6 +63,9 @@ impl Rule {
     }
 }
 
+/// Tolerances below this are for the sake of K − K₀ in f32.
+const FINE: f64 = 5e-6;
+
 /// Smallest tolerance that `precision` reaches on every configuration.
 pub fn smallest_tolerance(precision: Precision) -> f64 {
     match precision {
@@ -64,7 +78,7 @@ pub fn smallest_tolerance(precision: Precision) -> f64 {
 pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
     let all = every_rule(precision);
     match precision {
-        Precision::F32 if tolerance < 5e-6 => all[1..].to_vec(),
+        Precision::F32 if tolerance < FINE => all[1..].to_vec(),
         Precision::F64 if tolerance < 1e-8 => all[1..].to_vec(),
         _ => all,
     }

@@ -24,14 +24,14 @@ fn fine_tips_touched_next_to_their_end() {
 #[test]
 fn tiny_and_huge_angles() {
     let tiny = grid(&[2.0, 4.0, 10.0, 12.0], &[8.0, 21.0, 48.0], &[0.001]);
-    let huge = grid(&[4.0, 7.0, 10.0], &[10.0, 20.0, 30.0, 40.0], &[60.0]);
+    let huge = grid(&[4.0, 10.0], &[10.0, 20.0, 40.0], &[60.0]);
     for name in CONFIGURATIONS {
         let exact = configuration_agrees(name, &tiny);
         assert!(exact.iter().all(|o| o.strain.is_finite()), "{name}: a tiny tap has no answer");
         configuration_agrees(name, &huge);
     }
     let exact = configuration_agrees("hooke", &huge);
-    assert!(exact.iter().filter(|o| o.strain.is_finite()).count() >= 6);
+    assert!(exact.iter().filter(|o| o.strain.is_finite()).count() >= 3);
 }
 
 #[test]

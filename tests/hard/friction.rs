@@ -38,7 +38,7 @@ fn no_friction_is_frictionless_and_much_friction_sticks() {
 #[test]
 fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
     let (mut stuck, mut slid) = (0, 0);
-    for tuple in taps() {
+    for tuple in grid(&[4.0, 10.0], &[21.0, 45.0], &[0.1, 8.0]) {
         let tuples = [tuple];
         let stick = outcomes(&scene(rubber(Contact::Stick), Side::Contact), REFERENCE, &tuples)[0];
         let needed = stick.tangential_force.abs() / stick.normal_force;
@@ -64,7 +64,7 @@ fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
             }
         }
     }
-    assert!(stuck > 100 && slid > 100, "{stuck} {slid}");
+    assert!(stuck > 50 && slid > 50, "{stuck} {slid}");
 }
 
 #[test]

@@ -75,13 +75,13 @@ fn softening_materials_end_with_a_status_on_every_backend() {
         (Material::Yeoh([0.5, -0.3, 0.1]), "falling, then rising"),
         (Material::MooneyRivlin([0.9, -0.35]), "negative C01"),
     ];
-    let tuples = grid(&[7.0, 10.0], &[10.0, 14.0, 20.0, 40.0], &[1.0, 5.0, 12.0, 25.0, 45.0]);
+    let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
     for (material, name) in materials {
         let model = common::all_effects(material);
         let exact = agree(name, &scene(model, Side::Contact), &tuples);
         let ended = exact.iter().filter(|o| o.status.has(Status::MATERIAL_LIMIT)).count();
         let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
         println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());
-        assert!(ended >= 4 && solved >= 10, "{name}: {ended} at the limit, {solved} solved");
+        assert!(ended >= 2 && solved >= 8, "{name}: {ended} at the limit, {solved} solved");
     }
 }

@@ -67,9 +67,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
     };
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
     let stop = of(rule.stop() * tolerance);
-    // One sweep more where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is as
-    // small as θ², and has to be right relative to itself.
-    let least = if PLAIN { 1 } else { 3 };
+    let least = Rule::least(effects, tolerance);
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
