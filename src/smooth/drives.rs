@@ -9,6 +9,9 @@ use crate::kernel::Solution;
 /// Share of the tolerance that an interpolated strain may be off at the checking points.
 const SHARE: f64 = 0.1;
 
+/// Share of the tolerance that the highest coefficients of a strain may have.
+const TAIL: f64 = 0.3;
+
 /// Largest error of a deviation divided by its drive, relative to the largest such: keeps SD(K) at small drives.
 const RELATIVE: f64 = 2e-5;
 
@@ -27,6 +30,8 @@ pub struct DriveAxis {
     /// Weights of the values at the Chebyshev points, for each drive and for each checking point.
     rows: Vec<Vec<f64>>,
     checks: Vec<Vec<f64>>,
+    /// The same for the two highest Chebyshev coefficients, which betray a kink between the points.
+    tails: Vec<Vec<f64>>,
 }
 
 impl DriveAxis {
@@ -56,8 +61,11 @@ impl DriveAxis {
         let between: Vec<f64> = CHECKS.iter().map(|c| lo + c * (hi - lo)).collect();
         let rows = drives.iter().map(|&x| row(x)).collect();
         let checks = between.iter().map(|&x| row(x)).collect();
+        let tail =
+            |k: usize| (0..points).map(|j| 2.0 / points as f64 * (k as f64 * angle(j)).cos()).collect();
+        let tails = vec![tail(points - 2), tail(points - 1)];
         nodes.extend(between);
-        Self { nodes, drives: drives.to_vec(), rows, checks }
+        Self { nodes, drives: drives.to_vec(), rows, checks, tails }
     }
 
     /// Solutions at every drive from those at the nodes, all of them within `tolerance`; `None` where a check fails.
@@ -79,6 +87,11 @@ impl DriveAxis {
         };
         let mut error = solutions.iter().map(|s| s.error).fold(0.0, f64::max);
         let load = solutions.iter().map(|s| s.load).fold(0.0, f64::max);
+        let far = self.nodes.iter().copied().fold(0.0, f64::max);
+        let tail: f64 = self.tails.iter().map(|row| read(row)[3].abs()).sum();
+        if tail.is_nan() || tail * far > TAIL * tolerance {
+            return None;
+        }
         let largest = slopes.iter().map(|s| s[3].abs()).fold(0.0, f64::max);
         for (k, row) in self.checks.iter().enumerate() {
             let (x, exact, got) = (self.nodes[points + k], &slopes[points + k], read(row));
