@@ -83,7 +83,7 @@ fn agree(name: &str, scene: &Scene, tuples: &[Tuple]) -> Vec<Outcome> {
             compared += 1;
             let scale = exact.strain.abs().max(*least);
             let error = if scale > 0.0 { (fast.strain - exact.strain).abs() / scale } else { 0.0 };
-            if !(error <= bound(place)) {
+            if error.is_nan() || error > bound(place) {
                 fault(format!("strain {} instead of {}: {error:.1e}", fast.strain, exact.strain));
             }
             worst = worst.max(error);
@@ -93,7 +93,8 @@ fn agree(name: &str, scene: &Scene, tuples: &[Tuple]) -> Vec<Outcome> {
                 (fast.tangential_force, exact.tangential_force, forces),
                 (fast.arc, exact.arc, exact.arc),
             ] {
-                if !((value - expected).abs() <= 5.0 * bound(place) * scale) {
+                let error = (value - expected).abs();
+                if error.is_nan() || error > 5.0 * bound(place) * scale {
                     fault(format!("force or arc {value} instead of {expected}"));
                 }
             }

