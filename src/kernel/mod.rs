@@ -92,8 +92,7 @@ pub fn solve(
             }
             continue;
         }
-        let hard: Vec<usize> =
-            (0..out.len()).filter(|&i| !out[i].within(TRUSTED * tolerance)).collect();
+        let hard: Vec<usize> = (0..out.len()).filter(|&i| !out[i].within(TRUSTED * tolerance)).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;
