@@ -6,6 +6,7 @@
 //! chart are solved tap by tap from the start. A [`scope::Scope`] says which sweeps qualify and holds what designs share.
 
 pub mod device;
+pub mod drives;
 pub mod lanes;
 pub mod rod;
 pub mod scope;

@@ -80,7 +80,36 @@ struct Point {
     shortening: Vec<f64>,
 }
 
+/// What `run.json` says of a chart.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Range of τa.
+    pub taper: [f64; 2],
+    /// Range of x/a on the gauge.
+    pub place: [f64; 2],
+    /// Largest θ, degrees.
+    pub theta_deg: f64,
+    /// Coefficients of the series.
+    pub coefficients: usize,
+    /// Largest relative error of the strain at the points that checked it.
+    pub strain_error: f64,
+    /// Taps solved to make and to check it.
+    pub solved: u64,
+}
+
 impl RodChart {
+    /// Its range, size and error.
+    pub fn summary(&self) -> Summary {
+        Summary {
+            taper: self.range.taper,
+            place: self.range.place,
+            theta_deg: self.range.angle.to_degrees(),
+            coefficients: self.values.iter().flatten().map(Vec::len).sum(),
+            strain_error: self.error,
+            solved: self.solved,
+        }
+    }
+
     /// The chart over `range` whose strain is good to a tenth of `tolerance`. Where the rod next to the apex is beyond a chart of
     /// bounded size, or folds, the range over p is shortened; `None` where that does not help.
     pub fn new(range: Range, tolerance: f64) -> Option<Self> {
@@ -331,7 +360,7 @@ mod tests {
                 c.terms,
                 c.place_terms,
                 c.error,
-                c.values.iter().flatten().map(Vec::len).sum::<usize>(),
+                c.summary().coefficients,
                 c.solved
             );
             assert!(c.error <= 1e-6 && c.range.taper[1] >= 0.75 * taper[1], "{range:?}");

@@ -27,6 +27,7 @@ const GRAIN: usize = 512;
 /// The best `top` rows, best first.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
     run.counts.solved += scope.chart.solved;
+    run.counts.chart = Some(scope.chart.summary());
     let device = match run.evaluator.gpu() {
         Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,
         None => None,
