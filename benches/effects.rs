@@ -17,10 +17,10 @@ use vibrissa::spec;
 use vibrissa::verify::{Place, present};
 
 /// Taps of one batch.
-const TAPS: u32 = 1 << 17;
+const TAPS: u32 = 1 << 15;
 
 /// Rounds, of which the best counts.
-const ROUNDS: usize = 7;
+const ROUNDS: usize = 5;
 
 /// Name and `[model]`; the first is what the others are compared with.
 const MODELS: [(&str, &str); 15] = [
