@@ -65,14 +65,14 @@ pub struct Sweep {
 pub struct Verify {
     /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
     pub spec: Option<PathBuf>,
-    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 60]
+    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
     /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,

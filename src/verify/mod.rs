@@ -23,7 +23,7 @@ use census::Census;
 use rayon::prelude::*;
 
 /// Random taps of each built-in configuration, beside its hard cases.
-pub const RANDOM: u32 = 60;
+pub const RANDOM: u32 = 24;
 
 /// Random taps of a spec.
 pub const SAMPLES: u32 = 1000;
