@@ -141,7 +141,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let estimates = tables.by != RankBy::KSd;
         let mut hard = [false; LANES];
         for lane in 0..self.live {
-            hard[lane] = !(self.largest.0[lane] < LARGEST);
+            let largest = self.largest.0[lane];
+            hard[lane] = largest.is_nan() || largest >= LARGEST;
         }
         let mut words = Words::default();
         let mut per_lane = [Words::default(); LANES];
