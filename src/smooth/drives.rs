@@ -87,16 +87,18 @@ impl DriveAxis {
         };
         let mut error = solutions.iter().map(|s| s.error).fold(0.0, f64::max);
         let load = solutions.iter().map(|s| s.load).fold(0.0, f64::max);
+        // Errors count against the strain, which may be far below that of the first-order solution.
+        let least = solutions.iter().map(|s| (1.0 + s.strain).abs()).fold(1.0, f64::min);
         let far = self.nodes.iter().copied().fold(0.0, f64::max);
         let tail: f64 = self.tails.iter().map(|row| read(row)[3].abs()).sum();
-        if tail.is_nan() || tail * far > TAIL * tolerance {
+        if tail.is_nan() || tail * far > TAIL * tolerance * least {
             return None;
         }
         let largest = slopes.iter().map(|s| s[3].abs()).fold(0.0, f64::max);
         for (k, row) in self.checks.iter().enumerate() {
             let (x, exact, got) = (self.nodes[points + k], &slopes[points + k], read(row));
             let off: Vec<f64> = exact.iter().zip(got).map(|(e, g)| (e - g).abs()).collect();
-            let strain = off[3] * x;
+            let strain = off[3] * x / least;
             let others = off[..3].iter().copied().fold(0.0, f64::max) * x;
             if !(strain <= SHARE * tolerance && others <= tolerance && off[3] <= RELATIVE * largest) {
                 return None;
