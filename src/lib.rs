@@ -2,7 +2,8 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
 //! [`sink`].
 
 pub mod backend;
@@ -17,7 +18,9 @@ pub mod plan;
 pub mod reduce;
 pub mod scene;
 pub mod sink;
+pub mod smooth;
 pub mod spec;
 pub mod statistics;
 pub mod status;
 pub mod sweep;
+pub mod verify;

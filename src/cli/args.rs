@@ -19,6 +19,8 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    Verify(Verify),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -28,6 +30,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Verify(_) => "verify",
             Self::Devices(_) => "devices",
         }
     }
@@ -36,6 +39,7 @@ impl Command {
     pub fn common(&self) -> &Common {
         match self {
             Self::Sweep(s) => &s.common,
+            Self::Verify(v) => &v.common,
             Self::Devices(c) => c,
         }
     }
@@ -52,6 +56,24 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Compare every backend with the reference.
+#[derive(Debug, Flags)]
+pub struct Verify {
+    /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
+    pub spec: Option<PathBuf>,
+    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 60]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the random taps
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    #[arg(long, value_name = "E")]
+    pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
