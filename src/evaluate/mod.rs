@@ -190,17 +190,17 @@ impl<'a> Evaluator<'a> {
             }
             Method::Reference => false,
         };
+        let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
         let doubtful = |s: &Solved| {
-            let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
             let missed = !s.solution.within(tolerance) && s.solution.load <= most;
-            s.undecided || missed && (beyond_chart || s.grip == Grip::Stick)
+            missed && (beyond_chart || s.grip == Grip::Stick)
         };
         let finish = |(task, solved): (&Task, &Option<Solved>)| {
             let design = &designs[task.design as usize];
-            match solved {
-                Some(s) if doubtful(s) => reference(scene, design, task),
-                _ => fast(scene, tolerance, design, task, solved.as_ref()),
+            if solved.as_ref().is_some_and(doubtful) {
+                return reference(scene, design, task);
             }
+            fast(scene, tolerance, design, task, solved.as_ref())
         };
         tasks.par_iter().zip(solved).map(finish).collect()
     }
@@ -218,15 +218,13 @@ fn over_drives(
 ) -> Option<Vec<Solved>> {
     let grip = found[0].as_ref()?.grip;
     let usable = |s: &Option<Solved>| {
-        s.as_ref()
-            .filter(|s| !s.undecided && s.grip == grip && s.solution.within(tolerance))
-            .map(|s| s.solution)
+        s.as_ref().filter(|s| s.grip == grip && s.solution.within(tolerance)).map(|s| s.solution)
     };
     let nodes: Option<Vec<_>> = found.iter().map(usable).collect();
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, interpolated: true, undecided: false })
+        Some(Solved { frame, solution, grip, interpolated: true })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

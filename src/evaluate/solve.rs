@@ -12,6 +12,9 @@ use crate::kernel::{
 use crate::physics::onset::Grip;
 use crate::scene::{Contact, Geometry, Scene};
 
+/// Errors of the forces of a sticking contact, per error of the strain, at most.
+const ROUGH: f64 = 100.0;
+
 /// A framed tap, its solution and what holds its contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
@@ -20,12 +23,7 @@ pub(super) struct Solved {
     pub grip: Grip,
     /// Read from solutions at other drives.
     pub interpolated: bool,
-    /// The kernel cannot tell whether the contact sticks, or which way it slides.
-    pub undecided: bool,
 }
-
-/// Errors of the forces of a sticking contact, per error of the strain, at most.
-const ROUGH: f64 = 100.0;
 
 impl Evaluator<'_> {
     /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex.
@@ -64,7 +62,6 @@ impl Evaluator<'_> {
                 solution: Solution::FAILED,
                 grip: grip(i),
                 interpolated: false,
-                undecided: false,
             })
         };
         let mut solved: Vec<Option<Solved>> = (0..tasks.len()).into_par_iter().map(framed).collect();
@@ -84,8 +81,8 @@ impl Evaluator<'_> {
         Ok(solved)
     }
 
-    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T. Undecided where the
-    /// kernel found no sticking solution, or one too rough to tell.
+    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T. Where the kernel finds no
+    /// sticking solution, or one too rough to tell, the tap stays a sticking one without a solution.
     fn coulomb(
         &mut self,
         designs: &[Design],
@@ -94,24 +91,23 @@ impl Evaluator<'_> {
     ) -> Result<Vec<Option<Solved>>, String> {
         let stuck = Kernel::Exact(Effects::new(&self.scene.model, self.scene.gauge.side, true));
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
-        let grip = |solved: &Solved| {
-            let s = Some(&solved.solution).filter(|s| s.within(ASTRAY))?;
-            let Response { tangential, normal, .. } = solved.frame.response(stuck, s);
-            let (spare, rough) =
-                (mu * normal - tangential.abs(), ROUGH * s.error * tangential.abs().max(normal.abs()));
+        let decide = |s: &Solved| {
+            let Response { tangential, normal, .. } = s.frame.response(stuck, &s.solution);
+            let spare = mu * normal - tangential.abs();
+            let rough = ROUGH * s.solution.error * tangential.abs().max(normal.abs());
             match spare {
-                _ if spare.abs() <= rough => None,
-                _ if spare >= 0.0 => Some(Grip::Stick),
+                _ if !s.solution.within(ASTRAY) || spare.abs() <= rough => None,
+                _ if spare > 0.0 => Some(Grip::Stick),
                 _ => Some(Grip::Slide(mu.copysign(tangential))),
             }
         };
-        let mut sliding: Vec<(usize, Grip)> = Vec::new();
-        for (i, s) in solved.iter_mut().enumerate() {
-            let Some(s) = s else { continue };
-            match grip(s) {
+        let mut sliding = Vec::new();
+        for (i, place) in solved.iter_mut().enumerate() {
+            let Some(s) = place else { continue };
+            match decide(s) {
                 Some(Grip::Stick) => {}
-                Some(slide) => sliding.push((i, slide)),
-                None => s.undecided = true,
+                Some(grip) => sliding.push((i, grip)),
+                None => s.solution = Solution { load: s.solution.load, ..Solution::FAILED },
             }
         }
         let again: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();

@@ -43,6 +43,11 @@ impl Rule {
         if self.full { limits::LARGEST_FULL_RATE } else { limits::LARGEST_RATE }
     }
 
+    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than what they leave in the lag.
+    pub fn smallest_rate(&self) -> f64 {
+        if self.full { limits::LARGEST_FULL_RATE } else { limits::SMALLEST_RATE }
+    }
+
     /// Share of the tolerance at which the iteration stops.
     pub fn stop(&self) -> f64 {
         if self.full { limits::FULL_STOP } else { limits::STOP }
@@ -150,14 +155,13 @@ pub mod limits {
     pub const HEIGHT_TAIL: f64 = 0.005;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 15] = [
+    pub const NAMED: [(&str, f64); 14] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
         ("LEAST_FORCE", LEAST_FORCE),
         ("MOST_FORCE", MOST_FORCE),
         ("LONGEST_STEP", LONGEST_STEP),
-        ("SMALLEST_RATE", SMALLEST_RATE),
         ("MOST_GROWTH", MOST_GROWTH),
         ("ASTRAY", ASTRAY),
         ("MOST_PULL", MOST_PULL),

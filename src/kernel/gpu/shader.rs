@@ -140,12 +140,13 @@ fn switches(e: &Effects, job: &Job<'_>) -> String {
     let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
-        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
+        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
         rule.full,
         rule.settle(),
         Rule::least(e, job.tolerance),
         rule.passes(),
         rule.largest_rate(),
+        rule.smallest_rate(),
         rule.stop(),
     )
 }

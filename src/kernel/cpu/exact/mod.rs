@@ -82,7 +82,8 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         let felt = if !PLAIN && effects.stick { of(1.0) } else { sensitivity(tap, tap.arc + state.arc) };
         let change = first.abs() + felt * second.abs();
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
-        let next = (change / last).max(of(0.5) * rate).min(of(rule.largest_rate())).max(of(SMALLEST_RATE));
+        let next =
+            (change / last).max(of(0.5) * rate).min(of(rule.largest_rate())).max(of(rule.smallest_rate()));
         let open = |now, old| zero.if_less(done, old, now);
         rate = open(next, rate);
         last = open(change.max(of(TINY)), last);
