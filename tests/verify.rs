@@ -26,32 +26,32 @@ const PINS: [Pin; 34] = [
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-passive", [(0.0, 0.0), (0.0, 0.0)], 0),
-    Pin("hooke", [(4.8, 41.0), (5.9, 37.0)], 0),
+    Pin("hooke", [(4.2, 26.0), (5.9, 37.0)], 0),
     Pin("surface", [(6.2, 37.0), (7.1, 37.0)], 0),
-    Pin("timoshenko", [(6.0, 42.0), (7.7, 40.0)], 0),
+    Pin("timoshenko", [(5.5, 26.0), (7.5, 40.0)], 0),
     Pin("neo", [(6.7, 52.0), (9.3, 74.0)], 0),
     Pin("mooney-coulomb", [(10.5, 75.0), (13.0, 103.0)], 0),
     Pin("stick", [(15.4, 97.0), (18.4, 120.0)], 2),
     Pin("pole-far", [(6.4, 46.0), (8.8, 72.0)], 0),
     Pin("yeoh", [(6.6, 42.0), (9.2, 69.0)], 0),
-    Pin("shear", [(6.0, 41.0), (7.6, 38.0)], 0),
-    Pin("extension", [(5.9, 41.0), (6.7, 38.0)], 0),
-    Pin("extension-far", [(5.9, 41.0), (6.7, 38.0)], 0),
+    Pin("shear", [(5.5, 26.0), (7.6, 38.0)], 0),
+    Pin("extension", [(5.3, 26.0), (6.7, 38.0)], 0),
+    Pin("extension-far", [(5.3, 26.0), (6.7, 38.0)], 0),
     Pin("pole", [(6.0, 37.0), (6.8, 35.0)], 0),
     Pin("coulomb", [(7.5, 44.0), (8.5, 51.0)], 0),
     Pin("sticking", [(16.3, 83.0), (21.8, 129.0)], 2),
-    Pin("neo-alone", [(6.6, 41.0), (8.5, 66.0)], 0),
-    Pin("mooney-alone", [(6.6, 41.0), (8.3, 66.0)], 0),
-    Pin("yeoh-alone", [(7.0, 45.0), (8.9, 67.0)], 0),
-    Pin("softening", [(7.3, 36.0), (7.8, 56.0)], 0),
+    Pin("neo-alone", [(6.3, 41.0), (8.5, 66.0)], 0),
+    Pin("mooney-alone", [(6.3, 41.0), (8.3, 66.0)], 0),
+    Pin("yeoh-alone", [(6.6, 45.0), (8.9, 67.0)], 0),
+    Pin("softening", [(6.8, 36.0), (7.8, 56.0)], 0),
     Pin("coulomb-zero", [(6.3, 42.0), (7.2, 37.0)], 0),
     Pin("coulomb-huge", [(12.7, 96.0), (13.9, 111.0)], 1),
-    Pin("hooke-hub", [(7.8, 64.0), (9.5, 92.0)], 0),
-    Pin("timoshenko-hub", [(8.5, 68.0), (10.7, 98.0)], 0),
+    Pin("hooke-hub", [(7.4, 64.0), (8.5, 65.0)], 0),
+    Pin("timoshenko-hub", [(7.7, 68.0), (9.9, 61.0)], 0),
     Pin("neo-hub", [(9.0, 52.0), (11.8, 80.0)], 0),
     Pin("mooney-coulomb-hub", [(11.8, 102.0), (15.4, 152.0)], 3),
     Pin("stick-hub", [(15.3, 102.0), (18.6, 152.0)], 2),
-    Pin("hooke-passive", [(5.0, 26.0), (6.2, 33.0)], 0),
+    Pin("hooke-passive", [(4.7, 26.0), (6.2, 33.0)], 0),
     Pin("neo-passive", [(7.2, 63.0), (9.6, 52.0)], 0),
     Pin("mooney-coulomb-passive", [(6.2, 28.0), (8.4, 51.0)], 2),
     Pin("stick-passive", [(14.1, 103.0), (18.0, 152.0)], 1),
@@ -143,7 +143,8 @@ fn a_spec_is_verified_on_every_backend() {
         assert_eq!((row["verdict"].as_str(), row["strain_over"].as_str()), ("ok", "0"));
         let worst: f64 = row["strain_error_worst"].parse().expect("a number");
         assert!(worst > 0.0 && worst <= row["bound"].parse().expect("a number"), "{row:?}");
-        assert_eq!(census["strain_error_worst"], worst);
+        let again = census["strain_error_worst"].as_f64().expect("a number");
+        assert!((again / worst - 1.0).abs() < 1e-12, "{again} {worst}");
         assert_eq!((row["theta_deg"].is_empty(), row["delta_mm"].as_str()), (false, ""));
         assert!(row["sweeps_mean"].parse::<f64>().expect("a number") > 0.0);
     }

@@ -69,10 +69,10 @@ pub struct Verify {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps
-    #[arg(long, value_name = "S", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
     /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
-    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
