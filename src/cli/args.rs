@@ -19,6 +19,8 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Speed against error of every kernel, backend and configuration -> tables, figures
+    Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -28,6 +30,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
         }
     }
@@ -36,6 +39,7 @@ impl Command {
     pub fn common(&self) -> &Common {
         match self {
             Self::Sweep(s) => &s.common,
+            Self::Bench(b) => &b.common,
             Self::Devices(c) => c,
         }
     }
@@ -52,6 +56,16 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+#[derive(Debug, Flags)]
+pub struct Bench {
+    /// Few configurations, few taps: seconds instead of minutes
+    #[arg(long)]
+    pub quick: bool,
     #[command(flatten)]
     pub common: Common,
 }

@@ -1,6 +1,7 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
 mod args;
+mod bench;
 mod devices;
 mod explain;
 mod progress;
@@ -31,6 +32,7 @@ pub fn run() -> ExitCode {
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
+        Command::Bench(args) => bench::run(args),
         Command::Devices(common) => devices::run(common),
     };
     match result {
