@@ -12,7 +12,7 @@ import numpy as np
 
 from problem import Taps, report
 
-ELEMENTS = 50
+ELEMENTS = 25
 STIFF = 100.0
 TIME_LIMIT = 120.0
 
@@ -72,7 +72,7 @@ def main(path):
     simulation.add_forcing_to(rod).using(Point, place=place, stiffness=200.0)
     # The fastest wave along an element bounds the step.
     dt = 0.3 * element * np.sqrt(density / (STIFF * E))
-    simulation.dampen(rod).using(ea.AnalyticalLinearDamper, translational_damping_constant=0.2, rotational_damping_constant=0.2, time_step=dt)
+    simulation.dampen(rod).using(ea.AnalyticalLinearDamper, translational_damping_constant=0.05, rotational_damping_constant=0.05, time_step=dt)
     simulation.finalize()
     stepper = ea.PositionVerlet()
     now, answer, last, settled, start = 0.0, float(taps.strain[0]), np.nan, None, None

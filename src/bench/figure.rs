@@ -117,7 +117,7 @@ pub fn render(sheet: &Sheet) -> Result<Option<(String, Vec<u8>)>, Error> {
         .with_plots(plots)
         .with_layouts(layouts)
         .with_cell_size(sheet.size.0, sheet.size.1)
-        .with_shared_legend_bottom()
+        .with_shared_legend()
         .render();
     let png = PngBackend::new().with_scale(1.5).render_scene(&scene).map_err(Error::Run)?;
     Ok(Some((SvgBackend::new().render_scene(&scene), png)))

@@ -230,8 +230,12 @@ fn roofline(m: &Measured, places: &[Place]) -> Sheet {
             points: ours.map(|l| (l.flops() / l.bytes as f64, l.flops_per_second() / 1e9)).collect(),
         });
     }
-    let panel =
-        Panel { title: String::new(), x: "counted flops per byte", y: "attained GFLOP/s in the kernel", series };
+    let panel = Panel {
+        title: String::new(),
+        x: "counted flops per byte",
+        y: "attained GFLOP/s in the kernel",
+        series,
+    };
     Sheet {
         title: "Kernels under measured roofs, one point per configuration".into(),
         panels: vec![panel],

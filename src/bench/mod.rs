@@ -8,8 +8,8 @@
 //! [`work`] makes the work–precision points, [`scaling`] the cost of whole sweeps and of threads, [`roofline`] compares counted
 //! operations with measured peaks; [`tables`] and [`figures`] show them.
 
-pub mod figures;
 mod figure;
+pub mod figures;
 pub mod place;
 mod probe;
 pub mod roofline;

@@ -2,7 +2,7 @@
 
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
-use crate::kernel::{cpu::Cpu, gpu, gpu::Gpu, Solver};
+use crate::kernel::{Solver, cpu::Cpu, gpu, gpu::Gpu};
 use crate::scene::{BackendChoice, Precision, RunOptions};
 
 /// One backend in one precision.

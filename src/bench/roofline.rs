@@ -94,9 +94,7 @@ fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {
             let found = gpu.peaks(repeats).map_err(Error::Run)?;
             Peak { place, flops: found.flops, bytes: found.bytes }
         }
-        None => {
-            Peak { place, flops: cpu::flops(p.precision, repeats), bytes: cpu::bandwidth(repeats) }
-        }
+        None => Peak { place, flops: cpu::flops(p.precision, repeats), bytes: cpu::bandwidth(repeats) },
     })
 }
 

@@ -101,11 +101,7 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
 ///
 /// # Errors
 /// Threads that do not start, or a request to stop.
-pub fn threads(
-    settings: &Settings,
-    places: &[Place],
-    watch: &mut Watch<'_>,
-) -> Result<Vec<Threaded>, Error> {
+pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Threaded>, Error> {
     let mut found: Vec<Threaded> = Vec::new();
     for (place, p) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {
         let count = if p.is_reference() { settings.compared.min(1000) } else { settings.timed };

@@ -163,7 +163,12 @@ mod tests {
     fn more_taps_begin_with_the_same_ones() {
         let (few, many) = (Taps::new(&EXACT[0], 40).unwrap(), Taps::new(&EXACT[0], 400).unwrap());
         assert_eq!(few.tasks, many.tasks[..40]);
-        assert!(few.designs.iter().zip(&many.designs).all(|(a, b)| (a.tuple.D, a.tuple.d) == (b.tuple.D, b.tuple.d)));
+        assert!(
+            few.designs
+                .iter()
+                .zip(&many.designs)
+                .all(|(a, b)| (a.tuple.D, a.tuple.d) == (b.tuple.D, b.tuple.d))
+        );
         assert!(few.tasks.iter().all(|t| (20.0..=48.0).contains(&t.a) && (0.5..=10.0).contains(&t.drive)));
     }
 }

@@ -97,11 +97,7 @@ struct Run {
 ///
 /// # Errors
 /// A device that fails, or a request to stop.
-pub fn measure(
-    settings: &Settings,
-    places: &[Place],
-    watch: &mut Watch<'_>,
-) -> Result<Vec<Point>, Error> {
+pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Point>, Error> {
     let mut points = Vec::new();
     for (i, c) in settings.configurations.iter().enumerate() {
         let judge = Judge::new(settings, places, c, watch)?;

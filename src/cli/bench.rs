@@ -12,8 +12,8 @@ use vibrissa::bench::{
     work::Solved,
 };
 use vibrissa::error::Error;
-use vibrissa::kernel::rule::smallest_tolerance;
 use vibrissa::error::InputError;
+use vibrissa::kernel::rule::smallest_tolerance;
 use vibrissa::scene::{Precision, RunOptions};
 
 use super::args::Bench;

@@ -93,11 +93,7 @@ by_nodes!(by_nodes_f64, f64, 8, parallel, 10 16 24);
 by_nodes!(by_nodes_counted, Counted, 1, serial, 6 10 16 24);
 
 /// On the calling thread, whose operations are counted.
-fn serial(
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
-    f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]),
-) {
+fn serial(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>])) {
     f(taps, out);
 }
 

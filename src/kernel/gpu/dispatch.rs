@@ -82,10 +82,8 @@ impl Gpu {
     pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, String> {
         validate(name, wgsl)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let source = wgpu::ShaderModuleDescriptor {
-            label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-        };
+        let source =
+            wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
         // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
         let module = unsafe {
             self.device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked())
