@@ -2,11 +2,12 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model,
-//! [`verify`] the backends with the reference. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
-//! [`sink`].
+//! tables; [`sweep`] drives it all, and [`smooth`] spares it most taps; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference, [`bench`] speed with error. [`physics`] is pure; wgpu is used only in `kernel::gpu` and
+//! `smooth::device`; files are written only in [`sink`].
 
 pub mod backend;
+pub mod bench;
 pub mod design;
 pub mod error;
 pub mod estimate;

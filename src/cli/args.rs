@@ -21,6 +21,8 @@ pub enum Command {
     Sweep(Sweep),
     /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
     Verify(Verify),
+    /// Speed against error of every kernel, backend and configuration -> tables, figures
+    Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -31,6 +33,7 @@ impl Command {
         match self {
             Self::Sweep(_) => "sweep",
             Self::Verify(_) => "verify",
+            Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
         }
     }
@@ -40,6 +43,7 @@ impl Command {
         match self {
             Self::Sweep(s) => &s.common,
             Self::Verify(v) => &v.common,
+            Self::Bench(b) => &b.common,
             Self::Devices(c) => c,
         }
     }
@@ -74,6 +78,16 @@ pub struct Verify {
     /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub bound: Option<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+#[derive(Debug, Flags)]
+pub struct Bench {
+    /// Few configurations, few taps: seconds instead of minutes
+    #[arg(long)]
+    pub quick: bool,
     #[command(flatten)]
     pub common: Common,
 }

@@ -1,6 +1,7 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
 mod args;
+mod bench;
 mod devices;
 mod explain;
 mod progress;
@@ -37,6 +38,7 @@ pub fn run() -> ExitCode {
             Ok((reply, None)) => Ok(reply),
             Err(e) => Err(e),
         },
+        Command::Bench(args) => bench::run(args),
         Command::Devices(common) => devices::run(common),
     };
     match result {

@@ -9,7 +9,28 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 5] = ["tuples.csv", "designs.csv", "distances.csv", "verify.csv", "run.json"];
+const OURS: [&str; 20] = [
+    "verify.csv",
+    "tuples.csv",
+    "designs.csv",
+    "distances.csv",
+    "work_precision.csv",
+    "scaling.csv",
+    "threads.csv",
+    "peaks.csv",
+    "roofline.csv",
+    "work_precision.svg",
+    "work_precision.png",
+    "configurations.svg",
+    "configurations.png",
+    "scaling.svg",
+    "scaling.png",
+    "threads.svg",
+    "threads.png",
+    "roofline.svg",
+    "roofline.png",
+    "run.json",
+];
 
 /// Start of the name of a folder in which a result is being written, or was when the machine went down.
 const PARTIAL: &str = ".vibrissa-";
