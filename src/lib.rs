@@ -6,16 +6,20 @@
 //! [`sink`].
 
 pub mod backend;
+pub mod calibrate;
 pub mod design;
 pub mod error;
 pub mod estimate;
 pub mod evaluate;
 pub mod explain;
 pub mod kernel;
+pub mod locate;
+pub mod measure;
 pub mod physics;
 pub mod plan;
 pub mod reduce;
 pub mod scene;
+pub mod simulate;
 pub mod sink;
 pub mod spec;
 pub mod statistics;

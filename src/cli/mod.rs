@@ -1,10 +1,13 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
 mod args;
+mod calibrate;
 mod devices;
 mod explain;
+mod locate;
 mod progress;
 mod reply;
+mod simulate;
 mod sweep;
 
 use std::process::ExitCode;
@@ -21,6 +24,11 @@ pub fn quiet_driver() {
     }
 }
 
+/// Names of files in one line.
+fn listed(files: &[std::path::PathBuf]) -> String {
+    files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
 /// Runs the command line.
 pub fn run() -> ExitCode {
     let mut json = std::env::args().any(|a| a == "--json");
@@ -31,6 +39,9 @@ pub fn run() -> ExitCode {
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
+        Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
+        Command::Locate(locate) => locate::run(locate),
+        Command::Simulate(simulate) => simulate::run(simulate, &mut json),
         Command::Devices(common) => devices::run(common),
     };
     match result {

@@ -9,7 +9,17 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 4] = ["tuples.csv", "designs.csv", "distances.csv", "run.json"];
+const OURS: [&str; 9] = [
+    "tuples.csv",
+    "designs.csv",
+    "distances.csv",
+    "calibration.toml",
+    "K_table.csv",
+    "rows.csv",
+    "located.csv",
+    "measurements.csv",
+    "run.json",
+];
 
 /// Start of the name of a folder in which a result is being written, or was when the machine went down.
 const PARTIAL: &str = ".vibrissa-";
@@ -17,6 +27,18 @@ const PARTIAL: &str = ".vibrissa-";
 /// Hex SHA-256 of a spec text: the identity of a result.
 pub fn hash(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Hex SHA-256 of everything that `reader` gives, in constant memory.
+pub fn hash_all(reader: &mut impl std::io::Read) -> std::io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match reader.read(&mut buffer)? {
+            0 => return Ok(digest.finalize().iter().map(|b| format!("{b:02x}")).collect()),
+            n => digest.update(&buffer[..n]),
+        }
+    }
 }
 
 /// A result folder that is being written in or beside its final place.

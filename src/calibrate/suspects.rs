@@ -1,0 +1,249 @@
+//! Rows that should not be believed, each with its reason: robust checks before anything is fitted.
+//!
+//! In order: a sensor at its end stop, repeats that disagree with their own cell, cells that disagree with a smooth surface
+//! through all others, a zero that drifts and was never read. The surface is ln(signal/expected) as a low polynomial of 1/a
+//! and the drive, fitted by iterated weights (Tukey's biweight from an L1 start); scales are medians.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Reason;
+use super::taps::{Cell, Levels, Tap, cells};
+use crate::measure::Rig;
+use crate::reduce::median;
+
+/// A deviation is suspect beyond so many robust standard deviations.
+const FAR: f64 = 6.0;
+/// And beyond this share of the signal: no smooth misfit of a model is flagged.
+const LEAST: f64 = 0.01;
+/// Median absolute deviation to standard deviation of a normal.
+const NORMAL: f64 = 1.4826;
+
+/// Scatter about the smooth surface, in the unit of the signal.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Scatter {
+    /// Standard deviation of a cell.
+    pub signal: f64,
+}
+
+/// Flags rows of one side; `expected` is what a model without any fit gives at (a, drive).
+pub fn flag(
+    taps: &mut [Tap],
+    rig: &Rig,
+    sign: f64,
+    recorded_zeros: bool,
+    expected: &dyn Fn(f64, f64) -> f64,
+) -> Scatter {
+    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let levels = |taps: &[Tap], f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
+    let (distances, drives) = (levels(taps, |t| t.a), levels(taps, |t| t.drive));
+    if distances.len() == 0 {
+        return Scatter::default();
+    }
+    saturated(taps, &here, expected);
+    let all = cells(taps, rig, &distances, &drives, here);
+    repeats(taps, &all);
+    let all = cells(taps, rig, &distances, &drives, here);
+    let scatter = surface(taps, &all, [&distances, &drives], expected);
+    if !recorded_zeros {
+        let all = cells(taps, rig, &distances, &drives, here);
+        drift(taps, &all);
+    }
+    scatter
+}
+
+/// Readings that stand at the same extreme value although very different strains are expected: the end stop of the sensor.
+fn saturated(taps: &mut [Tap], here: &dyn Fn(&Tap) -> bool, expected: &dyn Fn(f64, f64) -> f64) {
+    let extreme = |sign: f64| {
+        taps.iter().filter(|t| here(t)).map(|t| sign * t.value).fold(f64::NEG_INFINITY, f64::max) * sign
+    };
+    for stop in [extreme(1.0), extreme(-1.0)] {
+        let there: Vec<usize> =
+            (0..taps.len()).filter(|&k| here(&taps[k]) && taps[k].value == stop).collect();
+        let strains = || there.iter().map(|&k| expected(taps[k].a, taps[k].drive));
+        let (lo, hi) = strains().fold((f64::INFINITY, 0.0f64), |(lo, hi), e| (lo.min(e), hi.max(e)));
+        // Only at the large end: signals of taps that hardly bend are equal for other reasons.
+        let mut sizes: Vec<f64> = taps.iter().filter(|t| here(t)).map(|t| t.signal.abs()).collect();
+        let large = there.iter().all(|&k| taps[k].signal.abs() >= median(&mut sizes));
+        if there.len() >= 2 && hi > 1.05 * lo && large {
+            there.iter().for_each(|&k| taps[k].reason = Some(Reason::Saturated));
+        }
+    }
+}
+
+/// Rows of cells with three repeats or more that lie off the cell's median.
+fn repeats(taps: &mut [Tap], all: &[Cell]) {
+    let mut off = Vec::new();
+    for cell in all.iter().filter(|c| c.taps.len() >= 3) {
+        let mut signals: Vec<f64> = cell.taps.iter().map(|&k| taps[k].signal.abs()).collect();
+        let middle = median(&mut signals);
+        let small = (cell.n() / (cell.n() - 1.0)).sqrt();
+        off.extend(cell.taps.iter().map(|&k| (k, (taps[k].signal.abs() - middle) * small, middle)));
+    }
+    let scale = NORMAL * median(&mut off.iter().map(|(_, d, _)| d.abs()).collect::<Vec<_>>());
+    for (k, d, middle) in off {
+        // Noise is as large in all cells; where most repeats are equal, only a share of the signal can tell.
+        if d.abs() > FAR * scale && d.abs() > 1e-3 * middle && (scale > 0.0 || d.abs() > LEAST * middle) {
+            taps[k].reason = Some(Reason::Repeat(d / middle));
+        }
+    }
+}
+
+/// A smooth surface through ln(signal/expected).
+struct Smooth {
+    terms: Vec<fn(f64, f64) -> f64>,
+    scale: [[f64; 2]; 2],
+    coefficients: DVector<f64>,
+}
+
+impl Smooth {
+    fn new(all: &[Cell], [distances, drives]: [&Levels; 2]) -> Self {
+        let mut terms: Vec<fn(f64, f64) -> f64> = vec![|_, _| 1.0];
+        let (na, nt, n) = (distances.len(), drives.len(), all.len());
+        let candidates: [(bool, fn(f64, f64) -> f64); 6] = [
+            (na >= 4, |u, _| u),
+            (nt >= 4, |_, v| v),
+            (na >= 6, |u, _| u * u),
+            (nt >= 6, |_, v| v * v),
+            (na >= 4 && nt >= 4, |u, v| u * v),
+            (nt >= 5, |_, v| 1.0 / (1.1 + v)),
+        ];
+        for (useful, term) in candidates {
+            if useful && n >= 3 * (terms.len() + 1) {
+                terms.push(term);
+            }
+        }
+        let range = |x: &dyn Fn(&Cell) -> f64| {
+            let (lo, hi) =
+                all.iter().map(x).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            if hi > lo { [0.5 * (lo + hi), 0.5 * (hi - lo)] } else { [lo, 1.0] }
+        };
+        let scale = [range(&|c| 1.0 / c.a), range(&|c| c.drive)];
+        let coefficients = DVector::zeros(terms.len());
+        Self { terms, scale, coefficients }
+    }
+
+    fn row(&self, a: f64, drive: f64) -> Vec<f64> {
+        let [[u0, du], [v0, dv]] = self.scale;
+        let (u, v) = ((1.0 / a - u0) / du, (drive - v0) / dv);
+        self.terms.iter().map(|t| t(u, v)).collect()
+    }
+
+    fn at(&self, a: f64, drive: f64) -> f64 {
+        self.row(a, drive).iter().zip(self.coefficients.iter()).map(|(x, c)| x * c).sum()
+    }
+
+    /// Fits ln ratios `r` of cells at `places`.
+    fn fit(&mut self, places: &[(f64, f64)], r: &[f64]) {
+        let rows: Vec<f64> = places.iter().flat_map(|(a, d)| self.row(*a, *d)).collect();
+        let x = DMatrix::from_row_slice(places.len(), self.terms.len(), &rows);
+        let r = DVector::from_column_slice(r);
+        self.coefficients[0] = median(&mut r.iter().copied().collect::<Vec<_>>());
+        for step in 0..40 {
+            let e = &r - &x * &self.coefficients;
+            let scale = (NORMAL * median(&mut e.iter().map(|e| e.abs()).collect::<Vec<_>>())).max(1e-12);
+            let weight = |e: f64| {
+                if step < 25 {
+                    1.0 / e.abs().max(0.1 * scale)
+                } else {
+                    (1.0 - (e / (4.685 * scale)).powi(2)).max(0.0).powi(2)
+                }
+            };
+            let w = e.map(weight);
+            let wx = DMatrix::from_fn(x.nrows(), x.ncols(), |i, j| w[i] * x[(i, j)]);
+            let solved = (x.transpose() * &wx).svd(true, true).solve(&(wx.transpose() * &r), 1e-13);
+            match solved {
+                Ok(c) if c.iter().all(|c| c.is_finite()) => self.coefficients = c,
+                _ => return,
+            }
+        }
+    }
+}
+
+/// Cells that lie off the smooth surface, both relative to the signal and in its unit.
+fn surface(
+    taps: &mut [Tap],
+    all: &[Cell],
+    levels: [&Levels; 2],
+    expected: &dyn Fn(f64, f64) -> f64,
+) -> Scatter {
+    let mut smooth = Smooth::new(all, levels);
+    let middle = |c: &Cell| median(&mut c.taps.iter().map(|&k| taps[k].signal.abs()).collect::<Vec<_>>());
+    let judged: Vec<(&Cell, f64)> = all
+        .iter()
+        .map(|c| (c, (middle(c) / expected(c.a, c.drive)).ln()))
+        .filter(|(_, r)| r.is_finite())
+        .collect();
+    if judged.len() < 4 {
+        return Scatter::default();
+    }
+    let places: Vec<(f64, f64)> = judged.iter().map(|(c, _)| (c.a, c.drive)).collect();
+    smooth.fit(&places, &judged.iter().map(|(_, r)| *r).collect::<Vec<_>>());
+    let fitted = |a: f64, d: f64| expected(a, d) * smooth.at(a, d).exp();
+    let off: Vec<(f64, f64)> =
+        judged.iter().map(|(c, r)| (r - smooth.at(c.a, c.drive), middle(c) - fitted(c.a, c.drive))).collect();
+    let scale =
+        |f: fn(&(f64, f64)) -> f64| NORMAL * median(&mut off.iter().map(|o| f(o).abs()).collect::<Vec<_>>());
+    let (relative, absolute) = (scale(|o| o.0), scale(|o| o.1));
+    let mut flags = Vec::new();
+    for ((cell, _), (r, e)) in judged.iter().zip(&off) {
+        if r.abs() > LEAST && r.abs() > FAR * relative && e.abs() > FAR * absolute {
+            let close = (3.0 * relative).max(3.0 * absolute / middle(cell)).max(2e-3);
+            let reason = explain(cell, middle(cell), *r, levels, &fitted, close);
+            flags.extend(cell.taps.iter().map(|&k| (k, reason.clone())));
+        }
+    }
+    let freedom = (judged.len() as f64 / (judged.len() - smooth.terms.len()).max(1) as f64).sqrt();
+    flags.into_iter().for_each(|(k, reason)| taps[k].reason = Some(reason));
+    Scatter { signal: absolute * freedom }
+}
+
+/// What a cell off the surface by `r` (of ln signal) most likely is.
+fn explain(
+    cell: &Cell,
+    signal: f64,
+    r: f64,
+    [distances, drives]: [&Levels; 2],
+    fitted: &dyn Fn(f64, f64) -> f64,
+    close: f64,
+) -> Reason {
+    let decade = r / std::f64::consts::LN_10;
+    if (decade.abs() - 6.0).abs() < 0.5 || (decade.abs() - 3.0).abs() < 0.3 {
+        return Reason::Unit(decade.round() as i32);
+    }
+    let miss = |a: f64, d: f64| (signal / fitted(a, d)).ln().abs();
+    let at = |(x, reason): (f64, Reason)| (x, reason);
+    let other_a = distances.centres.iter().map(|&a| at((miss(a, cell.drive), Reason::LooksLikeDistance(a))));
+    let other_d = drives.centres.iter().map(|&d| at((miss(cell.a, d), Reason::LooksLikeDrive(d))));
+    let best = other_a.chain(other_d).min_by(|x, y| x.0.total_cmp(&y.0));
+    best.filter(|(miss, _)| *miss < close).map_or(Reason::Off(r.exp_m1()), |(_, reason)| reason)
+}
+
+/// A trend of repeats over the file where no zero was read: rows that it has carried off.
+fn drift(taps: &mut [Tap], all: &[Cell]) {
+    let (mut sxx, mut sxy, mut syy, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for cell in all.iter().filter(|c| c.taps.len() >= 2) {
+        let mean = cell.taps.iter().map(|&k| taps[k].place as f64).sum::<f64>() / cell.n();
+        for &k in &cell.taps {
+            let (x, y) = (taps[k].place as f64 - mean, taps[k].signal.abs() - cell.signal);
+            (sxx, sxy, syy, n) = (sxx + x * x, sxy + x * y, syy + y * y, n + 1.0);
+        }
+        n -= 1.0;
+    }
+    if n < 8.0 || sxx == 0.0 {
+        return;
+    }
+    let slope = sxy / sxx;
+    let noise = ((syy - slope * sxy).max(0.0) / (n - 1.0)).sqrt();
+    let length = taps.len() as f64;
+    if slope.abs() <= 6.0 * noise / sxx.sqrt() || slope.abs() * length <= 6.0 * noise {
+        return;
+    }
+    let mut places: Vec<f64> = all.iter().flat_map(|c| &c.taps).map(|&k| taps[k].place as f64).collect();
+    let middle = median(&mut places);
+    for &k in all.iter().flat_map(|c| &c.taps) {
+        let carried = slope * (taps[k].place as f64 - middle);
+        if carried.abs() > 3.0 * noise && carried.abs() > 1e-3 * taps[k].signal.abs() {
+            taps[k].reason = Some(Reason::Drift(carried / taps[k].signal.abs()));
+        }
+    }
+}
