@@ -104,7 +104,7 @@ impl Task<'_> {
         let mut misfit = 0.0;
         let mut values = start;
         loop {
-            let model = self.minimise(values, &free, misfit)?;
+            let model = self.best_of(values, &free, misfit)?;
             if let Some(worst) = self.worst(&model, &free, misfit) {
                 undetermined.push(free.remove(worst));
                 undetermined.sort_by_key(|p| *p as usize);
@@ -125,7 +125,7 @@ impl Task<'_> {
 
     /// Standard deviation of a cell's mean.
     fn deviation(&self, c: &Cell, misfit: f64) -> f64 {
-        let noise = self.noise * self.noise / c.n();
+        let noise = self.noise * self.noise * c.share;
         (noise + (misfit * c.signal).powi(2) + (MODEL * c.signal).powi(2)).sqrt()
     }
 
@@ -133,7 +133,7 @@ impl Task<'_> {
     fn misfit(&self, model: &Exact) -> f64 {
         let excess = |c: &Cell| {
             let e = c.signal - model.expected(c.a, c.drive);
-            ((e * e - self.noise * self.noise / c.n()) / (c.signal * c.signal), e)
+            ((e * e - self.noise * self.noise * c.share) / (c.signal * c.signal), e)
         };
         let (mut sum, mut n, mut chi2) = (0.0, 0.0, 0.0);
         for c in self.cells {
@@ -141,7 +141,7 @@ impl Task<'_> {
             if x.is_finite() {
                 sum += x;
                 n += 1.0;
-                chi2 += e * e * c.n() / (self.noise * self.noise);
+                chi2 += e * e / (c.share * self.noise * self.noise);
             }
         }
         // Within what noise does by itself there is no misfit.
@@ -161,6 +161,30 @@ impl Task<'_> {
             Some(e) => Err(e),
             None => Ok(problem.exact),
         }
+    }
+
+    /// As [`Self::minimise`], for friction from several starts: the boundary between sticking and sliding makes valleys.
+    fn best_of(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
+        let first = self.minimise(values, free, misfit)?;
+        let friction = Parameter::Mu as usize;
+        if !free.contains(&Parameter::Mu) {
+            return Ok(first);
+        }
+        let cost = |m: &Exact| -> f64 {
+            let miss = |c: &Cell| ((m.expected(c.a, c.drive) - c.signal) / self.deviation(c, misfit)).powi(2);
+            self.cells.iter().map(miss).sum()
+        };
+        let mut best = (cost(&first), first);
+        for mu in [0.05, 0.1, 0.2, 0.4, 0.8] {
+            let mut start = values;
+            start[friction] = mu;
+            let next = self.minimise(start, free, misfit)?;
+            let c = cost(&next);
+            if c < best.0 || best.0.is_nan() {
+                best = (c, next);
+            }
+        }
+        Ok(best.1)
     }
 
     fn slopes(&self, model: &Exact) -> DMatrix<f64> {
@@ -233,7 +257,7 @@ impl Task<'_> {
             .cells
             .iter()
             .zip(residuals.iter())
-            .map(|(c, e)| e * e * c.n() / (noise_only * noise_only))
+            .map(|(c, e)| e * e / (c.share * noise_only * noise_only))
             .sum();
         let chi2 = if freedom > 0.0 && noise_only > 0.0 { chi2 / freedom } else { f64::NAN };
         let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;

@@ -45,7 +45,7 @@ impl Side<'_> {
             };
             let sum = &mut sums[c.j];
             sum.0 += linear / c.signal;
-            sum.1 += self.noise * self.noise / c.n() / (c.signal * c.signal);
+            sum.1 += self.noise * self.noise * c.share / (c.signal * c.signal);
             sum.2 += 1;
         }
         if sums.iter().any(|s| s.2 < least) {
@@ -61,7 +61,7 @@ impl Side<'_> {
     pub fn table(&self, wanted: impl Fn(&Cell) -> bool) -> Option<Table> {
         let mut knots: Vec<Vec<Knot>> = vec![Vec::new(); self.drives.len()];
         for c in self.cells.iter().filter(|c| wanted(c)) {
-            let variance = self.noise * self.noise / c.n() / (c.signal * c.signal);
+            let variance = self.noise * self.noise * c.share / (c.signal * c.signal);
             knots[c.j].push(Knot { a: c.a, signal: c.signal / c.drive, variance });
         }
         let curves: Option<Vec<Curve>> = knots.iter().map(|k| Curve::new(k)).collect();
@@ -161,7 +161,7 @@ fn left_out(
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         let mean = error(cell.drive, cell.signal, cell.a).map_or((f64::NAN, f64::NAN), |(e, f)| {
-            let noise = side.noise * side.noise / cell.n();
+            let noise = side.noise * side.noise * cell.share;
             (e, (noise + f.variance) / (f.slope * f.slope))
         });
         let of_tap = |&t: &usize| {

@@ -11,6 +11,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
+pub mod drift;
 pub mod fit;
 pub mod held_out;
 pub mod output;
@@ -19,6 +20,7 @@ pub mod report;
 pub mod side;
 pub mod suspects;
 pub mod taps;
+pub mod winner;
 
 pub use reason::Reason;
 pub use side::SideResult;
@@ -34,6 +36,8 @@ use taps::{Tap, ZeroReading};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
+/// Degrees of freedom that a noise stated in the spec is worth where the repeats bear it out.
+const STATED: f64 = 200.0;
 /// Strains above this are no strains.
 const ABSURD: f64 = 0.5;
 
@@ -61,6 +65,8 @@ pub struct Calibrated {
     pub zeros: Vec<ZeroReading>,
     /// The zero that was subtracted.
     pub zero: Zero,
+    /// The drift that was subtracted for want of zero readings.
+    pub drift: Option<drift::Drift>,
     /// One for each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
@@ -87,6 +93,19 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let signs = signs(data, &mut taps)?;
+    let drift = if zero.count == 0 { drifting(&rig, &taps, &signs) } else { None };
+    if let Some(d) = &drift {
+        drift::remove(&mut taps, d);
+        let carried = d.slope * data.rows.len() as f64;
+        warnings.push(format!(
+            "{}: no zero was read, and repeats show that it drifts by {:.3e} ± {:.1e} a row, {carried:.3e} over the file; a straight \
+             drift from the first row on was subtracted. Read the zero now and then (rows with {} = 0)",
+            data.file,
+            d.slope,
+            d.error,
+            rig.scene.drive.column()
+        ));
+    }
     let open = opener(&options.run);
     let mut sides = Vec::new();
     for &sign in &signs {
@@ -99,10 +118,10 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             Some(exact) => Box::new(|a, d| exact.expected(a, d)),
             None => Box::new(plain),
         };
-        let scatter = suspects::flag(&mut taps, &rig, sign, zero.count > 0, &*expected);
+        let scatter = suspects::flag(&mut taps, &rig, sign, &*expected);
         sides.push((sign, gauge, scatter));
     }
-    let (noise, noise_from) = noise(&rig, &taps, &sides);
+    let (noise, noise_from) = noise(&rig, data.unit.is_strain(), &taps, &sides);
     rig.scene.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
     for (sign, gauge, _) in sides {
@@ -110,7 +129,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             side::Ask { data, rig: &rig, taps: &taps, sign, gauge, noise, recorded, fit: &options.fit };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let winner = winner(&results);
+    let winner = winner::winner(&results);
     warnings.extend(remarks(data, &taps, &results, winner));
     let used = results.iter().map(|s| s.used).sum();
     let calibration = Calibration {
@@ -132,7 +151,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         spec: rig.to_table(),
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    Ok(Calibrated { calibration, taps, zeros, zero, sides: results, winner, warnings })
+    Ok(Calibrated { calibration, taps, zeros, zero, drift, sides: results, winner, warnings })
 }
 
 /// Refuses data and options that do not belong together.
@@ -253,8 +272,19 @@ fn spec_model(
     Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open).map(Some)
 }
 
+/// The drift that repeats of all sides show together.
+fn drifting(rig: &Rig, taps: &[Tap], signs: &[f64]) -> Option<drift::Drift> {
+    let mut all = Vec::new();
+    for sign in signs {
+        let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
+        let levels = |f: fn(&Tap) -> f64| taps::Levels::of(taps.iter().filter(|t| here(t)).map(f));
+        all.extend(taps::cells(taps, rig, &levels(|t| t.a), &levels(|t| t.drive), here));
+    }
+    drift::find(taps, &all)
+}
+
 /// Standard deviation of one reading and where it comes from.
-fn noise(rig: &Rig, taps: &[Tap], sides: &[(f64, Side, suspects::Scatter)]) -> (f64, String) {
+fn noise(rig: &Rig, strain: bool, taps: &[Tap], sides: &[(f64, Side, suspects::Scatter)]) -> (f64, String) {
     let (mut squares, mut freedom) = (0.0, 0.0);
     for (sign, ..) in sides {
         let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
@@ -268,42 +298,27 @@ fn noise(rig: &Rig, taps: &[Tap], sides: &[(f64, Side, suspects::Scatter)]) -> (
             freedom += n;
         }
     }
-    let stated = rig.scene.gauge.noise_strain;
+    // A spread that is only rounding is none.
+    let mut sizes: Vec<f64> = taps.iter().filter(|t| t.reason.is_none()).map(|t| t.signal.abs()).collect();
+    let rounding = 1e-12 * crate::reduce::median(&mut sizes);
+    let repeats = (squares / freedom).sqrt();
+    let repeats = if repeats < rounding { 0.0 } else { repeats };
+    let stated = rig.scene.gauge.noise_strain.filter(|_| strain);
+    let agree = |s: f64| repeats > 0.0 && s > 0.0 && (repeats / s).ln().abs() < 2.0 / (2.0 * freedom).sqrt();
     match (freedom >= 3.0, stated) {
-        (true, _) => ((squares / freedom).sqrt(), format!("repeats ({freedom} degrees of freedom)")),
-        (false, Some(noise)) => (noise, "gauge.noise_strain of the spec".to_owned()),
+        (true, Some(s)) if agree(s) => {
+            let pooled = (freedom * repeats * repeats + STATED * s * s) / (freedom + STATED);
+            let from =
+                "repeats ({n} degrees of freedom), and gauge.noise_strain of the spec, which they bear out";
+            (pooled.sqrt(), from.replace("{n}", &freedom.to_string()))
+        }
+        (true, _) => (repeats, format!("repeats ({freedom} degrees of freedom)")),
+        (false, Some(noise)) => (noise, "gauge.noise_strain of the spec, for want of repeats".to_owned()),
         (false, None) => {
             let worst = sides.iter().map(|s| s.2.signal).fold(0.0, f64::max);
             (worst, "scatter about a smooth surface, for want of repeats".to_owned())
         }
     }
-}
-
-/// The estimator with the smallest error over the held-out taps that all candidates answer. One that cannot answer half of what
-/// others do is no candidate.
-fn winner(sides: &[SideResult]) -> Estimator {
-    let answered = |e: Estimator| -> usize {
-        let on =
-            |s: &SideResult| s.held_out(e).map_or(0, |h| h.taps.iter().filter(|t| t.1.is_finite()).count());
-        sides.iter().map(on).sum()
-    };
-    let everywhere = |e: &Estimator| sides.iter().all(|s| s.has(*e));
-    let most = Estimator::ALL.into_iter().filter(everywhere).map(answered).max().unwrap_or(0);
-    let candidates: Vec<Estimator> = Estimator::ALL
-        .into_iter()
-        .filter(|e| everywhere(e) && answered(*e) > 0 && 2 * answered(*e) >= most)
-        .collect();
-    let score = |e: Estimator| {
-        let (mut sum, mut n) = (0.0, 0);
-        for s in sides {
-            let (rms, taps) = s.common_rms(e, &candidates);
-            sum += rms.map_or(0.0, |r| r * r * taps as f64);
-            n += taps;
-        }
-        if n > 0 { sum / n as f64 } else { f64::INFINITY }
-    };
-    let best = candidates.iter().copied().min_by(|a, b| score(*a).total_cmp(&score(*b)));
-    best.or_else(|| Estimator::ALL.into_iter().find(everywhere)).unwrap_or(Estimator::Paper)
 }
 
 /// What a user should know before trusting the result.

@@ -108,7 +108,7 @@ fn k_table(found: &Calibrated, data: &Data, scene: &Scene) -> csv::Result<Vec<u8
 /// Root mean square error of the paper's procedure on distances left out, per drive.
 fn held_out_per_drive(side: &SideResult, j: usize) -> Option<f64> {
     let held = side.held_out(crate::locate::Estimator::Paper)?;
-    held.rms(|k| side.level_of(k) == Some(j)).0
+    held.rms(|k| side.level_of(k).is_some_and(|(_, at)| at == j)).0
 }
 
 fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
@@ -209,7 +209,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
             tap.a,
             drive,
             tap.value,
-            tap.zero,
+            tap.zero + tap.drift,
             tap.signal,
             expected,
             tap.signal - expected,
@@ -219,10 +219,20 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
             held.get(&k).copied().unwrap_or(f64::NAN),
         ];
         row.extend(numbers.map(Field::Number));
+        let carried = found.drift.filter(|d| tap.drift.abs() > d.least);
+        let carried = carried.map(|_| format!("drifting_zero: {:.3e} subtracted", tap.drift));
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
             Some(reason) => ("suspect", reason.text(kind)),
-            None => ("used", twin),
+            None => (
+                "used",
+                carried
+                    .into_iter()
+                    .chain(Some(twin))
+                    .filter(|w| !w.is_empty())
+                    .collect::<Vec<_>>()
+                    .join("; "),
+            ),
         };
         let unreadable = matches!(tap.reason, Some(Reason::NotANumber));
         let status = if unreadable { "bad_input".to_owned() } else { at.status.to_string() };

@@ -29,8 +29,6 @@ pub enum Reason {
     LooksLikeDrive(f64),
     /// Off the smooth surface through the other cells by this share.
     Off(f64),
-    /// The zero has drifted by this share of the signal.
-    Drift(f64),
     /// A zero reading off its neighbours.
     ZeroOutlier,
 }
@@ -49,7 +47,6 @@ impl Reason {
             Self::Unit(_) => "wrong_unit",
             Self::LooksLikeDistance(_) | Self::LooksLikeDrive(_) => "mislabelled",
             Self::Off(_) => "outlier",
-            Self::Drift(_) => "drifting_zero",
             Self::ZeroOutlier => "zero_outlier",
         }
     }
@@ -63,7 +60,6 @@ impl Reason {
             Self::LooksLikeDistance(a) => format!("reads as a_mm = {a}"),
             Self::LooksLikeDrive(d) => format!("reads as {} = {d}", kind.column()),
             Self::Off(x) => format!("{} off the surface through the other rows", percent(*x)),
-            Self::Drift(x) => format!("the zero has moved by {}", percent(*x)),
             Self::OutsideDomain => "a or the drive is outside the whisker or below zero".to_owned(),
             _ => return self.word().to_owned(),
         };

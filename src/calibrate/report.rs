@@ -31,7 +31,8 @@ pub fn result(found: &Calibrated, data: &Data, rig: &Rig) -> Value {
         "noise_from": c.noise_from,
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
-        "zero": { "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
+        "zero": { "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
+                  "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
         "suspects": suspect,
         "sides": found.sides.iter().map(|s| side(s, found, data, rig)).collect::<Vec<_>>(),
         "warnings": found.warnings,
@@ -60,7 +61,8 @@ fn side(s: &SideResult, found: &Calibrated, data: &Data, rig: &Rig) -> Value {
             Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let held = s.held_out(e);
         let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
-        let (common, n) = s.common_rms(e, &candidates);
+        let shared = s.answered_by_all(&candidates);
+        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared.contains(&k)));
         let asked = s.used;
         json!({ "calibrated": s.has(e), "held_out_rms_mm": rms, "answered": answered, "asked": asked,
                 "held_out_rms_common_mm": common, "common": n })
@@ -101,11 +103,11 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         let m = cells().count() as f64;
         // What the noise of the cells' means does to the spread of K and to the estimates.
         let k_noise = (cells()
-            .map(|c| noise * noise / c.n() * (c.linear / (c.signal * c.signal)).powi(2))
+            .map(|c| noise * noise * c.share * (c.linear / (c.signal * c.signal)).powi(2))
             .sum::<f64>()
             / m)
             .sqrt();
-        let left: f64 = cells().map(|c| 1.0 / c.n()).sum::<f64>() / m;
+        let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
         let (error_rms, noise_rms) = (row.error_rms(), row.noise_rms());
         let bias = error_rms.zip(noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
         let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
@@ -155,7 +157,10 @@ fn drives(t: &KTable, of: Option<(&SideResult, &Calibrated, &Data)>, rig: &Rig) 
             let held: serde_json::Map<String, Value> = Estimator::ALL
                 .into_iter()
                 .filter_map(|e| {
-                    Some((e.name().to_owned(), json!(s.held_out(e)?.rms(|k| s.level_of(k) == Some(j)).0)))
+                    Some((
+                        e.name().to_owned(),
+                        json!(s.held_out(e)?.rms(|k| s.level_of(k).is_some_and(|(_, at)| at == j)).0),
+                    ))
                 })
                 .collect();
             v["held_out_rms_mm"] = held.into();

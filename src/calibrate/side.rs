@@ -1,6 +1,8 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
-use super::Fitted;
+use super::{Fitted, Reason};
+use std::collections::{HashMap, HashSet};
+
 use super::fit::{Fit, Task};
 use super::held_out::{HeldOut, Side as Held, held_out};
 use super::taps::{Cell, Levels, Tap, cells};
@@ -64,7 +66,7 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
-    levels: std::collections::HashMap<usize, usize>,
+    levels: HashMap<usize, (usize, usize)>,
     held: Vec<(Estimator, HeldOut)>,
 }
 
@@ -136,8 +138,14 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let signal = |t: &Tap| t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
         |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.scene.drive, t.a, t.drive);
-    let suspects = ask.taps.iter().any(|t| t.reason.is_some() && signal(t) && labelled(t));
-    let with_suspects = suspects.then(|| KTable::new(ask, |t| signal(t) && labelled(t))).flatten();
+    let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
+    let with_suspects = ask.taps.iter().any(changed).then(|| {
+        // As recorded: neither rows nor drift taken out.
+        let back = |t: &Tap| Tap { signal: t.signal + t.drift, ..t.clone() };
+        let all: Vec<Tap> = ask.taps.iter().map(back).collect();
+        KTable::new(&Ask { taps: &all, ..*ask }, |t| signal(t) && labelled(t))
+    });
+    let with_suspects = with_suspects.flatten();
     let [distances, drives] = table.levels.clone();
     let cells = table.cells.clone();
     let held_side = Held {
@@ -163,7 +171,13 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         }
     }
     let judged = |e: Estimator| held.iter().find(|(x, _)| *x == e).map(|(_, h)| h);
-    let bias = |e: Estimator| judged(e).map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
+    // Where a distance is left out, the knots of the table are twice as far apart; the error of its interpolation falls with the
+    // square of their distance or faster.
+    let share = |e: Estimator| if e == Estimator::Table { 0.25 } else { 1.0 };
+    let bias = |e: Estimator| {
+        let known = judged(e).map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
+        known.into_iter().map(|b| b * share(e)).collect::<Vec<_>>()
+    };
     let rms = |e: Estimator| judged(e).and_then(|h| h.rms(|_| true).0);
     let factors = |e: Estimator, theory: Theory| {
         let Factors { k, variance } = held_side.factors(theory, 1, |_| true)?;
@@ -179,13 +193,14 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         gauge_side: if ask.gauge == Side::Far { "far" } else { "contact" }.to_owned(),
         distances_mm: ends(&distances),
         drives: drives.centres.clone(),
+        end_stop: end_stop(ask),
         paper: factors(Estimator::Paper, Theory::EulerBernoulli),
         timoshenko: if ask.recorded { factors(Estimator::Timoshenko, Theory::Timoshenko) } else { None },
         exact: fit.as_ref().map(|f| exact_record(ask.rig, f, rms(Estimator::Exact), bias(Estimator::Exact))),
         table: curves,
     };
     let used = cells.iter().map(|c| c.taps.len()).sum();
-    let levels = cells.iter().flat_map(|c| c.taps.iter().map(|k| (*k, c.j))).collect();
+    let levels = cells.iter().flat_map(|c| c.taps.iter().map(|k| (*k, (c.i, c.j)))).collect();
     Ok(SideResult {
         sign: ask.sign,
         gauge: ask.gauge,
@@ -202,6 +217,12 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         levels,
         held,
     })
+}
+
+/// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.
+fn end_stop(ask: &Ask<'_>) -> Option<f64> {
+    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == ask.sign;
+    ask.taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min)
 }
 
 fn exact_record(rig: &Rig, fit: &Fit, rms: Option<f64>, bias: Vec<f64>) -> ExactRecord {
@@ -233,16 +254,22 @@ impl SideResult {
         self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
-    /// Root mean square error of `estimator` over the held-out taps that all of `candidates` answer, mm, and their number.
-    pub fn common_rms(&self, estimator: Estimator, candidates: &[Estimator]) -> (Option<f64>, usize) {
-        let mut answered = std::collections::HashMap::new();
-        for held in candidates.iter().filter_map(|e| self.held_out(*e)) {
-            for (k, _) in held.taps.iter().filter(|t| t.1.is_finite()) {
-                *answered.entry(*k).or_insert(0) += 1;
-            }
-        }
-        let all = candidates.iter().filter(|e| self.held_out(**e).is_some()).count();
-        self.held_out(estimator).map_or((None, 0), |h| h.rms(|k| answered.get(&k) == Some(&all)))
+    /// Used taps that all of `candidates` answer when they are held out.
+    pub fn answered_by_all(&self, candidates: &[Estimator]) -> HashSet<usize> {
+        let answered = |e: &Estimator| -> HashSet<usize> {
+            self.held_out(*e)
+                .into_iter()
+                .flat_map(|h| &h.taps)
+                .filter(|t| t.1.is_finite())
+                .map(|t| t.0)
+                .collect()
+        };
+        candidates.iter().map(answered).reduce(|a, b| &a & &b).unwrap_or_default()
+    }
+
+    /// Distance and drive level of a used tap.
+    pub fn level_of(&self, tap: usize) -> Option<(usize, usize)> {
+        self.levels.get(&tap).copied()
     }
 
     /// Mean of K̄ over the drives.
@@ -254,10 +281,5 @@ impl SideResult {
     /// Quality of the fit.
     pub fn fitted(&self) -> Option<Fitted> {
         self.fit.as_ref().map(|f| Fitted { chi2: f.chi2, misfit: f.misfit })
-    }
-
-    /// Drive level of a used tap.
-    pub fn level_of(&self, tap: usize) -> Option<usize> {
-        self.levels.get(&tap).copied()
     }
 }

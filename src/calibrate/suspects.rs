@@ -1,7 +1,7 @@
 //! Rows that should not be believed, each with its reason: robust checks before anything is fitted.
 //!
 //! In order: a sensor at its end stop, repeats that disagree with their own cell, cells that disagree with a smooth surface
-//! through all others, a zero that drifts and was never read. The surface is ln(signal/expected) as a low polynomial of 1/a
+//! through all others. The surface is ln(signal/expected) as a low polynomial of 1/a
 //! and the drive, fitted by iterated weights (Tukey's biweight from an L1 start); scales are medians.
 
 use nalgebra::{DMatrix, DVector};
@@ -21,18 +21,12 @@ const NORMAL: f64 = 1.4826;
 /// Scatter about the smooth surface, in the unit of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Scatter {
-    /// Standard deviation of a cell.
+    /// Standard deviation of one reading, if the surface leaves nothing else.
     pub signal: f64,
 }
 
 /// Flags rows of one side; `expected` is what a model without any fit gives at (a, drive).
-pub fn flag(
-    taps: &mut [Tap],
-    rig: &Rig,
-    sign: f64,
-    recorded_zeros: bool,
-    expected: &dyn Fn(f64, f64) -> f64,
-) -> Scatter {
+pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, expected: &dyn Fn(f64, f64) -> f64) -> Scatter {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |taps: &[Tap], f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
     let (distances, drives) = (levels(taps, |t| t.a), levels(taps, |t| t.drive));
@@ -43,12 +37,7 @@ pub fn flag(
     let all = cells(taps, rig, &distances, &drives, here);
     repeats(taps, &all);
     let all = cells(taps, rig, &distances, &drives, here);
-    let scatter = surface(taps, &all, [&distances, &drives], expected);
-    if !recorded_zeros {
-        let all = cells(taps, rig, &distances, &drives, here);
-        drift(taps, &all);
-    }
-    scatter
+    surface(taps, &all, [&distances, &drives], expected)
 }
 
 /// Readings that stand at the same extreme value although very different strains are expected: the end stop of the sensor.
@@ -192,9 +181,24 @@ fn surface(
             flags.extend(cell.taps.iter().map(|&k| (k, reason.clone())));
         }
     }
-    let freedom = (judged.len() as f64 / (judged.len() - smooth.terms.len()).max(1) as f64).sqrt();
+    // Repeats that disagree with their cell are looked at one by one: they may be at home elsewhere.
+    for (k, tap) in taps.iter().enumerate().filter(|(_, t)| matches!(t.reason, Some(Reason::Repeat(_)))) {
+        let signal = tap.signal.abs();
+        let close = (3.0 * relative).max(6.0 * absolute / signal).max(2e-3);
+        let alone = Cell { a: tap.a, drive: tap.drive, ..judged[0].0.clone() };
+        let r = (signal / fitted(tap.a, tap.drive)).ln();
+        if let at @ (Reason::LooksLikeDistance(_) | Reason::LooksLikeDrive(_) | Reason::Unit(_)) =
+            explain(&alone, signal, r, levels, &fitted, close)
+        {
+            flags.push((k, at));
+        }
+    }
+    let flagged: std::collections::HashSet<usize> = flags.iter().map(|f| f.0).collect();
+    let good = || judged.iter().zip(&off).filter(|((c, _), _)| !flagged.contains(&c.taps[0]));
+    let freedom = good().count().saturating_sub(smooth.terms.len());
+    let squares: f64 = good().map(|((c, _), (_, e))| e * e * c.n()).sum();
     flags.into_iter().for_each(|(k, reason)| taps[k].reason = Some(reason));
-    Scatter { signal: absolute * freedom }
+    Scatter { signal: if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 } }
 }
 
 /// What a cell off the surface by `r` (of ln signal) most likely is.
@@ -216,34 +220,4 @@ fn explain(
     let other_d = drives.centres.iter().map(|&d| at((miss(cell.a, d), Reason::LooksLikeDrive(d))));
     let best = other_a.chain(other_d).min_by(|x, y| x.0.total_cmp(&y.0));
     best.filter(|(miss, _)| *miss < close).map_or(Reason::Off(r.exp_m1()), |(_, reason)| reason)
-}
-
-/// A trend of repeats over the file where no zero was read: rows that it has carried off.
-fn drift(taps: &mut [Tap], all: &[Cell]) {
-    let (mut sxx, mut sxy, mut syy, mut n) = (0.0, 0.0, 0.0, 0.0);
-    for cell in all.iter().filter(|c| c.taps.len() >= 2) {
-        let mean = cell.taps.iter().map(|&k| taps[k].place as f64).sum::<f64>() / cell.n();
-        for &k in &cell.taps {
-            let (x, y) = (taps[k].place as f64 - mean, taps[k].signal.abs() - cell.signal);
-            (sxx, sxy, syy, n) = (sxx + x * x, sxy + x * y, syy + y * y, n + 1.0);
-        }
-        n -= 1.0;
-    }
-    if n < 8.0 || sxx == 0.0 {
-        return;
-    }
-    let slope = sxy / sxx;
-    let noise = ((syy - slope * sxy).max(0.0) / (n - 1.0)).sqrt();
-    let length = taps.len() as f64;
-    if slope.abs() <= 6.0 * noise / sxx.sqrt() || slope.abs() * length <= 6.0 * noise {
-        return;
-    }
-    let mut places: Vec<f64> = all.iter().flat_map(|c| &c.taps).map(|&k| taps[k].place as f64).collect();
-    let middle = median(&mut places);
-    for &k in all.iter().flat_map(|c| &c.taps) {
-        let carried = slope * (taps[k].place as f64 - middle);
-        if carried.abs() > 3.0 * noise && carried.abs() > 1e-3 * taps[k].signal.abs() {
-            taps[k].reason = Some(Reason::Drift(carried / taps[k].signal.abs()));
-        }
-    }
 }

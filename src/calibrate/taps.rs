@@ -24,6 +24,10 @@ pub struct Tap {
     pub value: f64,
     /// Zero that was subtracted, in the unit of `signal`.
     pub zero: f64,
+    /// Variance that each run of zero readings brings: its place, weight, and share of a reading's variance.
+    pub zeros: [(usize, f64, f64); 2],
+    /// Drift that was subtracted for want of zero readings, in the unit of `signal`.
+    pub drift: f64,
     /// Strain, or the reading; tension positive.
     pub signal: f64,
     /// Why it is not used.
@@ -73,6 +77,8 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroRe
             drive,
             value: row.value,
             zero: 0.0,
+            zeros: [(0, 0.0, 0.0); 2],
+            drift: 0.0,
             signal,
             reason: None,
             twin,
@@ -90,6 +96,8 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroRe
     for tap in &mut taps {
         tap.zero = zero.at(tap.place);
         tap.signal -= tap.zero;
+        let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
+        tap.zeros = zero.weights(tap.place).map(share);
         tap.reason = unusable(tap, rig);
     }
     (taps, zeros, zero)
@@ -171,6 +179,10 @@ pub struct Cell {
     pub linear: f64,
     /// Sum of squares about the mean, after what distance and drive explain within a level.
     pub squares: f64,
+    /// Sum of squares that a reading's variance of 1 would give.
+    pub freedom: f64,
+    /// Variance of the mean, in units of a reading's: 1/n and what the zeros bring.
+    pub share: f64,
 }
 
 impl Cell {
@@ -208,6 +220,7 @@ pub fn cells(
         let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
         let ratio = signal / theory;
         let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
+        let (of_mean, about_mean) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
         Some(Cell {
             i: place / drives.len(),
             j: place % drives.len(),
@@ -216,15 +229,38 @@ pub fn cells(
             signal,
             linear: theory,
             squares: if n > 1.0 { squares } else { 0.0 },
+            freedom: n - 1.0 + about_mean,
+            share: 1.0 / n + of_mean,
             taps: taps_here,
         })
     };
     grid.into_iter().enumerate().filter_map(cell).collect()
 }
 
+/// What the noise of the zero readings brings to taps of one cell: to the variance of their mean, and to the sum of squares about
+/// it, in units of a reading's variance.
+fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
+    let mut runs = std::collections::HashMap::<usize, (f64, f64, f64)>::new();
+    let mut n = 0.0;
+    for tap in taps {
+        n += 1.0;
+        for (run, weight, share) in tap.zeros {
+            if weight != 0.0 {
+                let sum = runs.entry(run).or_insert((0.0, 0.0, share));
+                *sum = (sum.0 + weight, sum.1 + weight * weight, share);
+            }
+        }
+    }
+    let add = |(mean, about): (f64, f64), (sum, squares, share): &(f64, f64, f64)| {
+        (mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0))
+    };
+    runs.values().fold((0.0, 0.0), add)
+}
+
 /// Standard deviation of one reading from repeats, and its degrees of freedom; `None` without repeats.
 pub fn repeatability(cells: &[Cell]) -> Option<(f64, f64)> {
-    let freedom: f64 = cells.iter().map(|c| c.n() - 1.0).sum();
-    let squares: f64 = cells.iter().map(|c| c.squares).sum();
-    (freedom > 0.0).then(|| ((squares / freedom).sqrt(), freedom))
+    let repeated = || cells.iter().filter(|c| c.taps.len() > 1);
+    let freedom: f64 = repeated().map(|c| c.n() - 1.0).sum();
+    let variance = repeated().map(|c| c.squares).sum::<f64>() / repeated().map(|c| c.freedom).sum::<f64>();
+    (freedom > 0.0).then(|| (variance.sqrt(), freedom))
 }

@@ -69,6 +69,8 @@ pub struct SideRecord {
     pub distances_mm: [f64; 2],
     /// Calibrated drives, ascending.
     pub drives: Vec<f64>,
+    /// |signal| at which the sensor stands still, where the data show one.
+    pub end_stop: Option<f64>,
     /// f and K̄ per drive.
     pub paper: Option<FactorRecord>,
     /// f_T and K̄ per drive.

@@ -8,7 +8,7 @@ use super::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use super::paper::{Factors, Paper};
 use super::surface::Slice;
 use super::table::{Curve, Table};
-use super::{Estimator, Found, between, bracket};
+use super::{Estimator, Found, SAME, between, bracket};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
@@ -61,6 +61,8 @@ struct Opened {
     bias: Vec<f64>,
     /// Reading per strain, where it is known.
     factor: f64,
+    /// |signal| at which the sensor stands still.
+    end_stop: f64,
 }
 
 enum Answering {
@@ -162,6 +164,9 @@ impl Locator {
         let mut status = self.limit(signal, side.factor);
         if bracket(&side.drives, drive).is_none() {
             return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
+        }
+        if signal.abs() >= side.end_stop * (1.0 - SAME) {
+            return Located::nothing(status | Status::STRAIN_LIMIT);
         }
         let found = match self.find(i, drive, signal.abs()) {
             Ok(found) => found,
@@ -279,6 +284,7 @@ fn side_of(rig: &Rig, record: &SideRecord, sign: f64, method: Answering, bias: V
         drives: record.drives.clone(),
         method,
         bias,
+        end_stop: record.end_stop.filter(|_| f64::from(record.sign) == sign).unwrap_or(f64::INFINITY),
         factor: named.and_then(toml::Value::as_float).unwrap_or(f64::NAN),
     }
 }

@@ -5,6 +5,8 @@
 pub struct Zero {
     /// (place in the file, value) of each run of zero readings: means over the run, in file order.
     runs: Vec<(f64, f64)>,
+    /// Readings of each run.
+    sizes: Vec<usize>,
     /// Zero readings that were used.
     pub count: usize,
 }
@@ -25,19 +27,36 @@ impl Zero {
             }
             last = Some(place);
         }
-        Self { runs: runs.into_iter().map(|(p, v, _)| (p, v)).collect(), count: readings.len() }
+        Self {
+            sizes: runs.iter().map(|r| r.2).collect(),
+            runs: runs.into_iter().map(|(p, v, _)| (p, v)).collect(),
+            count: readings.len(),
+        }
     }
 
     /// Zero at a place in the file; held before the first and after the last reading; 0 without any.
     pub fn at(&self, place: usize) -> f64 {
+        self.weights(place).iter().filter(|(_, w)| *w != 0.0).map(|(r, w)| w * self.runs[*r].1).sum()
+    }
+
+    /// The runs that make the zero at a place, and their weights.
+    pub fn weights(&self, place: usize) -> [(usize, f64); 2] {
         let x = place as f64;
         let next = self.runs.partition_point(|(p, _)| *p < x);
-        match (next.checked_sub(1).map(|i| self.runs[i]), self.runs.get(next)) {
-            (Some((p, v)), Some(&(q, w))) => v + (w - v) * ((x - p) / (q - p)),
-            (Some((_, v)), None) => v,
-            (None, Some(&(_, w))) => w,
-            (None, None) => 0.0,
+        match (next.checked_sub(1).map(|i| self.runs[i].0), self.runs.get(next)) {
+            (Some(p), Some(&(q, _))) => {
+                let w = (x - p) / (q - p);
+                [(next - 1, 1.0 - w), (next, w)]
+            }
+            (Some(_), None) => [(next - 1, 1.0), (0, 0.0)],
+            (None, Some(_)) => [(next, 1.0), (0, 0.0)],
+            (None, None) => [(0, 0.0); 2],
         }
+    }
+
+    /// Number of readings in each run.
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes
     }
 
     /// Largest zero less smallest.
