@@ -104,7 +104,7 @@ impl Task<'_> {
         let mut misfit = 0.0;
         let mut values = start;
         loop {
-            let model = self.best_of(values, &free, misfit)?;
+            let model = self.minimise(values, &free, misfit)?;
             if let Some(worst) = self.worst(&model, &free, misfit) {
                 undetermined.push(free.remove(worst));
                 undetermined.sort_by_key(|p| *p as usize);
@@ -161,30 +161,6 @@ impl Task<'_> {
             Some(e) => Err(e),
             None => Ok(problem.exact),
         }
-    }
-
-    /// As [`Self::minimise`], for friction from several starts: the boundary between sticking and sliding makes valleys.
-    fn best_of(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
-        let first = self.minimise(values, free, misfit)?;
-        let friction = Parameter::Mu as usize;
-        if !free.contains(&Parameter::Mu) {
-            return Ok(first);
-        }
-        let cost = |m: &Exact| -> f64 {
-            let miss = |c: &Cell| ((m.expected(c.a, c.drive) - c.signal) / self.deviation(c, misfit)).powi(2);
-            self.cells.iter().map(miss).sum()
-        };
-        let mut best = (cost(&first), first);
-        for mu in [0.05, 0.1, 0.2, 0.4, 0.8] {
-            let mut start = values;
-            start[friction] = mu;
-            let next = self.minimise(start, free, misfit)?;
-            let c = cost(&next);
-            if c < best.0 || best.0.is_nan() {
-                best = (c, next);
-            }
-        }
-        Ok(best.1)
     }
 
     fn slopes(&self, model: &Exact) -> DMatrix<f64> {

@@ -160,7 +160,10 @@ fn left_out(
     };
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
-        let mean = error(cell.drive, cell.signal, cell.a).map_or((f64::NAN, f64::NAN), |(e, f)| {
+        // The other of two distances is no bias: locate says that it is ambiguous.
+        let other = |e: f64, f: &Found| f.near.is_some_and(|near| (near - cell.a).abs() < e.abs());
+        let mean = error(cell.drive, cell.signal, cell.a).filter(|(e, f)| !other(*e, f));
+        let mean = mean.map_or((f64::NAN, f64::NAN), |(e, f)| {
             let noise = side.noise * side.noise * cell.share;
             (e, (noise + f.variance) / (f.slope * f.slope))
         });
