@@ -31,7 +31,7 @@ use crate::locate::exact::{Exact, Extent, spec_values};
 use crate::locate::locator::opener;
 use crate::locate::{Estimator, Parameter};
 use crate::measure::{Data, Rig, zero::Zero};
-use crate::scene::{Drive, RunOptions, Side};
+use crate::scene::{Drive, RunOptions, Side, Theory};
 use taps::{Tap, ZeroReading};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
@@ -110,15 +110,17 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let mut sides = Vec::new();
     for &sign in &signs {
         let gauge = gauge_side(data, &rig, sign, signs[0]);
-        let theory = rig.curve(crate::scene::Theory::EulerBernoulli, rig.scene.hub);
         let kind = rig.scene.drive;
-        let plain = |a: f64, d: f64| crate::design::amount(kind, d) * theory.value(a);
+        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.scene.hub));
+        let [plain, sheared] =
+            closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
         let model = if recorded { spec_model(&rig, &taps, sign, gauge, &open)? } else { None };
-        let expected: Box<dyn Fn(f64, f64) -> f64> = match &model {
-            Some(exact) => Box::new(|a, d| exact.expected(a, d)),
-            None => Box::new(plain),
-        };
-        let scatter = suspects::flag(&mut taps, &rig, sign, &*expected);
+        let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
+        let mut models: Vec<&suspects::Expected<'_>> = vec![&plain, &sheared];
+        if let Some(exact) = &exact {
+            models.insert(0, exact);
+        }
+        let scatter = suspects::flag(&mut taps, &rig, sign, &models);
         sides.push((sign, gauge, scatter));
     }
     let (noise, noise_from) = noise(&rig, data.unit.is_strain(), &taps, &sides);

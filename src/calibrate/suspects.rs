@@ -25,23 +25,26 @@ pub struct Scatter {
     pub signal: f64,
 }
 
-/// Flags rows of one side; `expected` is what a model without any fit gives at (a, drive).
-pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, expected: &dyn Fn(f64, f64) -> f64) -> Scatter {
+/// What a model without any fit expects at (a, drive).
+pub type Expected<'a> = dyn Fn(f64, f64) -> f64 + 'a;
+
+/// Flags rows of one side; of `models`, the one from which the data differ most smoothly is what they are compared with.
+pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, models: &[&Expected<'_>]) -> Scatter {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |taps: &[Tap], f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
     let (distances, drives) = (levels(taps, |t| t.a), levels(taps, |t| t.drive));
     if distances.len() == 0 {
         return Scatter::default();
     }
-    saturated(taps, &here, expected);
+    saturated(taps, &here, models[0]);
     let all = cells(taps, rig, &distances, &drives, here);
     repeats(taps, &all);
     let all = cells(taps, rig, &distances, &drives, here);
-    surface(taps, &all, [&distances, &drives], expected)
+    surface(taps, &all, [&distances, &drives], models)
 }
 
 /// Readings that stand at the same extreme value although very different strains are expected: the end stop of the sensor.
-fn saturated(taps: &mut [Tap], here: &dyn Fn(&Tap) -> bool, expected: &dyn Fn(f64, f64) -> f64) {
+fn saturated(taps: &mut [Tap], here: &dyn Fn(&Tap) -> bool, expected: &Expected<'_>) {
     let extreme = |sign: f64| {
         taps.iter().filter(|t| here(t)).map(|t| sign * t.value).fold(f64::NEG_INFINITY, f64::max) * sign
     };
@@ -148,36 +151,61 @@ impl Smooth {
     }
 }
 
+/// Cells compared with one model.
+struct Compared<'a> {
+    smooth: Smooth,
+    expected: &'a Expected<'a>,
+    /// Of each cell, what it is off: of ln signal, and in the unit of the signal.
+    off: Vec<(f64, f64)>,
+    /// Robust standard deviations of both.
+    scale: [f64; 2],
+}
+
+impl<'a> Compared<'a> {
+    fn new(signals: &[(&Cell, f64)], levels: [&Levels; 2], expected: &'a Expected<'a>) -> Option<Self> {
+        let cells: Vec<Cell> = signals.iter().map(|(c, _)| (*c).clone()).collect();
+        let mut smooth = Smooth::new(&cells, levels);
+        let places: Vec<(f64, f64)> = signals.iter().map(|(c, _)| (c.a, c.drive)).collect();
+        let r: Vec<f64> = signals.iter().map(|(c, s)| (s / expected(c.a, c.drive)).ln()).collect();
+        if r.iter().any(|r| !r.is_finite()) {
+            return None;
+        }
+        smooth.fit(&places, &r);
+        let miss = |((c, s), r): (&(&Cell, f64), &f64)| {
+            let left = r - smooth.at(c.a, c.drive);
+            (left, s * -(-left).exp_m1())
+        };
+        let off: Vec<(f64, f64)> = signals.iter().zip(&r).map(miss).collect();
+        let scale = |f: fn(&(f64, f64)) -> f64| {
+            NORMAL * median(&mut off.iter().map(|o| f(o).abs()).collect::<Vec<_>>())
+        };
+        let scale = [scale(|o| o.0), scale(|o| o.1)];
+        Some(Self { smooth, expected, off, scale })
+    }
+
+    fn fitted(&self, a: f64, drive: f64) -> f64 {
+        (self.expected)(a, drive) * self.smooth.at(a, drive).exp()
+    }
+}
+
 /// Cells that lie off the smooth surface, both relative to the signal and in its unit.
-fn surface(
-    taps: &mut [Tap],
-    all: &[Cell],
-    levels: [&Levels; 2],
-    expected: &dyn Fn(f64, f64) -> f64,
-) -> Scatter {
-    let mut smooth = Smooth::new(all, levels);
+fn surface(taps: &mut [Tap], all: &[Cell], levels: [&Levels; 2], models: &[&Expected<'_>]) -> Scatter {
     let middle = |c: &Cell| median(&mut c.taps.iter().map(|&k| taps[k].signal.abs()).collect::<Vec<_>>());
-    let judged: Vec<(&Cell, f64)> = all
-        .iter()
-        .map(|c| (c, (middle(c) / expected(c.a, c.drive)).ln()))
-        .filter(|(_, r)| r.is_finite())
-        .collect();
+    let judged: Vec<(&Cell, f64)> = all.iter().map(|c| (c, middle(c))).collect();
     if judged.len() < 4 {
         return Scatter::default();
     }
-    let places: Vec<(f64, f64)> = judged.iter().map(|(c, _)| (c.a, c.drive)).collect();
-    smooth.fit(&places, &judged.iter().map(|(_, r)| *r).collect::<Vec<_>>());
-    let fitted = |a: f64, d: f64| expected(a, d) * smooth.at(a, d).exp();
-    let off: Vec<(f64, f64)> =
-        judged.iter().map(|(c, r)| (r - smooth.at(c.a, c.drive), middle(c) - fitted(c.a, c.drive))).collect();
-    let scale =
-        |f: fn(&(f64, f64)) -> f64| NORMAL * median(&mut off.iter().map(|o| f(o).abs()).collect::<Vec<_>>());
-    let (relative, absolute) = (scale(|o| o.0), scale(|o| o.1));
+    let compared = models.iter().filter_map(|m| Compared::new(&judged, levels, m));
+    let Some(best) = compared.min_by(|p, q| p.scale[0].total_cmp(&q.scale[0])) else {
+        return Scatter::default();
+    };
+    let ([relative, absolute], off, smooth) = (best.scale, &best.off, &best.smooth);
+    let fitted = |a: f64, d: f64| best.fitted(a, d);
     let mut flags = Vec::new();
-    for ((cell, _), (r, e)) in judged.iter().zip(&off) {
+    for ((cell, signal), (r, e)) in judged.iter().zip(off) {
         if r.abs() > LEAST && r.abs() > FAR * relative && e.abs() > FAR * absolute {
-            let close = (3.0 * relative).max(3.0 * absolute / middle(cell)).max(2e-3);
-            let reason = explain(cell, middle(cell), *r, levels, &fitted, close);
+            let close = (3.0 * relative).max(3.0 * absolute / signal).max(2e-3);
+            let reason = explain(cell, *signal, *r, levels, &fitted, close);
             flags.extend(cell.taps.iter().map(|&k| (k, reason.clone())));
         }
     }
@@ -194,7 +222,7 @@ fn surface(
         }
     }
     let flagged: std::collections::HashSet<usize> = flags.iter().map(|f| f.0).collect();
-    let good = || judged.iter().zip(&off).filter(|((c, _), _)| !flagged.contains(&c.taps[0]));
+    let good = || judged.iter().zip(off).filter(|((c, _), _)| !flagged.contains(&c.taps[0]));
     let freedom = good().count().saturating_sub(smooth.terms.len());
     let squares: f64 = good().map(|((c, _), (_, e))| e * e * c.n()).sum();
     flags.into_iter().for_each(|(k, reason)| taps[k].reason = Some(reason));

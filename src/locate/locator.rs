@@ -182,8 +182,10 @@ impl Locator {
         if found.near.is_some_and(|a| a >= lo * (1.0 - WIDENING) && a <= hi * (1.0 + WIDENING)) {
             status |= Status::AMBIGUOUS;
         }
-        let slack = BEYOND * sigma + WIDENING * found.a;
-        if found.a < side.distances[0] - slack || found.a > side.distances[1] + slack {
+        // However uncertain, a distance that is half the range away is not of it.
+        let [first, last] = side.distances;
+        let slack = (BEYOND * sigma).min(0.5 * (last - first)) + WIDENING * last;
+        if found.a < first - slack || found.a > last + slack {
             status |= Status::OUTSIDE_CALIBRATION;
         }
         Located { distance: found.a, sigma, status }

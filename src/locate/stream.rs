@@ -201,11 +201,9 @@ fn parse(locator: &Locator, columns: Option<&Columns>, text: &str) -> Option<(f6
     // A header that is there says which field is what; else the drive comes first, and may be left out where it is known.
     let number = |f: &str| file::number(f.trim()).unwrap_or(f64::NAN);
     if text.contains('"') {
-        let fields = file::fields(text);
-        return columns.filter(|c| c.fields == fields.len()).map(|c| {
-            let drive = c.drive.map_or(only.unwrap_or(f64::NAN), |place| number(&fields[place]));
-            (drive, signal(locator, c.signal.0, number(&fields[c.signal.1])))
-        });
+        // Fields that hold a comma hold no number.
+        let plain: Vec<String> = file::fields(text).iter().map(|f| f.replace([',', '"'], " ")).collect();
+        return parse(locator, columns, &plain.join(","));
     }
     let count = 1 + text.bytes().filter(|b| *b == b',').count();
     let mut fields = text.split(',');
