@@ -2,7 +2,8 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! tables; [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones;
+//! [`sweep`] drives it all; [`explain`] compares the effects of a model. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
 //! [`sink`].
 
 pub mod backend;

@@ -9,6 +9,7 @@ use crate::locate::paper::{Factors, Paper};
 use crate::locate::table::{Curve, Knot, Table};
 use crate::locate::{Estimator, Found};
 use crate::measure::Rig;
+use crate::reduce::Errors;
 use crate::scene::Theory;
 
 /// Used data of one side.
@@ -72,8 +73,8 @@ impl Side<'_> {
 /// What one estimator makes of distances it has not seen.
 #[derive(Debug, Clone, Default)]
 pub struct HeldOut {
-    /// Error of each used tap, by its place in the list of taps; NaN without an answer.
-    pub taps: Vec<(usize, f64)>,
+    /// Error of each tap of the file, mm; NaN where it is not used or has no answer.
+    pub taps: Vec<f64>,
     /// Error of each cell's mean and its variance from noise; NaN without an answer.
     pub cells: Vec<(f64, f64)>,
 }
@@ -101,11 +102,27 @@ impl HeldOut {
         known.iter().map(|b| if b.is_finite() { *b } else { most }).collect()
     }
 
+    /// Number of taps answered.
+    pub fn answered(&self) -> usize {
+        self.taps.iter().filter(|e| e.is_finite()).count()
+    }
+
     /// Root mean square over the taps that `wanted` keeps, and their number.
     pub fn rms(&self, wanted: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
-        let errors = || self.taps.iter().filter(|(k, e)| e.is_finite() && wanted(*k)).map(|t| t.1);
-        let n = errors().count();
-        ((n > 0).then(|| (errors().map(|e| e * e).sum::<f64>() / n as f64).sqrt()), n)
+        let mut errors = Errors::default();
+        let known = self.taps.iter().enumerate().filter(|(k, e)| e.is_finite() && wanted(*k));
+        let n = known.map(|(_, e)| errors.push(*e)).count();
+        (errors.rms(), n)
+    }
+
+    /// Root mean square over the taps of each drive.
+    pub fn rms_by_drive(&self, cells: &[Cell], drives: usize) -> Vec<Option<f64>> {
+        let mut errors = vec![Errors::default(); drives];
+        for cell in cells {
+            let known = cell.taps.iter().map(|k| self.taps[*k]).filter(|e| e.is_finite());
+            known.for_each(|e| errors[cell.j].push(e));
+        }
+        errors.iter().map(Errors::rms).collect()
     }
 }
 
@@ -117,12 +134,16 @@ pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Opt
     if parts.iter().all(Option::is_none) {
         return None;
     }
-    let mut out = HeldOut { taps: Vec::new(), cells: vec![(f64::NAN, f64::NAN); side.cells.len()] };
+    let mut out = HeldOut {
+        taps: vec![f64::NAN; side.taps.len()],
+        cells: vec![(f64::NAN, f64::NAN); side.cells.len()],
+    };
     for (k, answer) in parts.into_iter().flatten().flatten() {
         out.cells[k] = answer.mean;
-        out.taps.extend(answer.taps);
+        for (tap, error) in answer.taps {
+            out.taps[tap] = error;
+        }
     }
-    out.taps.sort_by_key(|t| t.0);
     Some(out)
 }
 

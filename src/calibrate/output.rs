@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::side::{KTable, SideResult};
+use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
-use crate::locate::Locator;
+use crate::locate::{Estimator, Locator};
 use crate::measure::Data;
 use crate::scene::{Scene, Side};
 use crate::sink::csv::Text;
@@ -105,12 +105,6 @@ fn k_table(found: &Calibrated, data: &Data, scene: &Scene) -> csv::Result<Vec<u8
     Ok(text.into_bytes())
 }
 
-/// Root mean square error of the paper's procedure on distances left out, per drive.
-fn held_out_per_drive(side: &SideResult, j: usize) -> Option<f64> {
-    let held = side.held_out(crate::locate::Estimator::Paper)?;
-    held.rms(|k| side.level_of(k).is_some_and(|(_, at)| at == j)).0
-}
-
 fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     let rig = &locator.rig;
     let mut text = Text::default();
@@ -120,10 +114,13 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     text.header(&columns)?;
     let mut row = Vec::new();
     for side in &found.sides {
+        let held = side.held_out(Estimator::Paper);
+        let held =
+            held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {
             drive_row(&rig.design.tuple, *drive, &side.table.tally.drives[j], rig.k_unit(), &mut row);
             let status = row.pop();
-            row.push(held_out_per_drive(side, j).into());
+            row.push(held[j].into());
             row.push(Field::Word(side_name(side.gauge)));
             row.extend(status);
             text.row(&mut row)?;
@@ -175,12 +172,8 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
         "use",
         "reason",
     ])?;
-    let held: std::collections::HashMap<usize, f64> = found
-        .sides
-        .iter()
-        .filter_map(|s| s.held_out(found.winner))
-        .flat_map(|h| h.taps.iter().copied())
-        .collect();
+    let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
+    let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();
     let mut row = Vec::new();
     let zero_row = |text: &mut Text, z: &super::taps::ZeroReading| {
@@ -216,7 +209,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
             at.distance,
             at.sigma,
             at.distance - tap.a,
-            held.get(&k).copied().unwrap_or(f64::NAN),
+            held_out(k),
         ];
         row.extend(numbers.map(Field::Number));
         let carried = found.drift.filter(|d| tap.drift.abs() > d.least);

@@ -15,7 +15,7 @@ use crate::scene::Drive;
 const LISTED: usize = 100;
 
 /// The result object.
-pub fn result(found: &Calibrated, data: &Data, rig: &Rig) -> Value {
+pub fn result(found: &Calibrated, rig: &Rig) -> Value {
     let kind = rig.scene.drive;
     let c = &found.calibration;
     let suspect: Vec<Value> = found
@@ -34,7 +34,7 @@ pub fn result(found: &Calibrated, data: &Data, rig: &Rig) -> Value {
         "zero": { "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
                   "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
         "suspects": suspect,
-        "sides": found.sides.iter().map(|s| side(s, found, data, rig)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().map(|s| side(s, rig)).collect::<Vec<_>>(),
         "warnings": found.warnings,
     })
 }
@@ -54,7 +54,7 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, found: &Calibrated, data: &Data, rig: &Rig) -> Value {
+fn side(s: &SideResult, rig: &Rig) -> Value {
     let kind = rig.scene.drive;
     let one = |e: Estimator| {
         let candidates: Vec<Estimator> =
@@ -62,7 +62,7 @@ fn side(s: &SideResult, found: &Calibrated, data: &Data, rig: &Rig) -> Value {
         let held = s.held_out(e);
         let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
         let shared = s.answered_by_all(&candidates);
-        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared.contains(&k)));
+        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
         let asked = s.used;
         json!({ "calibrated": s.has(e), "held_out_rms_mm": rms, "answered": answered, "asked": asked,
                 "held_out_rms_common_mm": common, "common": n })
@@ -76,7 +76,7 @@ fn side(s: &SideResult, found: &Calibrated, data: &Data, rig: &Rig) -> Value {
         "used": s.used,
         "estimators": estimators,
         "best": best,
-        "drives": drives(&s.table, Some((s, found, data)), rig),
+        "drives": drives(&s.table, Some(s), rig),
         "distances": distances(&s.table, rig),
         "with_suspects": s.with_suspects.as_ref().map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
@@ -135,9 +135,16 @@ fn best(s: &SideResult, kind: Drive) -> Value {
     json!({ "by_K_sd": say(least(&clean)), "without_noise": say(least(&|d| d.bias)), "with_noise": say(least(&|d| d.total)) })
 }
 
-fn drives(t: &KTable, of: Option<(&SideResult, &Calibrated, &Data)>, rig: &Rig) -> Vec<Value> {
+fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
-    let noise = of.map_or(0.0, |(s, ..)| s.noise);
+    let noise = of.map_or(0.0, |s| s.noise);
+    let held: Vec<(&str, Vec<Option<f64>>)> = Estimator::ALL
+        .into_iter()
+        .filter_map(|e| {
+            let s = of?;
+            Some((e.name(), s.held_out(e)?.rms_by_drive(&s.cells, s.drives.len())))
+        })
+        .collect();
     let row = |(j, d): (usize, AtDrive)| {
         let row = &t.tally.drives[j];
         let mut v = json!({
@@ -150,20 +157,13 @@ fn drives(t: &KTable, of: Option<(&SideResult, &Calibrated, &Data)>, rig: &Rig) 
             "status": row.status.to_string(),
         });
         v[rig.scene.drive.column()] = d.drive.into();
-        if let Some((s, ..)) = of {
+        if of.is_some() {
             v["noise_rms_mm"] = json!(d.noise_rms);
             v["bias_rms_mm"] = json!(d.bias);
             v["total_rms_mm"] = json!(d.total);
-            let held: serde_json::Map<String, Value> = Estimator::ALL
-                .into_iter()
-                .filter_map(|e| {
-                    Some((
-                        e.name().to_owned(),
-                        json!(s.held_out(e)?.rms(|k| s.level_of(k).is_some_and(|(_, at)| at == j)).0),
-                    ))
-                })
-                .collect();
-            v["held_out_rms_mm"] = held.into();
+            let each: serde_json::Map<String, Value> =
+                held.iter().map(|(name, rms)| ((*name).to_owned(), json!(rms[j]))).collect();
+            v["held_out_rms_mm"] = each.into();
         }
         v
     };
@@ -236,12 +236,24 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
             s.drives.centres[0],
             s.drives.centres[s.drives.len() - 1],
         );
-        let _ = writeln!(t, "  estimator     error on distances left out");
+        let candidates: Vec<Estimator> =
+            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+        let shared = s.answered_by_all(&candidates);
+        let n = shared.iter().filter(|x| **x).count();
+        let _ = writeln!(
+            t,
+            "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
+        );
         for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
-            let (rms, n) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
-            let rms = rms.map_or("no answer".to_owned(), |r| format!("{r:.4} mm rms over {n} taps"));
+            let Some(held) = s.held_out(e) else {
+                let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
+                continue;
+            };
+            let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
+            let ((all, answered), (common, _)) = (held.rms(|_| true), held.rms(|k| shared[k]));
             let mark = if e == found.winner { "  <- default" } else { "" };
-            let _ = writeln!(t, "  {:<13} {rms}{mark}", e.name());
+            let _ =
+                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
         }
         if let Some(f) = &s.fit {
             for (i, p) in f.exact.fitted.iter().enumerate() {
@@ -260,15 +272,16 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
         }
         if s.drives.len() > 1 {
             let b = best(s, kind);
+            let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {
                 let at = &b[k];
                 let number = |x: &Value| x.as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
-                format!("{}{degree} ({} mm rms)", at[kind.column()], number(&at["total_rms_mm"]))
+                format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
             };
             let _ = writeln!(
                 t,
                 "  best {symbol} of the paper's procedure: {} without noise, {} with it",
-                b["without_noise"][kind.column()],
+                drive(&b["without_noise"]),
                 say("with_noise")
             );
         }

@@ -1,11 +1,9 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
-use super::{Fitted, Reason};
-use std::collections::{HashMap, HashSet};
-
 use super::fit::{Fit, Task};
 use super::held_out::{HeldOut, Side as Held, held_out};
 use super::taps::{Cell, Levels, Tap, cells};
+use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::{Estimated, Estimator as Classic};
 use crate::evaluate::Outcome;
@@ -66,7 +64,6 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
-    levels: HashMap<usize, (usize, usize)>,
     held: Vec<(Estimator, HeldOut)>,
 }
 
@@ -200,7 +197,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         table: curves,
     };
     let used = cells.iter().map(|c| c.taps.len()).sum();
-    let levels = cells.iter().flat_map(|c| c.taps.iter().map(|k| (*k, (c.i, c.j)))).collect();
     Ok(SideResult {
         sign: ask.sign,
         gauge: ask.gauge,
@@ -214,7 +210,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         fit,
         recorded: ask.recorded,
         noise: ask.noise,
-        levels,
         held,
     })
 }
@@ -254,22 +249,11 @@ impl SideResult {
         self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
-    /// Used taps that all of `candidates` answer when they are held out.
-    pub fn answered_by_all(&self, candidates: &[Estimator]) -> HashSet<usize> {
-        let answered = |e: &Estimator| -> HashSet<usize> {
-            self.held_out(*e)
-                .into_iter()
-                .flat_map(|h| &h.taps)
-                .filter(|t| t.1.is_finite())
-                .map(|t| t.0)
-                .collect()
-        };
-        candidates.iter().map(answered).reduce(|a, b| &a & &b).unwrap_or_default()
-    }
-
-    /// Distance and drive level of a used tap.
-    pub fn level_of(&self, tap: usize) -> Option<(usize, usize)> {
-        self.levels.get(&tap).copied()
+    /// For each tap of the file, whether all of `candidates` answer it when it is held out.
+    pub fn answered_by_all(&self, candidates: &[Estimator]) -> Vec<bool> {
+        let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
+        let n = held.first().map_or(0, |h| h.taps.len());
+        (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()
     }
 
     /// Mean of K̄ over the drives.

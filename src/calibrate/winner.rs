@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::held_out::HeldOut;
 use super::side::SideResult;
 use crate::locate::Estimator;
 
@@ -17,8 +18,7 @@ const TOLD_APART: f64 = 2.0;
 /// another does is none.
 pub fn winner(sides: &[SideResult]) -> Estimator {
     let answered = |e: Estimator| -> usize {
-        let on =
-            |s: &SideResult| s.held_out(e).map_or(0, |h| h.taps.iter().filter(|t| t.1.is_finite()).count());
+        let on = |s: &SideResult| s.held_out(e).map_or(0, HeldOut::answered);
         sides.iter().map(on).sum()
     };
     let everywhere = |e: &Estimator| sides.iter().all(|s| s.has(*e));
@@ -48,12 +48,11 @@ fn per_distance(
     let mut sums = HashMap::new();
     for (k, side) in sides.iter().enumerate() {
         let shared = side.answered_by_all(candidates);
-        for (tap, error) in side.held_out(estimator).into_iter().flat_map(|h| &h.taps) {
-            if shared.contains(tap)
-                && let Some((i, _)) = side.level_of(*tap)
-            {
-                let sum: &mut (f64, f64) = sums.entry((k, i)).or_default();
-                *sum = (sum.0 + error * error, sum.1 + 1.0);
+        let Some(held) = side.held_out(estimator) else { continue };
+        for cell in &side.cells {
+            for tap in cell.taps.iter().filter(|t| shared[**t]) {
+                let sum: &mut (f64, f64) = sums.entry((k, cell.i)).or_default();
+                *sum = (sum.0 + held.taps[*tap].powi(2), sum.1 + 1.0);
             }
         }
     }

@@ -63,7 +63,7 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None::<Estimator>, &opener(&options))?;
-    let result = report::result(&found, &data, &rig);
+    let result = report::result(&found, &rig);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = json!({

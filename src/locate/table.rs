@@ -174,20 +174,27 @@ impl Table {
         let mut found = [None; 2];
         let mut n = 0;
         let mut last: Option<(f64, f64)> = None;
-        let looks = knots.windows(2).flat_map(|k| {
-            let (k0, k1) = (k[0], k[1]);
-            (0..LOOKS).map(move |i| k0 + (k1 - k0) * (i as f64 / LOOKS as f64))
-        });
-        for x in looks.chain(knots.last().copied()) {
-            let now = (x, at(x).0);
-            if let Some(before) = last
-                && (before.1 <= y) != (now.1 <= y)
-                && n < 2
-            {
-                found[n] = Some(bracketed(|x| at(x).0 - y, now.0, before.0));
-                n += 1;
+        // At one drive each piece between knots is monotone; a mixture of two curves may peak between knots that enclose the largest.
+        let parts = if w == 0.0 { 1 } else { LOOKS };
+        for (i, x) in knots.iter().enumerate() {
+            let part = |k: usize| knots[i - 1] + (x - knots[i - 1]) * (k as f64 / parts as f64);
+            let value = at(*x).0;
+            let high = last.is_some_and(|(_, before)| before < y && value < y && y - before.max(value) < 0.1);
+            let inner =
+                (1..parts).filter(|_| i > 0 && high).map(part).map(|x| (x, at(x).0)).collect::<Vec<_>>();
+            for now in inner.into_iter().chain([(*x, value)]) {
+                if let Some(before) = last
+                    && (before.1 <= y) != (now.1 <= y)
+                    && n < 2
+                {
+                    found[n] = Some(bracketed(|x| at(x).0 - y, now.0, before.0));
+                    n += 1;
+                }
+                last = Some(now);
             }
-            last = Some(now);
+            if n == 2 {
+                break;
+            }
         }
         let x = found[0]?;
         let (_, slope, variance) = at(x);
