@@ -1,6 +1,7 @@
 //! A zero that drifts and was never read: repeats of the same tap tell how fast.
 
-use super::taps::{Cell, Tap};
+use super::taps::{Cell, Levels, Tap, cells};
+use crate::measure::Rig;
 use crate::reduce::median;
 
 /// A slope is one beyond so many of its standard errors, and where it carries the zero by so many standard deviations of a reading.
@@ -19,8 +20,19 @@ pub struct Drift {
     pub least: f64,
 }
 
+/// The drift that repeats of all sides show together.
+pub fn of_all(rig: &Rig, taps: &[Tap], signs: &[f64]) -> Option<Drift> {
+    let mut all = Vec::new();
+    for sign in signs {
+        let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
+        let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
+        all.extend(cells(taps, rig, &levels(|t| t.a), &levels(|t| t.drive), here));
+    }
+    find(taps, &all)
+}
+
 /// The drift that repeats in `all` show, if it is certain; the slope is a median of pairs, so that single wrong rows do not count.
-pub fn find(taps: &[Tap], all: &[Cell]) -> Option<Drift> {
+fn find(taps: &[Tap], all: &[Cell]) -> Option<Drift> {
     let mut slopes = Vec::new();
     for cell in all.iter().filter(|c| c.taps.len() >= 2) {
         let half = cell.taps.len() / 2;

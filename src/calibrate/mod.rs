@@ -14,6 +14,7 @@
 pub mod drift;
 pub mod fit;
 pub mod held_out;
+pub mod noise;
 pub mod output;
 pub mod reason;
 pub mod report;
@@ -36,8 +37,6 @@ use taps::{Tap, ZeroReading};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
-/// Degrees of freedom that a noise stated in the spec is worth where the repeats bear it out.
-const STATED: f64 = 200.0;
 /// Strains above this are no strains.
 const ABSURD: f64 = 0.5;
 
@@ -93,7 +92,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let signs = signs(data, &mut taps)?;
-    let drift = if zero.count == 0 { drifting(&rig, &taps, &signs) } else { None };
+    let drift = if zero.count == 0 { drift::of_all(&rig, &taps, &signs) } else { None };
     if let Some(d) = &drift {
         drift::remove(&mut taps, d);
         let carried = d.slope * data.rows.len() as f64;
@@ -123,7 +122,11 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         let scatter = suspects::flag(&mut taps, &rig, sign, &models);
         sides.push((sign, gauge, scatter));
     }
-    let (noise, noise_from) = noise(&rig, data.unit.is_strain(), &taps, &sides);
+    let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
+    let (noise, noise_from) = match found {
+        Some(found) => found,
+        None => noise::scatter(&rig, &taps, &sides, recorded, &options.fit, &open)?,
+    };
     rig.scene.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
     for (sign, gauge, _) in sides {
@@ -272,55 +275,6 @@ fn spec_model(
 ) -> Result<Option<Exact>, Error> {
     let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
     Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open).map(Some)
-}
-
-/// The drift that repeats of all sides show together.
-fn drifting(rig: &Rig, taps: &[Tap], signs: &[f64]) -> Option<drift::Drift> {
-    let mut all = Vec::new();
-    for sign in signs {
-        let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
-        let levels = |f: fn(&Tap) -> f64| taps::Levels::of(taps.iter().filter(|t| here(t)).map(f));
-        all.extend(taps::cells(taps, rig, &levels(|t| t.a), &levels(|t| t.drive), here));
-    }
-    drift::find(taps, &all)
-}
-
-/// Standard deviation of one reading and where it comes from.
-fn noise(rig: &Rig, strain: bool, taps: &[Tap], sides: &[(f64, Side, suspects::Scatter)]) -> (f64, String) {
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for (sign, ..) in sides {
-        let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
-        let levels = |f: fn(&Tap) -> f64| taps::Levels::of(taps.iter().filter(|t| here(t)).map(f));
-        let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
-        if distances.len() == 0 {
-            continue;
-        }
-        if let Some((sd, n)) = taps::repeatability(&taps::cells(taps, rig, &distances, &drives, here)) {
-            squares += sd * sd * n;
-            freedom += n;
-        }
-    }
-    // A spread that is only rounding is none.
-    let mut sizes: Vec<f64> = taps.iter().filter(|t| t.reason.is_none()).map(|t| t.signal.abs()).collect();
-    let rounding = 1e-12 * crate::reduce::median(&mut sizes);
-    let repeats = (squares / freedom).sqrt();
-    let repeats = if repeats < rounding { 0.0 } else { repeats };
-    let stated = rig.scene.gauge.noise_strain.filter(|_| strain);
-    let agree = |s: f64| repeats > 0.0 && s > 0.0 && (repeats / s).ln().abs() < 2.0 / (2.0 * freedom).sqrt();
-    match (freedom >= 3.0, stated) {
-        (true, Some(s)) if agree(s) => {
-            let pooled = (freedom * repeats * repeats + STATED * s * s) / (freedom + STATED);
-            let from =
-                "repeats ({n} degrees of freedom), and gauge.noise_strain of the spec, which they bear out";
-            (pooled.sqrt(), from.replace("{n}", &freedom.to_string()))
-        }
-        (true, _) => (repeats, format!("repeats ({freedom} degrees of freedom)")),
-        (false, Some(noise)) => (noise, "gauge.noise_strain of the spec, for want of repeats".to_owned()),
-        (false, None) => {
-            let worst = sides.iter().map(|s| s.2.signal).fold(0.0, f64::max);
-            (worst, "scatter about a smooth surface, for want of repeats".to_owned())
-        }
-    }
 }
 
 /// What a user should know before trusting the result.

@@ -43,23 +43,25 @@ pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, models: &[&Expected<'_>]) ->
     surface(taps, &all, [&distances, &drives], models)
 }
 
-/// Readings that stand at the same extreme value although very different strains are expected: the end stop of the sensor.
+/// Readings that stand at one large value although very different strains are expected: the end stop of the sensor. Two rows are
+/// enough at the largest value of all, three below it.
 fn saturated(taps: &mut [Tap], here: &dyn Fn(&Tap) -> bool, expected: &Expected<'_>) {
-    let extreme = |sign: f64| {
-        taps.iter().filter(|t| here(t)).map(|t| sign * t.value).fold(f64::NEG_INFINITY, f64::max) * sign
-    };
-    for stop in [extreme(1.0), extreme(-1.0)] {
-        let there: Vec<usize> =
-            (0..taps.len()).filter(|&k| here(&taps[k]) && taps[k].value == stop).collect();
-        let strains = || there.iter().map(|&k| expected(taps[k].a, taps[k].drive));
-        let (lo, hi) = strains().fold((f64::INFINITY, 0.0f64), |(lo, hi), e| (lo.min(e), hi.max(e)));
-        // Only at the large end: signals of taps that hardly bend are equal for other reasons.
-        let mut sizes: Vec<f64> = taps.iter().filter(|t| here(t)).map(|t| t.signal.abs()).collect();
-        let large = there.iter().all(|&k| taps[k].signal.abs() >= median(&mut sizes));
-        if there.len() >= 2 && hi > 1.05 * lo && large {
-            there.iter().for_each(|&k| taps[k].reason = Some(Reason::Saturated));
+    let mut order: Vec<usize> = (0..taps.len()).filter(|&k| here(&taps[k])).collect();
+    order.sort_by(|&i, &j| taps[i].value.total_cmp(&taps[j].value));
+    let mut sizes: Vec<f64> = order.iter().map(|&k| taps[k].signal.abs()).collect();
+    let large = median(&mut sizes);
+    let ends = order.first().zip(order.last()).map(|(&i, &j)| [taps[i].value, taps[j].value]);
+    let mut stopped = Vec::new();
+    for there in order.chunk_by(|&i, &j| taps[i].value == taps[j].value) {
+        let strains = there.iter().map(|&k| expected(taps[k].a, taps[k].drive));
+        let (lo, hi) = strains.fold((f64::INFINITY, 0.0f64), |(lo, hi), e| (lo.min(e), hi.max(e)));
+        let extreme = ends.is_some_and(|e| e.contains(&taps[there[0]].value));
+        let enough = there.len() >= if extreme { 2 } else { 3 };
+        if enough && hi > 1.05 * lo && there.iter().all(|&k| taps[k].signal.abs() >= large) {
+            stopped.extend_from_slice(there);
         }
     }
+    stopped.into_iter().for_each(|k| taps[k].reason = Some(Reason::Saturated));
 }
 
 /// Rows of cells with three repeats or more that lie off the cell's median.
@@ -191,7 +193,13 @@ impl<'a> Compared<'a> {
 /// Cells that lie off the smooth surface, both relative to the signal and in its unit.
 fn surface(taps: &mut [Tap], all: &[Cell], levels: [&Levels; 2], models: &[&Expected<'_>]) -> Scatter {
     let middle = |c: &Cell| median(&mut c.taps.iter().map(|&k| taps[k].signal.abs()).collect::<Vec<_>>());
-    let judged: Vec<(&Cell, f64)> = all.iter().map(|c| (c, middle(c))).collect();
+    // Two repeats that disagree do not say which is wrong: each is judged by itself.
+    let alone = |c: &Cell| -> Vec<Cell> {
+        let one = |&k: &usize| Cell { taps: vec![k], a: taps[k].a, drive: taps[k].drive, ..c.clone() };
+        if c.taps.len() < 3 { c.taps.iter().map(one).collect() } else { vec![c.clone()] }
+    };
+    let entries: Vec<Cell> = all.iter().flat_map(alone).collect();
+    let judged: Vec<(&Cell, f64)> = entries.iter().map(|c| (c, middle(c))).collect();
     if judged.len() < 4 {
         return Scatter::default();
     }

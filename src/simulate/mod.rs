@@ -218,22 +218,24 @@ struct State<'a> {
 }
 
 impl State<'_> {
-    /// The recorded value of a strain: zero, noise, end stop, factor, unit.
-    fn record(&mut self, strain: f64) -> (f64, Dice, bool) {
+    /// Random numbers of the row that is next.
+    fn dice(&self) -> Dice {
+        Dice { seed: self.settings.seed, row: self.row }
+    }
+
+    /// The recorded value of a strain (zero, noise, end stop, factor, unit), and whether the sensor stopped.
+    fn record(&mut self, strain: f64) -> (f64, bool) {
         let s = self.settings;
-        let dice = Dice { seed: s.seed, row: self.row };
-        let mut strain = strain
-            + s.drift * f64::from(self.row)
-            + if s.noise > 0.0 { s.noise * dice.normal() } else { 0.0 };
+        let noise = if s.noise > 0.0 { s.noise * self.dice().normal() } else { 0.0 };
+        let strain = strain + s.drift * f64::from(self.row) + noise;
         self.row = self.row.wrapping_add(1);
         let stop = s.saturate.unwrap_or(f64::INFINITY);
-        let stopped = strain.abs() > stop;
-        strain = strain.clamp(-stop, stop);
-        (s.unit.value(s.factor * strain, self.rig.scene.gauge.factor), dice, stopped)
+        let value = s.unit.value(s.factor * strain.clamp(-stop, stop), self.rig.scene.gauge.factor);
+        (value, strain.abs() > stop)
     }
 
     fn zero(&mut self, text: &mut Text, counts: &mut Counts, a: f64) -> csv::Result<()> {
-        let (value, ..) = self.record(0.0);
+        let (value, _) = self.record(0.0);
         counts.zeros += 1;
         self.since_zero = 0;
         let mut row =
@@ -255,21 +257,23 @@ impl State<'_> {
         }
         self.since_zero = self.since_zero.saturating_add(1);
         let memory = self.settings.hysteresis * self.last;
-        let (mut value, dice, stopped) = self.record(tap.strain + memory);
+        let dice = self.dice();
+        let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
+        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != a;
+        let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
+        let (value, stopped) = self.record(spike * (tap.strain + memory));
         if tap.strain.is_finite() {
             self.last = tap.strain;
         } else {
             counts.unsolved += 1;
         }
-        let (mut label, mut fault) = (a, if stopped { "saturated" } else { "" });
-        if self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers {
-            if dice.uniform(3) < 0.5 && other != a {
-                (label, fault) = (other, "mislabelled");
-            } else {
-                value *= 1.2 + 0.8 * dice.uniform(4);
-                fault = "spike";
-            }
-        }
+        let label = if mislabelled { other } else { a };
+        let fault = match (stopped, mislabelled, wrong) {
+            (true, ..) => "saturated",
+            (_, true, _) => "mislabelled",
+            (.., true) => "spike",
+            _ => "",
+        };
         counts.faults += u64::from(!fault.is_empty());
         counts.taps += 1;
         let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
