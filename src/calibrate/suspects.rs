@@ -73,7 +73,11 @@ fn repeats(taps: &mut [Tap], all: &[Cell]) {
         let small = (cell.n() / (cell.n() - 1.0)).sqrt();
         off.extend(cell.taps.iter().map(|&k| (k, (taps[k].signal.abs() - middle) * small, middle)));
     }
-    let scale = NORMAL * median(&mut off.iter().map(|(_, d, _)| d.abs()).collect::<Vec<_>>());
+    // In a cell of odd size one tap is the median and says nothing of the spread; where more are equal, that is the spread.
+    let odd = all.iter().filter(|c| c.taps.len() >= 3 && c.taps.len() % 2 == 1).count();
+    let mut sizes: Vec<f64> = off.iter().map(|(_, d, _)| d.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let scale = NORMAL * median(&mut sizes[odd.min(off.len())..]);
     for (k, d, middle) in off {
         // Noise is as large in all cells; where most repeats are equal, only a share of the signal can tell.
         if d.abs() > FAR * scale && d.abs() > 1e-3 * middle && (scale > 0.0 || d.abs() > LEAST * middle) {
