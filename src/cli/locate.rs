@@ -18,12 +18,13 @@ use super::reply::Reply;
 pub fn run(args: &Locate) -> Result<Reply, Error> {
     let start = Instant::now();
     let options = args.common.over(&RunOptions::default());
-    if let Some(n) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|e| Error::Run(e.to_string()))?;
-    }
+    // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
+    let pool = rayon::ThreadPoolBuilder::new();
+    let pool = match options.threads {
+        Some(n) => pool.num_threads(n),
+        None => pool.num_threads(1).use_current_thread(),
+    };
+    pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
     let label = args.calibration.display().to_string();
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
