@@ -2,8 +2,9 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones;
-//! [`sweep`] drives it all; [`explain`] compares the effects of a model. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! tables; [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes
+//! synthetic ones; [`sweep`] drives it all; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
 //! [`sink`].
 
 pub mod backend;
@@ -22,7 +23,9 @@ pub mod reduce;
 pub mod scene;
 pub mod simulate;
 pub mod sink;
+pub mod smooth;
 pub mod spec;
 pub mod statistics;
 pub mod status;
 pub mod sweep;
+pub mod verify;

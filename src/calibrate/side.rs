@@ -117,6 +117,7 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
         arc: f64::NAN,
         sticking: false,
         sweeps: 0.0,
+        interpolated: false,
         status: if beyond { Status::STRAIN_LIMIT } else { Status::OK },
     }
 }

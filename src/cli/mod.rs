@@ -9,6 +9,7 @@ mod progress;
 mod reply;
 mod simulate;
 mod sweep;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -42,6 +43,11 @@ pub fn run() -> ExitCode {
         Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
         Command::Locate(locate) => locate::run(locate),
         Command::Simulate(simulate) => simulate::run(simulate, &mut json),
+        Command::Verify(verify) => match verify::run(verify, &mut json) {
+            Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
+            Ok((reply, None)) => Ok(reply),
+            Err(e) => Err(e),
+        },
         Command::Devices(common) => devices::run(common),
     };
     match result {

@@ -5,7 +5,7 @@
 
 mod exact;
 mod linear;
-mod pack;
+pub(crate) mod pack;
 
 use rayon::prelude::*;
 
@@ -38,12 +38,12 @@ impl Cpu {
 }
 
 #[cfg(target_arch = "x86_64")]
-fn fused() -> bool {
+pub(crate) fn fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn fused() -> bool {
+pub(crate) fn fused() -> bool {
     false
 }
 

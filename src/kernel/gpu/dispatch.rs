@@ -46,6 +46,11 @@ impl Gpu {
         &self.adapter
     }
 
+    /// Handles of the device and its queue.
+    pub fn device(&self) -> (wgpu::Device, wgpu::Queue) {
+        (self.device.clone(), self.queue.clone())
+    }
+
     /// Bytes of one number.
     fn word(&self) -> usize {
         match self.precision {
@@ -155,6 +160,10 @@ impl Solver for Gpu {
         self.queue.submit([encoder.finish()]);
         read(&self.device, &buffers.readback, bytes, precision, out)
             .map_err(|e| format!("{}: {e}", self.adapter.name))
+    }
+
+    fn gpu(&self) -> Option<&Gpu> {
+        Some(self)
     }
 
     fn batch_limit(&self) -> usize {
