@@ -22,6 +22,7 @@ use crate::error::InputError;
 use crate::scene::{Drive, Scene};
 use reader::{Document, Result};
 use schema::Sections;
+pub(crate) use schema::nearest;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Scene> {

@@ -203,7 +203,7 @@ pub(super) fn hint(word: &str, known: &[&str]) -> String {
 }
 
 /// The one of `known` that is most like `word`, if it is like it at all; case, `_` and `-` hardly count.
-pub(super) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let plain = |s: &str| s.to_lowercase().replace(['_', '-', ' '], "");
     let distance = |name: &str| strsim::damerau_levenshtein(&plain(word), &plain(name));
     let close =

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod cases;
+pub mod measuring;
 pub mod program;
 pub mod quadrature;
 pub mod recount;
