@@ -13,6 +13,7 @@ pub mod evaluate;
 pub mod explain;
 pub mod kernel;
 pub mod physics;
+pub mod optimise;
 pub mod plan;
 pub mod reduce;
 pub mod scene;

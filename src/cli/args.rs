@@ -19,6 +19,8 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Search geometry and tap angle -> best design, Pareto front, history
+    Optimise(Optimise),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -28,6 +30,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Optimise(_) => "optimise",
             Self::Devices(_) => "devices",
         }
     }
@@ -36,6 +39,7 @@ impl Command {
     pub fn common(&self) -> &Common {
         match self {
             Self::Sweep(s) => &s.common,
+            Self::Optimise(o) => &o.common,
             Self::Devices(c) => c,
         }
     }
@@ -52,6 +56,18 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Search for the best design.
+#[derive(Debug, Flags)]
+pub struct Optimise {
+    /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
+    pub spec: PathBuf,
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }

@@ -3,6 +3,7 @@
 mod args;
 mod devices;
 mod explain;
+mod optimise;
 mod progress;
 mod reply;
 mod sweep;
@@ -31,6 +32,7 @@ pub fn run() -> ExitCode {
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
+        Command::Optimise(optimise) => optimise::run(optimise, &mut json),
         Command::Devices(common) => devices::run(common),
     };
     match result {

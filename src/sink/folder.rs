@@ -9,7 +9,17 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 4] = ["tuples.csv", "designs.csv", "distances.csv", "run.json"];
+const OURS: [&str; 9] = [
+    "tuples.csv",
+    "designs.csv",
+    "distances.csv",
+    "best.toml",
+    "history.csv",
+    "sensitivity.csv",
+    "pareto.csv",
+    "tap.csv",
+    "run.json",
+];
 
 /// Start of the name of a folder in which a result is being written, or was when the machine went down.
 const PARTIAL: &str = ".vibrissa-";
