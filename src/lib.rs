@@ -23,3 +23,4 @@ pub mod spec;
 pub mod statistics;
 pub mod status;
 pub mod sweep;
+pub mod tap;

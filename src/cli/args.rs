@@ -21,6 +21,8 @@ pub enum Command {
     Sweep(Sweep),
     /// Search geometry and tap angle -> best design, Pareto front, history
     Optimise(Optimise),
+    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    Tap(Tap),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -31,6 +33,7 @@ impl Command {
         match self {
             Self::Sweep(_) => "sweep",
             Self::Optimise(_) => "optimise",
+            Self::Tap(_) => "tap",
             Self::Devices(_) => "devices",
         }
     }
@@ -40,6 +43,7 @@ impl Command {
         match self {
             Self::Sweep(s) => &s.common,
             Self::Optimise(o) => &o.common,
+            Self::Tap(t) => &t.common,
             Self::Devices(c) => c,
         }
     }
@@ -70,6 +74,27 @@ pub struct Optimise {
     pub resume: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Find the best tap angle.
+#[derive(Debug, Flags)]
+pub struct Tap {
+    /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
+    pub spec: PathBuf,
+    /// What to make small: total_rms_mm, or K_sd
+    #[arg(long, value_enum, value_name = "WORD", default_value = "distance")]
+    pub objective: TapObjective,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Words of `tap --objective`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TapObjective {
+    /// total_rms_mm: bias and noise of the distance
+    Distance,
+    /// K_sd: the spread of K
+    Sd,
 }
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.

@@ -7,6 +7,7 @@ mod optimise;
 mod progress;
 mod reply;
 mod sweep;
+mod tap;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,7 @@ pub fn run() -> ExitCode {
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
         Command::Optimise(optimise) => optimise::run(optimise, &mut json),
+        Command::Tap(tap) => tap::run(tap, &mut json),
         Command::Devices(common) => devices::run(common),
     };
     match result {

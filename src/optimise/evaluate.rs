@@ -58,6 +58,14 @@ impl<'a> Scorer<'a> {
         Ok(scores)
     }
 
+    /// As [`Self::scores`], of the nominal whiskers alone.
+    pub fn nominal(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let deviations = std::mem::take(&mut self.judge.deviations);
+        let scores = self.scores(points);
+        self.judge.deviations = deviations;
+        scores
+    }
+
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
         let judge = &self.judge;
@@ -109,7 +117,7 @@ impl Judge<'_> {
     fn score(&self, designs: &[Design], taps: &[Outcome]) -> Score {
         let n = self.distances.len();
         let nominal = Read::new(self, &designs[0], &taps[..n], None);
-        let Some(robust) = &self.search.robust else { return nominal.score };
+        let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else { return nominal.score };
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
                 nominal.k.map(|k| (Estimator::new(self.scene, shared, self.reach), k, designs[0].tuple.drive))

@@ -182,15 +182,13 @@ fn whole(
         });
     }
     let mut design = |f: &Found| -> Result<Design, Error> {
-        let row = session.report().row(&f.point)?;
+        let row = session.report()[1].row(&f.point)?;
         Ok(Design { point: f.point, row, score: f.score, unit: unit(scene, &f.point) })
     };
     let best = design(&best)?;
     let front = front.map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>()).transpose()?.map(Front::new);
 
-    let plain = Search { robust: None, ..search.clone() };
-    let (mut near, mut wide) = (scorer(&precise, &plain)?, scorer(choice, &plain)?);
-    let sensitivity = sensitivity::run(&mut near, &mut wide, &variables, &best.point, search.seed)?;
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
     let binding = Limit::ALL.into_iter().filter(|&l| best.score.limit(l) > BINDING).collect();
     let mut report = Report {
         files: Vec::new(),
@@ -222,7 +220,7 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
         left.retain(|(stage, _)| *stage == Stage::Swarm);
         left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
         let points: Vec<Tuple> = left.iter().take(AGAIN).map(|(_, f)| f.point).collect();
-        let scores = session.report().scores(&points)?;
+        let scores = session.report()[1].scores(&points)?;
         for (point, score) in points.into_iter().zip(scores) {
             if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
                 best = Some(Found { point, score });

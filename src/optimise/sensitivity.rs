@@ -8,7 +8,7 @@ use crate::scene::sampler::Sampler;
 use crate::scene::{Column, Tuple};
 
 /// Base samples of the global indices.
-const SAMPLES: u32 = 1024;
+const SAMPLES: u32 = 2048;
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
 /// The parameters, in row order.
@@ -38,7 +38,7 @@ pub struct Sensitivity {
 }
 
 /// Around `best` by `local`, over the box of `variables` by `global`.
-pub fn run(local: &mut Scorer<'_>, global: &mut Scorer<'_>, variables: &Variables, best: &Tuple, seed: u64) -> Result<Sensitivity, Error> {
+pub fn run([global, local]: [&mut Scorer<'_>; 2], variables: &Variables, best: &Tuple, seed: u64) -> Result<Sensitivity, Error> {
     let mut s = Sensitivity { local: Vec::new(), global: Vec::new(), samples: (SAMPLES, 0), evaluations: 0 };
     elasticities(local, best, &mut s)?;
     indices(global, variables, best, seed, &mut s)?;
@@ -53,7 +53,7 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
     };
     let points: Vec<Tuple> =
         PARAMETERS.iter().flat_map(|&c| [moved(c, STEP), moved(c, -STEP)]).chain([*best]).collect();
-    let scores = scorer.scores(&points)?;
+    let scores = scorer.nominal(&points)?;
     out.evaluations += points.len() as u64;
     let here = scores[points.len() - 1].figures;
     for (i, &column) in PARAMETERS.iter().enumerate() {
@@ -89,7 +89,7 @@ fn indices(scorer: &mut Scorer<'_>, variables: &Variables, best: &Tuple, seed: u
             variables.point(&u, drive)
         })
         .collect();
-    let scores = scorer.scores(&points)?;
+    let scores = scorer.nominal(&points)?;
     out.evaluations += points.len() as u64;
     out.global = variables.list().iter().map(|v| (v.column, [None; 2], [None; 2])).collect();
     for f in 0..2 {

@@ -242,9 +242,9 @@ impl<'a> Session<'a> {
         std::mem::take(&mut self.archive)
     }
 
-    /// Scores outside the budget, in f64: for what is reported.
-    pub fn report(&mut self) -> &mut Scorer<'a> {
-        &mut self.polish
+    /// Scorers of both stages outside the budget: for what is reported.
+    pub fn report(&mut self) -> [&mut Scorer<'a>; 2] {
+        [&mut self.swarm, &mut self.polish]
     }
 
     /// Seconds since the search began.
