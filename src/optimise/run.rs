@@ -164,7 +164,7 @@ fn whole(
     let mut session = Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
 
     let (ended, front) = if search.objective == Objective::Pareto {
-        let (result, points) = front::search(&mut session, search.seed);
+        let (result, points) = front::search(&mut session, search.seed)?;
         (global::ending(result)?, Some(points))
     } else {
         (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
