@@ -28,7 +28,7 @@ pub fn infeasible(scene: &Scene, search: &Search, closest: &Score) -> InputError
 pub fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {
-        format!("{:.4}{unit} at the closest design, {:.3} times the limit of {least}{unit}", reached(score, limit, least), 1.0 + value)
+        format!("{}{unit} at the closest design, {:.3} times the limit of {least}{unit}", reached(score, limit, least), 1.0 + value)
     };
     match limit {
         Limit::Strain => format!("the gauge strain is {}", times(search.limits.strain, "")),
@@ -57,9 +57,10 @@ pub fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> St
     }
 }
 
+/// What the limited quantity reaches, to four digits.
 fn reached(score: &Score, limit: Limit, least: f64) -> f64 {
-    // Four digits, rounded up: the number is there to be typed.
+    // Rounded up, for the number is there to be typed; printed and read again, so that it is the decimal number.
     let value = (1.0 + score.limit(limit)) * least;
-    let unit = 10f64.powf(value.log10().floor() - 3.0);
-    (value / unit).ceil() * unit
+    let digits = 10f64.powi(3 - value.log10().floor() as i32);
+    format!("{:.3e}", (value * digits * (1.0 - 1e-9)).ceil() / digits).parse().unwrap_or(value)
 }

@@ -14,6 +14,10 @@ const LEAST: u32 = 4;
 const AGREEING: usize = 3;
 /// What is the same, relative.
 const SAME: f64 = 1e-5;
+/// Most times that a polish is repeated, and the relative gain for which it is.
+const AGAIN: usize = 4;
+/// See [`AGAIN`].
+const GAIN: f64 = 1e-6;
 /// Distinct candidates of a swarm that are polished.
 const POLISHED: usize = 3;
 /// Candidates closer than this in every variable of the unit box are not distinct.
@@ -32,8 +36,7 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Res
         let picked = pick(session.variables, goal, &session.take(), POLISHED);
         let mut best = f64::INFINITY;
         for (u, j) in picked {
-            let polished = polish::run(session, goal, (&u, j), COLD)?;
-            best = best.min(goal.order(&polished.score));
+            best = best.min(goal.order(&to_the_end(session, goal, (u, j))?.score));
         }
         session.take();
         found.push(best);
@@ -44,6 +47,23 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Res
         }
     }
     Ok(())
+}
+
+/// Polishes, and polishes again while that still helps: where limits of many samples meet, models stop too early.
+fn to_the_end(session: &mut Session<'_>, goal: Goal, (u, j): (Vec<f64>, usize)) -> Result<Found, Halt> {
+    let mut best = polish::run(session, goal, (&u, j), COLD)?;
+    for _ in 0..AGAIN {
+        let (u, j) = session.variables.place(&best.point);
+        let next = polish::run(session, goal, (&u, j), COLD)?;
+        let (old, new) = (goal.order(&best.score), goal.order(&next.score));
+        if new < old {
+            best = next;
+        }
+        if old - new <= GAIN * old.abs() {
+            break;
+        }
+    }
+    Ok(best)
 }
 
 /// The best candidates of `scored` that are distinct, in the unit box.

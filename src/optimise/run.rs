@@ -22,8 +22,8 @@ use crate::statistics::DriveRow;
 
 /// Strain tolerance of the polish.
 pub const TOLERANCE: f64 = 1e-10;
-/// A limit this close binds.
-const BINDING: f64 = -1e-5;
+/// A limit this close binds; one of sampled whiskers, whose quantile has kinks, from farther off.
+const BINDING: [f64; 2] = [-1e-5, -5e-3];
 /// Candidates of an unfinished swarm that are scored again in f64.
 const AGAIN: usize = 64;
 
@@ -189,7 +189,7 @@ fn whole(
     let front = front.map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>()).transpose()?.map(Front::new);
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
-    let binding = Limit::ALL.into_iter().filter(|&l| best.score.limit(l) > BINDING).collect();
+    let binding = Limit::ALL.into_iter().filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)]).collect();
     let mut report = Report {
         files: Vec::new(),
         value: goal.value(&best.score),

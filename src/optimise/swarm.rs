@@ -12,19 +12,24 @@ use super::score::Goal;
 use super::session::{Halt, Session, Stage};
 use crate::scene::sampler::Sampler;
 
-/// Particles and steps of start `k`: small first, so that a small budget sees a whole search, then larger.
-fn size(k: u32) -> (usize, u64) {
-    match k {
+/// Fewest particles.
+const LEAST: usize = 24;
+
+/// Particles and steps of start `k`: small first, so that a small budget sees a whole search, then larger. A particle that tries
+/// several drives counts for several.
+fn size(k: u32, drives: usize) -> (usize, u64) {
+    let (particles, steps) = match k {
         0 => (24, 12),
         1 => (48, 20),
         2 => (96, 30),
         _ => (192, 40),
-    }
+    };
+    ((particles / drives).max(LEAST), steps)
 }
 
 /// Runs one swarm towards `goal`; what it scored is in the session's archive. `seeds` are places in the unit box where particles begin.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
-    let (particles, steps) = size(session.start);
+    let (particles, steps) = size(session.start, session.variables.drives());
     let k = session.variables.len();
     // Each start has a stream of its own, whatever the seeds of others.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);

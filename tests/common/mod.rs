@@ -5,6 +5,7 @@ pub mod cases;
 pub mod program;
 pub mod quadrature;
 pub mod recount;
+pub mod searching;
 pub mod sweeping;
 
 use vibrissa::physics::rod::RodProblem;

@@ -1,0 +1,76 @@
+//! Searches against dense sweeps with local refinement: no design of theirs is better.
+//!
+//! `cargo test --release --test search -- --ignored --nocapture` makes the comparison with 10⁷ designs and ten seeds.
+
+mod common;
+
+use common::searching::{brute, search};
+use common::sweeping::{CPU, GPU, Place};
+use vibrissa::optimise::score::Goal;
+
+const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";
+
+/// Name, goal and spec of a problem.
+type Problem = (&'static str, Goal, String);
+
+fn problems() -> Vec<Problem> {
+    let spec = |gauge: &str, model: &str, optimise: &str| {
+        format!("[whisker]\nL_a = 50\n[gauge]\n{gauge}\n{TAPS}{model}\n[optimise]\n{optimise}\n")
+    };
+    let five = "variables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }";
+    vec![
+        (
+            "noise, strain and force limits",
+            Goal::Figure(1),
+            spec("noise_strain = 20e-6", "", &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 1.0, unambiguous = true, tip_not_wider = true }}")),
+        ),
+        ("no noise", Goal::Figure(0), spec("", "", &format!("objective = \"sd\"\n{five}\nlimits = {{ tip_not_wider = true }}"))),
+        (
+            "noise, shear and surface",
+            Goal::Figure(1),
+            spec("noise_strain = 50e-6", "[model]\nshear = true\nextension = true\nsurface = true", &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 0.8 }}")),
+        ),
+        (
+            "weighted, shear, Timoshenko's theory, hub",
+            Goal::Figure(2),
+            format!(
+                "[whisker]\nD = 10\nL_a = 50\nhub = 6\n[gauge]\nl = 2\nnoise_strain = 20e-6\n{TAPS}[model]\nshear = true\nextension = true\n[estimate]\ntheory = \"timoshenko\"\n\
+                 [optimise]\nobjective = \"weighted\"\nweights = {{ sd = 1, distance = 2 }}\nvariables = {{ d = [2, 10], x_ss = [3, 15], theta = [0.5, 10] }}\n\
+                 limits = {{ strain = 0.02, unambiguous = true }}"
+            ),
+        ),
+    ]
+}
+
+/// By how much the best of `seeds` searches at worst exceeds what the dense sweep found, relative.
+fn compare(designs: u32, seeds: u64, place: Place, allowed: f64) {
+    for (name, goal, text) in problems() {
+        let begun = std::time::Instant::now();
+        let dense = goal.value(&brute(&text, goal, designs, place).score);
+        let dense_seconds = begun.elapsed().as_secs_f64();
+        let reports: Vec<_> = (1..=seeds).map(|seed| search(&format!("{text}\nseed = {seed}\n"), place)).collect();
+        let excess = reports.iter().map(|r| r.value / dense - 1.0).fold(f64::NEG_INFINITY, f64::max);
+        let evaluations: Vec<u64> = reports.iter().map(|r| r.evaluations).collect();
+        let seconds = reports.iter().map(|r| r.seconds[1]).sum::<f64>() / seeds as f64;
+        println!(
+            "| {name} | {dense:.6e} | {dense_seconds:.0} | {excess:+.1e} | {}…{} | {seconds:.2} |",
+            evaluations.iter().min().unwrap(),
+            evaluations.iter().max().unwrap(),
+        );
+        assert!(excess <= allowed, "{name}: a seed is {excess:e} worse than the dense sweep's {dense}");
+        for r in &reports {
+            assert!(goal.feasible(&r.best.score), "{name}: {:?}", r.best.score);
+        }
+    }
+}
+
+#[test]
+fn no_seed_loses_to_a_dense_sweep() {
+    compare(1 << 16, 2, CPU, 1e-3);
+}
+
+#[test]
+#[ignore = "takes minutes: 10⁷ designs, ten seeds"]
+fn no_seed_of_ten_loses_to_ten_million_designs() {
+    compare(10_000_000, 10, GPU, 1e-3);
+}
