@@ -7,13 +7,8 @@ use crate::scene::search::Search;
 
 /// The limit that `closest`, the best of all candidates, violates most, and by how much, at its place in the spec.
 pub fn infeasible(scene: &Scene, search: &Search, closest: &Score) -> InputError {
-    let mut violated: Vec<Limit> = Limit::ALL.into_iter().filter(|&l| closest.limit(l) > 0.0).collect();
-    violated.sort_by(|a, b| closest.limit(*b).total_cmp(&closest.limit(*a)));
-    let first = violated.first().copied().unwrap_or(Limit::Solved);
-    let mut message = format!("no design within the bounds keeps this limit: {}", phrase(scene, search, closest, first));
-    for other in violated.iter().skip(1) {
-        message += &format!("; it also breaks another: {}", phrase(scene, search, closest, *other));
-    }
+    let first = violated(closest)[0];
+    let message = format!("no design within the bounds keeps this limit: {}", shortfall(scene, search, closest));
     let (place, allowed) = match first {
         Limit::Strain => (&search.places.strain, format!("about {} or more with everything else as it is", reached(closest, first, search.limits.strain))),
         Limit::Force => (&search.places.force, format!("about {} N or more with everything else as it is", reached(closest, first, search.limits.force.unwrap_or(f64::NAN)))),
@@ -24,8 +19,24 @@ pub fn infeasible(scene: &Scene, search: &Search, closest: &Score) -> InputError
     InputError { message, allowed: Some(allowed), ..place.clone() }
 }
 
+/// Limits that `score` violates, worst first; at least one.
+fn violated(score: &Score) -> Vec<Limit> {
+    let mut violated: Vec<Limit> = Limit::ALL.into_iter().filter(|&l| score.limit(l) > 0.0).collect();
+    violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
+    if violated.is_empty() {
+        violated.push(Limit::Solved);
+    }
+    violated
+}
+
+/// What `score` violates, and by how much.
+pub fn shortfall(scene: &Scene, search: &Search, score: &Score) -> String {
+    let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(scene, search, score, l)).collect();
+    phrases.join("; it also breaks another: ")
+}
+
 /// What a limit says about a candidate.
-pub fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String {
+fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {
         format!("{}{unit} at the closest design, {:.3} times the limit of {least}{unit}", reached(score, limit, least), 1.0 + value)

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::blame::infeasible;
+use super::blame::{infeasible, shortfall};
 use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
@@ -172,14 +172,13 @@ fn whole(
     let search_seconds = session.seconds();
     let best = settle(&mut session, ended, goal)?;
     if !goal.feasible(&best.score) {
-        let why = infeasible(scene, search, &best.score);
-        return Err(match ended {
-            Ended::Converged => {
-                session.close(ended)?;
-                why.into()
-            }
-            early => Error::Run(format!("ended by {} before a design that keeps the limits was found; so far: {}", early.name(), why.message)),
-        });
+        if ended == Ended::Converged {
+            session.close(ended)?;
+            return Err(infeasible(scene, search, &best.score).into());
+        }
+        let closest = shortfall(scene, search, &best.score);
+        let why = format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
+        return Err(Error::Run(why));
     }
     let mut design = |f: &Found| -> Result<Design, Error> {
         let row = session.report()[1].row(&f.point)?;

@@ -20,7 +20,7 @@ impl Variables {
     pub fn new(scene: &Scene, search: &Search) -> Self {
         let Space::Grid(factors) = &scene.space else { unreachable!("a search has axes") };
         let layout = Layout::new(factors);
-        let base = layout.design(0);
+        let base = Tuple { a: 0.0, ..layout.design(0) };
         let mut list = search.variables.clone();
         for v in &mut list {
             let farthest = layout.reach()[1];
