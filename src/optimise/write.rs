@@ -28,6 +28,11 @@ pub fn all(scene: &Scene, search: &Search, report: &Report, mut folder: Folder) 
     if let Some(front) = &report.front {
         put("pareto.csv", &pareto(scene, &front.points).map_err(failed)?)?;
     }
+    let mut result = result(scene, search, report);
+    if let Some(front) = result["front"].as_object_mut() {
+        // pareto.csv holds them.
+        front.remove("rows");
+    }
     let document = json!({
         "format": run_json::FORMAT,
         "command": "optimise",
@@ -40,7 +45,7 @@ pub fn all(scene: &Scene, search: &Search, report: &Report, mut folder: Folder) 
         "backend_polish": report.backends[1],
         "counts": counts(report),
         "seconds": seconds(report),
-        "result": result(scene, search, report),
+        "result": result,
     });
     let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
     put("run.json", format!("{text}\n").as_bytes())?;
