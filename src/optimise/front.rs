@@ -7,8 +7,9 @@
 //! to follow; whatever any swarm scored that the front does not reach becomes another start.
 //!
 //! # Why not a multi-objective crate
-//! `moors`, the kept one, evolves populations (NSGA-II and its kin): their fronts come within some percent of the true one and have no
-//! idea of a bound or a limit that binds. Points made by the polish lie on it to 1e-6, for the same evaluations.
+//! `moors`, the one that is kept up, evolves populations (NSGA-II and its kin). Such a front lies near the true one, and knows neither bounds nor
+//! limits that bind; pymoo's NSGA-II, which stands for the method in `benches/search`, gets less hypervolume from the same
+//! evaluations. Points made by the polish lie on the front, and need no further dependency.
 
 use super::global::{COLD, pick};
 use super::polish::{self, Radii};

@@ -5,12 +5,12 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use vibrissa::optimise::evaluate::Scorer;
-use vibrissa::optimise::score::Goal;
+use vibrissa::optimise::score::{Goal, Score};
 use vibrissa::optimise::session::Found;
 use vibrissa::optimise::variables::Variables;
 use vibrissa::optimise::{self, Report, Step, Target, Watch};
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{RunOptions, Scene, Search};
+use vibrissa::scene::{RunOptions, Scene, Search, Tuple};
 use vibrissa::spec;
 
 use super::sweeping::{CPU_F64, Place};
@@ -91,4 +91,23 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
         }
     }
     winner.expect("a design").1
+}
+
+/// Scores of `designs` points that fill the box of the variables evenly, chunk by chunk.
+pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Score])) {
+    let (scene, search) = parse(text);
+    let variables = Variables::new(&scene, &search);
+    let mut scorer = Scorer::new(&scene, &search, place.open(&scene));
+    for from in (0..designs).step_by(1 << 14) {
+        let to = (from + (1 << 14)).min(designs);
+        each(&scorer.scores(&spread(&variables, from..to)).unwrap_or_else(|e| panic!("{e}")));
+    }
+}
+
+/// Points that fill the box of `variables` evenly; the first drive of a list.
+pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple> {
+    let coordinate = |i: u32, c: usize| {
+        (f64::from(Sampler::Sobol.coordinate(0, c as u32, i)) + 0.5) / 4_294_967_296.0
+    };
+    indices.map(|i| variables.point(&(0..variables.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0)).collect()
 }
