@@ -2,38 +2,26 @@
 // derivation stands there. What depends on the sizes of the chart is emitted (`tap`, `push`, `spread_at`, …).
 
 struct Job {
-    // Designs of this batch, designs that run at once, bits of the bound of the rank, rows that fit.
+    // Designs of this batch, designs that run at once, bound of the rank.
     count: u32,
     stride: u32,
     bound: f32,
-    capacity: u32,
+    unused: u32,
     // Digits of the first design, one per factor.
     first: array<vec4<u32>, 2>,
 }
 
-// Numbers of taps per status word, and of rows that are complete.
+// Numbers of taps per status word, and of rows (designs, where designs compete) that are complete.
 struct Words { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, invalid: u32, complete: u32 }
 
 @group(0) @binding(0) var<uniform> job: Job;
 @group(0) @binding(1) var<storage, read> tables: array<f32>;
 @group(0) @binding(2) var<storage, read_write> tally: array<atomic<u32>, 16>;
-@group(0) @binding(3) var<storage, read_write> rows: array<u32>;
+// Designs with a row below the bound, and those that must be solved tap by tap.
+@group(0) @binding(3) var<storage, read_write> best: array<u32>;
 @group(0) @binding(4) var<storage, read_write> hard: array<u32>;
 
 struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, angle: f32 }
-
-fn push_row(design: u32, rank: f32, place: u32) {
-    let at = atomicAdd(&tally[0], 1u);
-    if at < job.capacity {
-        rows[3u * at] = bitcast<u32>(rank);
-        rows[3u * at + 1u] = design;
-        rows[3u * at + 2u] = place;
-    }
-}
-
-fn push_hard(design: u32) {
-    hard[atomicAdd(&tally[1], 1u)] = design;
-}
 
 // 0 charted, 1 tap by tap, 2 no whisker with a gauge. Next to a border the host decides.
 fn case_of(w: Whisker) -> u32 {
@@ -67,7 +55,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if c == 2u {
             words.invalid += NA * DRIVES;
         } else if c == 1u {
-            push_hard(i);
+            hard[atomicAdd(&tally[1], 1u)] = i;
         } else {
             design(i, w, &words);
         }

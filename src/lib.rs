@@ -2,7 +2,8 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
 //! [`sink`].
 
 pub mod backend;
@@ -12,8 +13,8 @@ pub mod estimate;
 pub mod evaluate;
 pub mod explain;
 pub mod kernel;
-pub mod physics;
 pub mod optimise;
+pub mod physics;
 pub mod plan;
 pub mod reduce;
 pub mod scene;
@@ -24,3 +25,4 @@ pub mod statistics;
 pub mod status;
 pub mod sweep;
 pub mod tap;
+pub mod verify;

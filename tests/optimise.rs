@@ -31,12 +31,26 @@ fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
     desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
     let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
     let best = &json["result"]["best"];
-    for column in ["D_mm", "d_mm", "theta_deg", "K_mean", "K_sd", "error_rms_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "force_max_N"] {
+    for column in [
+        "D_mm",
+        "d_mm",
+        "theta_deg",
+        "K_mean",
+        "K_sd",
+        "error_rms_mm",
+        "noise_rms_mm",
+        "total_rms_mm",
+        "strain_max",
+        "force_max_N",
+    ] {
         assert_eq!(number(row, column), best[column].as_f64(), "{column}");
     }
     assert_eq!(json["result"]["value"], best["total_rms_mm"]);
     assert_eq!(json["result"]["binding_limits"][0], "strain");
-    assert!(best["strain_max"].as_f64().unwrap() <= 0.02 && best["strain_max"].as_f64().unwrap() > 0.02 * (1.0 - 1e-6));
+    assert!(
+        best["strain_max"].as_f64().unwrap() <= 0.02
+            && best["strain_max"].as_f64().unwrap() > 0.02 * (1.0 - 1e-6)
+    );
     let history = Table::read(&desk.path("found/history.csv"));
     let last = history.rows.last().unwrap();
     assert_eq!(number(last, "total_rms_mm"), json["result"]["value"].as_f64());
@@ -85,7 +99,14 @@ fn a_stopped_search_tells_its_best_and_resumes_exactly() {
         let stop = AtomicBool::new(false);
         let target = Target { out: out.path(), force: false, resume: after > 1000, stop: &stop };
         let choice = CPU.choice();
-        let part = optimise::run(&scene, &wanted, (&choice, &RunOptions::default()), &target, &mut Interrupt(&stop, after)).unwrap();
+        let part = optimise::run(
+            &scene,
+            &wanted,
+            (&choice, &RunOptions::default()),
+            &target,
+            &mut Interrupt(&stop, after),
+        )
+        .unwrap();
         assert_eq!(part.ended, Ended::Interrupted);
         assert!(part.evaluations >= after && part.evaluations < whole.evaluations);
         assert_eq!(told(&part.history), told(&whole.history[..part.history.len()]));
@@ -93,7 +114,10 @@ fn a_stopped_search_tells_its_best_and_resumes_exactly() {
     }
     let rest = search_into(out.path(), SPEC, CPU, true).unwrap();
     assert!(rest.replayed >= 3000 && rest.replayed < rest.evaluations);
-    assert_eq!((rest.best.point, rest.value, rest.evaluations), (whole.best.point, whole.value, whole.evaluations));
+    assert_eq!(
+        (rest.best.point, rest.value, rest.evaluations),
+        (whole.best.point, whole.value, whole.evaluations)
+    );
     assert_eq!(told(&rest.history), told(&whole.history));
     assert_eq!(rest.ended, Ended::Converged);
     let again = search_into(out.path(), SPEC, CPU, true).unwrap_err();
@@ -117,7 +141,9 @@ fn budgets_are_kept() {
 #[test]
 fn a_list_of_angles_gives_the_best_of_them() {
     let listed = |theta: &str| {
-        let text = SPEC.replace("step = 3 }\n", &format!("step = 3 }}\ntheta = {theta}\n")).replace(", theta = [0.5, 10]", ", x_ss = [3, 10]");
+        let text = SPEC
+            .replace("step = 3 }\n", &format!("step = 3 }}\ntheta = {theta}\n"))
+            .replace(", theta = [0.5, 10]", ", x_ss = [3, 10]");
         search(&text.replace("strain = 0.02", "strain = 0.05"), CPU)
     };
     let each: Vec<_> = ["1", "2.5", "4"].map(listed).into_iter().collect();
@@ -133,7 +159,8 @@ fn displacement_drive_is_searched_too() {
         .replace("[tap]\n", "[tap]\ndrive = \"displacement\"\n")
         .replace("theta = [0.5, 10]", "delta = [0.1, 5]");
     let desk = Desk::new(&text);
-    let json = desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
+    let json =
+        desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
     assert!(json["result"]["best"]["delta_mm"].as_f64().unwrap() > 0.1);
     desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
     let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
@@ -142,10 +169,14 @@ fn displacement_drive_is_searched_too() {
 
 #[test]
 fn the_front_holds_no_point_that_a_dense_sweep_beats() {
-    let text = SPEC.replace("\"distance\"", "\"pareto\"").replace("limits = { strain = 0.02 }", "limits = { strain = 0.02, force_N = 0.8 }")
-        .replace("D = 10\n", "").replace("variables = {", "variables = { D = [8, 12],");
+    let text = SPEC
+        .replace("\"distance\"", "\"pareto\"")
+        .replace("limits = { strain = 0.02 }", "limits = { strain = 0.02, force_N = 0.8 }")
+        .replace("D = 10\n", "")
+        .replace("variables = {", "variables = { D = [8, 12],");
     let desk = Desk::new(&text);
-    let json = desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
+    let json =
+        desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
     let front = Table::read(&desk.path("found/pareto.csv"));
     let points: Vec<[f64; 2]> =
         front.rows.iter().map(|r| [number(r, "K_sd").unwrap(), number(r, "total_rms_mm").unwrap()]).collect();
@@ -176,13 +207,27 @@ fn the_front_holds_no_point_that_a_dense_sweep_beats() {
 #[test]
 fn tolerances_ask_for_more_margin() {
     let base = search(SPEC, CPU);
-    let robust = |more: &str| search(&format!("{SPEC}budget = {{ evaluations = 6000 }}\nrobust = {{ D = 0.05, x_ss = 0.3, theta = 0.05, samples = 32, {more} }}\n"), CPU);
+    let robust = |more: &str| {
+        search(
+            &format!(
+                "{SPEC}budget = {{ evaluations = 6000 }}\nrobust = {{ D = 0.05, x_ss = 0.3, theta = 0.05, samples = 32, {more} }}\n"
+            ),
+            CPU,
+        )
+    };
     let mean = robust("measure = \"mean\"");
     let worst = robust("measure = \"cvar90\"");
     let nominal = robust("calibrated = \"nominal\"");
     // A limit kept by nine of ten whiskers is kept with a margin by the nominal one.
     assert!(mean.best.row.strain_max().unwrap() < 0.0199);
-    assert!(base.value < mean.value && mean.value < worst.value && worst.value < nominal.value, "{} {} {} {}", base.value, mean.value, worst.value, nominal.value);
+    assert!(
+        base.value < mean.value && mean.value < worst.value && worst.value < nominal.value,
+        "{} {} {} {}",
+        base.value,
+        mean.value,
+        worst.value,
+        nominal.value
+    );
     assert_eq!(mean.value, robust("measure = \"mean\"").value);
 }
 

@@ -29,7 +29,11 @@ fn refused(text: &str) -> Value {
 /// Checks key, value and line, and that file and allowed values are told.
 #[track_caller]
 fn at(error: &Value, key: &str, value: &str, line: u64) {
-    assert_eq!((error["key"].as_str(), error["value"].as_str(), error["line"].as_u64()), (Some(key), Some(value), Some(line)), "{error}");
+    assert_eq!(
+        (error["key"].as_str(), error["value"].as_str(), error["line"].as_u64()),
+        (Some(key), Some(value), Some(line)),
+        "{error}"
+    );
     assert_eq!(error["file"], "spec.toml");
     assert!(error["allowed"].as_str().is_some_and(|a| !a.is_empty()), "{error}");
 }
@@ -47,7 +51,12 @@ fn bounds() {
     let typo = with("variables = { d = [2, 10], thetta = [0.5, 10] }");
     at(&typo, "optimise.variables.thetta", "[0.5, 10]", 12);
     assert!(typo["message"].as_str().unwrap().contains("did you mean theta"));
-    at(&with("variables = { d = [2, 10], theta = [0.5, 10], a = [20, 30] }"), "optimise.variables.a", "[20, 30]", 12);
+    at(
+        &with("variables = { d = [2, 10], theta = [0.5, 10], a = [20, 30] }"),
+        "optimise.variables.a",
+        "[20, 30]",
+        12,
+    );
     at(&with("variables = { d = [2, 10], delta = [0.5, 10] }"), "optimise.variables.delta", "[0.5, 10]", 12);
     at(&with("variables = {}"), "optimise.variables", "{}", 12);
 }
@@ -61,7 +70,11 @@ fn objectives_and_budgets() {
     let unknown = refused(&spec(NOISE, &["objective = \"distanse\"", VARIABLES]));
     at(&unknown, "optimise.objective", "\"distanse\"", 11);
     for word in ["sd", "weighted", "pareto"] {
-        let lines = [&format!("objective = \"{word}\""), VARIABLES, "robust = { D = 0.05, calibrated = \"nominal\" }"];
+        let lines = [
+            &format!("objective = \"{word}\""),
+            VARIABLES,
+            "robust = { D = 0.05, calibrated = \"nominal\" }",
+        ];
         at(&refused(&spec(NOISE, &lines)), "optimise.robust.calibrated", "\"nominal\"", 13);
     }
     let more = |line: &str| refused(&spec(NOISE, &[OBJECTIVE, VARIABLES, line]));
@@ -85,7 +98,8 @@ fn objectives_and_budgets() {
     at(&lists, "gauge.x_ss", "[5, 6]", 5);
     let start = refused(&spec(NOISE, &[OBJECTIVE, VARIABLES]).replace("L_a = 50", "L_a = 50\nd = [4, 7]"));
     at(&start, "whisker.d", "[4, 7]", 4);
-    let one = refused(&spec(NOISE, &[OBJECTIVE, VARIABLES]).replace("{ from = 21, to = 48, step = 3 }", "30"));
+    let one =
+        refused(&spec(NOISE, &[OBJECTIVE, VARIABLES]).replace("{ from = 21, to = 48, step = 3 }", "30"));
     at(&one, "tap.a", "30", 9);
 }
 
@@ -106,10 +120,14 @@ fn infeasible_limits() {
     assert!(both["message"].as_str().unwrap().contains("also"), "{both}");
     let gauge = refused(&spec("noise_strain = 2e-5\nstrain_limit = 1e-4", &[OBJECTIVE, VARIABLES]));
     at(&gauge, "gauge.strain_limit", "1e-4", 8);
-    let tip = refused(&spec(NOISE, &[OBJECTIVE, "variables = { d = [12, 14], theta = [1, 5] }", "limits = { tip_not_wider = true }"]));
+    let tip = refused(&spec(
+        NOISE,
+        &[OBJECTIVE, "variables = { d = [12, 14], theta = [1, 5] }", "limits = { tip_not_wider = true }"],
+    ));
     at(&tip, "optimise.limits.tip_not_wider", "true", 13);
     let peak = refused(
-        &spec(NOISE, &[OBJECTIVE, VARIABLES, "limits = { unambiguous = true }"]).replace("from = 21, to = 48, step = 3", "from = 7.5, to = 9, step = 0.5"),
+        &spec(NOISE, &[OBJECTIVE, VARIABLES, "limits = { unambiguous = true }"])
+            .replace("from = 21, to = 48, step = 3", "from = 7.5, to = 9, step = 0.5"),
     );
     at(&peak, "optimise.limits.unambiguous", "true", 13);
 }
@@ -117,7 +135,9 @@ fn infeasible_limits() {
 #[test]
 fn a_search_that_is_not_there_cannot_be_resumed() {
     let desk = Desk::new(&spec(NOISE, &[OBJECTIVE, VARIABLES]));
-    let ran = desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--resume", "--out", "found"]).exits(2);
+    let ran = desk
+        .run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--resume", "--out", "found"])
+        .exits(2);
     assert_eq!(ran.json()["error"]["key"], "--resume");
     assert!(!desk.path("found").exists());
     let plan = desk.run(&["optimise", "spec.toml", "--plan", "--json", "--backend", "cpu"]).exits(0).json();

@@ -25,13 +25,27 @@ fn problems() -> Vec<Problem> {
         (
             "noise, strain and force limits",
             Goal::Figure(1),
-            spec("noise_strain = 20e-6", "", &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 1.0, unambiguous = true, tip_not_wider = true }}")),
+            spec(
+                "noise_strain = 20e-6",
+                "",
+                &format!(
+                    "objective = \"distance\"\n{five}\nlimits = {{ force_N = 1.0, unambiguous = true, tip_not_wider = true }}"
+                ),
+            ),
         ),
-        ("no noise", Goal::Figure(0), spec("", "", &format!("objective = \"sd\"\n{five}\nlimits = {{ tip_not_wider = true }}"))),
+        (
+            "no noise",
+            Goal::Figure(0),
+            spec("", "", &format!("objective = \"sd\"\n{five}\nlimits = {{ tip_not_wider = true }}")),
+        ),
         (
             "noise, shear and surface",
             Goal::Figure(1),
-            spec("noise_strain = 50e-6", "[model]\nshear = true\nextension = true\nsurface = true", &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 0.8 }}")),
+            spec(
+                "noise_strain = 50e-6",
+                "[model]\nshear = true\nextension = true\nsurface = true",
+                &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 0.8 }}"),
+            ),
         ),
         (
             "weighted, shear, Timoshenko's theory, hub",
@@ -51,7 +65,8 @@ fn compare(designs: u32, seeds: u64, place: Place, allowed: f64) {
         let begun = std::time::Instant::now();
         let dense = goal.value(&brute(&text, goal, designs, place).score);
         let dense_seconds = begun.elapsed().as_secs_f64();
-        let reports: Vec<_> = (1..=seeds).map(|seed| search(&format!("{text}\nseed = {seed}\n"), place)).collect();
+        let reports: Vec<_> =
+            (1..=seeds).map(|seed| search(&format!("{text}\nseed = {seed}\n"), place)).collect();
         let excess = reports.iter().map(|r| r.value / dense - 1.0).fold(f64::NEG_INFINITY, f64::max);
         let evaluations: Vec<u64> = reports.iter().map(|r| r.evaluations).collect();
         let seconds = reports.iter().map(|r| r.seconds[1]).sum::<f64>() / seeds as f64;
@@ -81,7 +96,13 @@ fn no_seed_of_ten_loses_to_ten_million_designs() {
 /// By how much, relative and in both figures, the design of a dense sweep that beats a point of the front most does so.
 fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
     let report = search(text, place);
-    let front: Vec<[f64; 2]> = report.front.expect("a front").points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
+    let front: Vec<[f64; 2]> = report
+        .front
+        .expect("a front")
+        .points
+        .iter()
+        .map(|p| [p.score.figures[0], p.score.figures[1]])
+        .collect();
     assert!(front.len() >= least, "{}", front.len());
     let (mut worst, mut kept) = (f64::NEG_INFINITY, 0u64);
     dense(text, designs, place, &mut |scores| {
@@ -132,7 +153,13 @@ fn one_batch_against_one_design_at_a_time() {
                 begun.elapsed().as_secs_f64() / all as f64
             };
             let (one, batch) = (seconds(1, 256), seconds(4096, 4096));
-            println!("| {name} | {:?} | {:.1} | {:.2} | {:.0} |", place.backend, one * 1e6, batch * 1e6, one / batch);
+            println!(
+                "| {name} | {:?} | {:.1} | {:.2} | {:.0} |",
+                place.backend,
+                one * 1e6,
+                batch * 1e6,
+                one / batch
+            );
         }
     }
 }

@@ -18,30 +18,55 @@ fn tap(text: &str, more: &[&str]) -> (Desk, Value) {
 /// Optimum and value equal those of a scan in steps of 0.001°.
 #[test]
 fn the_optimum_is_that_of_a_scan() {
-    let models = ["", "[model]\nsurface = true\n", "[model]\nshear = true\nextension = true\n[estimate]\ntheory = \"timoshenko\"\n"];
+    let models = [
+        "",
+        "[model]\nsurface = true\n",
+        "[model]\nshear = true\nextension = true\n[estimate]\ntheory = \"timoshenko\"\n",
+    ];
     for model in models {
         let head = format!("{WHISKER}noise_strain = 15e-6\n");
         let (desk, result) = tap(&format!("{head}[tap]\n{DISTANCES}{model}"), &[]);
         let theta = result["optimum"]["theta_deg"].as_f64().unwrap();
         let total = result["optimum"]["total_rms_mm"].as_f64().unwrap();
         let (from, to) = (theta - 0.3, theta + 0.3);
-        let scan = sweep(&format!("{head}[tap]\n{DISTANCES}theta = {{ from = {from:?}, to = {to:?}, step = 0.001 }}\n{model}"), CPU_F64);
+        let scan = sweep(
+            &format!(
+                "{head}[tap]\n{DISTANCES}theta = {{ from = {from:?}, to = {to:?}, step = 0.001 }}\n{model}"
+            ),
+            CPU_F64,
+        );
         let values = scan.designs.numbers("total_rms_mm");
         let thetas = scan.designs.numbers("theta_deg");
-        let least = (0..values.len()).min_by(|&a, &b| values[a].unwrap().total_cmp(&values[b].unwrap())).unwrap();
+        let least =
+            (0..values.len()).min_by(|&a, &b| values[a].unwrap().total_cmp(&values[b].unwrap())).unwrap();
         let (scanned, at) = (values[least].unwrap(), thetas[least].unwrap());
         assert!((theta - at).abs() <= 0.0005001, "{model}: {theta} against {at}");
-        assert!(total <= scanned * (1.0 + 1e-7) && total > scanned * (1.0 - 1e-6), "{model}: {total} against {scanned}");
+        assert!(
+            total <= scanned * (1.0 + 1e-7) && total > scanned * (1.0 - 1e-6),
+            "{model}: {total} against {scanned}"
+        );
         // The scan is solved to 1e-8 of strain. A parabola through it is good to 1e-4 degrees.
         let (left, mid, right) = (values[least - 20].unwrap(), scanned, values[least + 20].unwrap());
         let vertex = at + 0.02 * 0.5 * (left - right) / (left - 2.0 * mid + right);
         assert!((theta - vertex).abs() < 1e-4, "{model}: {theta} against {vertex}");
         assert_eq!(desk.names("found"), ["run.json", "tap.csv"]);
         let curve = Table::read(&desk.path("found/tap.csv"));
-        let names = ["theta_deg", "K_mean", "K_sd", "bias_rms_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "status"];
+        let names = [
+            "theta_deg",
+            "K_mean",
+            "K_sd",
+            "bias_rms_mm",
+            "noise_rms_mm",
+            "total_rms_mm",
+            "strain_max",
+            "status",
+        ];
         assert_eq!(curve.columns, names);
         assert!(curve.rows.len() > 500);
-        assert_eq!((number(&curve.rows[0], "theta_deg"), number(curve.rows.last().unwrap(), "theta_deg")), (Some(0.1), Some(10.0)));
+        assert_eq!(
+            (number(&curve.rows[0], "theta_deg"), number(curve.rows.last().unwrap(), "theta_deg")),
+            (Some(0.1), Some(10.0))
+        );
         assert!(curve.numbers("total_rms_mm").iter().all(|t| t.unwrap() >= total));
     }
 }
@@ -51,7 +76,12 @@ fn it_says_what_limits_the_angle() {
     let spec = |noise: &str, more: &str| format!("{WHISKER}noise_strain = {noise}\n{more}[tap]\n{DISTANCES}");
     let word = |text: &str, more: &[&str]| {
         let (_, r) = tap(text, more);
-        (r["limited_by"].as_str().unwrap().to_owned(), r["at_bound"].as_bool().unwrap(), r["optimum"]["theta_deg"].as_f64().unwrap(), r)
+        (
+            r["limited_by"].as_str().unwrap().to_owned(),
+            r["at_bound"].as_bool().unwrap(),
+            r["optimum"]["theta_deg"].as_f64().unwrap(),
+            r,
+        )
     };
     let (by, at_bound, _, r) = word(&spec("15e-6", ""), &[]);
     assert_eq!((by.as_str(), at_bound), ("noise", false));
@@ -77,7 +107,12 @@ fn it_says_what_limits_the_angle() {
 
 #[test]
 fn displacements_are_chosen_too() {
-    let (_, r) = tap(&format!("{WHISKER}noise_strain = 15e-6\n[tap]\ndrive = \"displacement\"\n{DISTANCES}delta = [0.1, 6]\n"), &[]);
+    let (_, r) = tap(
+        &format!(
+            "{WHISKER}noise_strain = 15e-6\n[tap]\ndrive = \"displacement\"\n{DISTANCES}delta = [0.1, 6]\n"
+        ),
+        &[],
+    );
     assert!(r["optimum"]["delta_mm"].as_f64().unwrap() > 0.1);
 }
 
@@ -85,7 +120,8 @@ fn displacements_are_chosen_too() {
 fn specs_that_leave_no_choice_are_refused() {
     let refused = |text: &str, more: &[&str], key: &str| {
         let desk = Desk::new(text);
-        let json = desk.run(&[&["tap", "spec.toml", "--json", "--out", "found"], more].concat()).exits(2).json();
+        let json =
+            desk.run(&[&["tap", "spec.toml", "--json", "--out", "found"], more].concat()).exits(2).json();
         assert_eq!(json["error"]["key"], key, "{json}");
         assert!(json["error"]["file"].as_str().is_some_and(|f| f == "spec.toml"), "{json}");
         assert!(json["error"]["allowed"].is_string() || json["error"]["value"].is_null(), "{json}");

@@ -23,6 +23,8 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
+    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    Verify(Verify),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -34,6 +36,7 @@ impl Command {
             Self::Sweep(_) => "sweep",
             Self::Optimise(_) => "optimise",
             Self::Tap(_) => "tap",
+            Self::Verify(_) => "verify",
             Self::Devices(_) => "devices",
         }
     }
@@ -44,6 +47,7 @@ impl Command {
             Self::Sweep(s) => &s.common,
             Self::Optimise(o) => &o.common,
             Self::Tap(t) => &t.common,
+            Self::Verify(v) => &v.common,
             Self::Devices(c) => c,
         }
     }
@@ -72,6 +76,24 @@ pub struct Optimise {
     /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
     #[arg(long)]
     pub resume: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Compare every backend with the reference.
+#[derive(Debug, Flags)]
+pub struct Verify {
+    /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
+    pub spec: Option<PathBuf>,
+    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the random taps
+    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
+    pub seed: u64,
+    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -143,6 +165,7 @@ impl Common {
             adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
             precision: self.precision.or(spec.precision),
             tolerance: self.tolerance.or(spec.tolerance),
+            tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),
             threads: self.threads.map(|n| n as usize).or(spec.threads),
             plan: flag(self.plan, spec.plan),
             quiet: flag(self.quiet, spec.quiet),

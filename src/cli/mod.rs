@@ -8,6 +8,7 @@ mod progress;
 mod reply;
 mod sweep;
 mod tap;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -35,6 +36,11 @@ pub fn run() -> ExitCode {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
         Command::Optimise(optimise) => optimise::run(optimise, &mut json),
         Command::Tap(tap) => tap::run(tap, &mut json),
+        Command::Verify(verify) => match verify::run(verify, &mut json) {
+            Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
+            Ok((reply, None)) => Ok(reply),
+            Err(e) => Err(e),
+        },
         Command::Devices(common) => devices::run(common),
     };
     match result {

@@ -9,8 +9,8 @@ use serde_json::json;
 use vibrissa::backend::{self, Choice};
 use vibrissa::error::Error;
 use vibrissa::optimise::{self, Report, Step, Target, Watch, why::why, write};
-use vibrissa::scene::search::{Objective, Search};
 use vibrissa::scene::Scene;
+use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -59,7 +59,8 @@ fn headline(scene: &Scene, search: &Search, choice: &Choice) -> String {
         .iter()
         .map(|v| format!("{} {}…{}", write::key(scene, v.column), v.min, v.max))
         .collect();
-    let samples = search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
+    let samples =
+        search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
     format!(
         "{}: smallest {} over {}{samples}, on {}",
         scene.name,
@@ -73,11 +74,17 @@ fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply
     let mut text = headline(scene, search, choice) + "\n";
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
     let _ = match (evaluations, seconds) {
-        (None, None) => writeln!(text, "  until several starts agree, at most {} starts", optimise::global::STARTS),
+        (None, None) => {
+            writeln!(text, "  until several starts agree, at most {} starts", optimise::global::STARTS)
+        }
         (e, s) => {
             let e = e.map(|e| format!("{e} evaluations"));
             let s = s.map(|s| format!("{s} s"));
-            writeln!(text, "  until several starts agree, at most {}", e.into_iter().chain(s).collect::<Vec<_>>().join(" or "))
+            writeln!(
+                text,
+                "  until several starts agree, at most {}",
+                e.into_iter().chain(s).collect::<Vec<_>>().join(" or ")
+            )
         }
     };
     let _ = writeln!(text, "  into {}; nothing was run\nvalues in force:", out.display());
@@ -100,7 +107,11 @@ fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
     let (symbol, unit) = drive_unit(scene.drive);
     let (d, row) = (&report.best.point, &report.best.row);
     let mut text = String::new();
-    let title = if search.objective == Objective::Pareto { "point of the front with the least error" } else { "best design" };
+    let title = if search.objective == Objective::Pareto {
+        "point of the front with the least error"
+    } else {
+        "best design"
+    };
     let _ = writeln!(text, "{title}:");
     let _ = writeln!(
         text,
@@ -121,11 +132,13 @@ fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
     );
     if let Some(robust) = &search.robust {
         let [sd, total, _] = report.best.score.figures;
-        let _ = writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
+        let _ =
+            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
     }
     let _ = writeln!(text, "  {}", why(scene, search, report));
     if let Some(front) = &report.front {
-        let _ = writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);
+        let _ =
+            writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);
     }
     let _ = writeln!(
         text,
@@ -163,9 +176,15 @@ impl Watch for Shown {
         }
         self.last = Instant::now();
         let rate = step.evaluations as f64 / self.begun.elapsed().as_secs_f64();
-        let best = if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
+        let best =
+            if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
         let left = left.map_or(String::new(), |n| format!(", {n} left"));
-        let line = format!("{best}; {} evaluations{left}, {rate:.3e}/s, start {}, {}", step.evaluations, step.start + 1, step.stage.name());
+        let line = format!(
+            "{best}; {} evaluations{left}, {rate:.3e}/s, start {}, {}",
+            step.evaluations,
+            step.start + 1,
+            step.stage.name()
+        );
         if self.terminal {
             eprint!("\r\x1b[2K{line}");
         } else {

@@ -36,21 +36,41 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
     let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
     backend::settle(&mut scene, &options, &choice.backend, &out);
     let (symbol, unit) = drive_unit(scene.drive);
-    let head = format!("{}: best {symbol} of {}…{}{unit}, on {}", scene.name, ends[0], ends[1], where_and_why(&choice.backend));
+    let head = format!(
+        "{}: best {symbol} of {}…{}{unit}, on {}",
+        scene.name,
+        ends[0],
+        ends[1],
+        where_and_why(&choice.backend)
+    );
     if options.plan == Some(true) {
-        let mut text = format!("{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n", out.display());
+        let mut text = format!(
+            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n",
+            out.display()
+        );
         for (key, value, written) in &scene.in_force {
             let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
         }
         let result = json!({ "in_force": run_json::in_force(&scene) });
-        return Ok(Reply { text, out: Some(out), files: vec![], counts: json!({}), seconds: json!({}), backend: json!(choice.backend), result, quiet: false });
+        return Ok(Reply {
+            text,
+            out: Some(out),
+            files: vec![],
+            counts: json!({}),
+            seconds: json!({}),
+            backend: json!(choice.backend),
+            result,
+            quiet: false,
+        });
     }
     if !quiet {
         eprintln!("{head}");
     }
     let target = (out.as_path(), options.force == Some(true));
     let report = tap::run(&scene, ends, objective, &choice, target).map_err(|e| match e {
-        Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => e.at(args.spec.display().to_string(), None).into(),
+        Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
+            e.at(args.spec.display().to_string(), None).into()
+        }
         other => other,
     })?;
     Ok(Reply {
@@ -67,7 +87,8 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
 
 /// What was asked for, or the CPU in f64.
 fn choose(options: &RunOptions) -> Result<Choice, Error> {
-    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu)) && options.adapter.is_none();
+    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
+        && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
         let mut choice = precise(&RunOptions::default())?;
         choice.backend.reason = "few taps".into();

@@ -117,7 +117,9 @@ impl Judge<'_> {
     fn score(&self, designs: &[Design], taps: &[Outcome]) -> Score {
         let n = self.distances.len();
         let nominal = Read::new(self, &designs[0], &taps[..n], None);
-        let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else { return nominal.score };
+        let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
+            return nominal.score;
+        };
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
                 nominal.k.map(|k| (Estimator::new(self.scene, shared, self.reach), k, designs[0].tuple.drive))
@@ -198,8 +200,10 @@ impl Read {
             score.figures = figures(judge, &row, &own, L_a);
         }
 
-        let largest = |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let unsolved = taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
+        let largest =
+            |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let unsolved =
+            taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
         let share = unsolved as f64 / taps.len() as f64;
         score.set(Limit::Solved, if unsolved > 0 { share } else { f64::NEG_INFINITY });
         let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
@@ -265,7 +269,6 @@ fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -286,7 +289,8 @@ mod tests {
             s.set(Limit::Strain, strain);
             s
         };
-        let robust = Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+        let robust =
+            Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
         let with = |bad: usize| {
             let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
             gather(&robust, &sample(-0.5), &all).violation()

@@ -53,7 +53,8 @@ pub struct Front {
 impl Front {
     /// Of `points`, by rising K_sd.
     pub fn new(points: Vec<Design>) -> Self {
-        let figures: Vec<[f64; 2]> = points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
+        let figures: Vec<[f64; 2]> =
+            points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
         let reference = [0, 1].map(|i| figures.iter().map(|f| f[i]).fold(0.0, f64::max));
         Self { points, hypervolume: hypervolume(&figures, reference), reference, spread: spread(&figures) }
     }
@@ -78,7 +79,10 @@ fn spread(figures: &[[f64; 2]]) -> f64 {
 fn gaps(figures: &[[f64; 2]]) -> Vec<f64> {
     let (Some(first), Some(last)) = (figures.first(), figures.last()) else { return Vec::new() };
     let extent = [0, 1].map(|i| (last[i] - first[i]).abs().max(f64::MIN_POSITIVE));
-    figures.windows(2).map(|w| f64::hypot((w[1][0] - w[0][0]) / extent[0], (w[1][1] - w[0][1]) / extent[1])).collect()
+    figures
+        .windows(2)
+        .map(|w| f64::hypot((w[1][0] - w[0][0]) / extent[0], (w[1][1] - w[0][1]) / extent[1]))
+        .collect()
 }
 
 /// Searches for the front: how it ended, and the front, by rising K_sd.
@@ -129,7 +133,8 @@ impl Scan {
                 let seeds: Vec<Vec<f64>> = session.variables.start.iter().cloned().collect();
                 swarm::run(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
                 let scored = session.take();
-                let picked = pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });
+                let picked =
+                    pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });
                 self.pool.extend(scored.into_iter().map(|(_, f)| f));
                 for (u, j) in picked {
                     self.polish(session, goal, (&u, j), COLD)?;
@@ -149,7 +154,13 @@ impl Scan {
     }
 
     /// Polishes from a place and keeps what it found.
-    fn polish(&mut self, session: &mut Session<'_>, goal: Goal, at: (&[f64], usize), radii: Radii) -> Result<Found, Halt> {
+    fn polish(
+        &mut self,
+        session: &mut Session<'_>,
+        goal: Goal,
+        at: (&[f64], usize),
+        radii: Radii,
+    ) -> Result<Found, Halt> {
         let found = polish::run(session, goal, at, radii)?;
         self.front.push(found);
         Ok(found)
@@ -177,7 +188,10 @@ impl Scan {
                     a > sd && b > distance
                 })
             };
-            let Some(p) = self.pool.iter().copied().find(|p| beaten(p) && (front.is_empty() || loses(p))) else { break };
+            let Some(p) = self.pool.iter().copied().find(|p| beaten(p) && (front.is_empty() || loses(p)))
+            else {
+                break;
+            };
             let (u, j) = session.variables.place(&p.point);
             self.polish(session, Goal::Capped(figures(&p)[0]), (&u, j), CHALLENGE)?;
             self.pool.retain(|q| q.point != p.point);

@@ -67,14 +67,20 @@ fn to_the_end(session: &mut Session<'_>, goal: Goal, (u, j): (Vec<f64>, usize)) 
 }
 
 /// The best candidates of `scored` that are distinct, in the unit box.
-pub fn pick(variables: &Variables, goal: Goal, scored: &[(Stage, Found)], count: usize) -> Vec<(Vec<f64>, usize)> {
+pub fn pick(
+    variables: &Variables,
+    goal: Goal,
+    scored: &[(Stage, Found)],
+    count: usize,
+) -> Vec<(Vec<f64>, usize)> {
     let mut order: Vec<(f64, usize)> =
         scored.iter().enumerate().map(|(i, (_, f))| (goal.order(&f.score), i)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut picked: Vec<(Vec<f64>, usize)> = Vec::new();
     for (_, i) in order {
         let (u, j) = variables.place(&scored[i].1.point);
-        let near = |(v, k): &(Vec<f64>, usize)| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
+        let near =
+            |(v, k): &(Vec<f64>, usize)| *k == j && v.iter().zip(&u).all(|(a, b)| (a - b).abs() < DISTINCT);
         if !picked.iter().any(near) {
             picked.push((u, j));
             if picked.len() == count {

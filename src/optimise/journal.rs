@@ -41,7 +41,10 @@ impl Journal {
         let mut old = Vec::new();
         if resume {
             let refuse = |why: &str| {
-                InputError::new(why).key("--resume").value(out.display()).allowed("the folder of an unfinished search of the same spec, seed and backend")
+                InputError::new(why)
+                    .key("--resume")
+                    .value(out.display())
+                    .allowed("the folder of an unfinished search of the same spec, seed and backend")
             };
             File::open(&path)
                 .and_then(|mut f| f.read_to_end(&mut old))
@@ -54,7 +57,8 @@ impl Journal {
         }
         std::fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
         let fail = |e| Error::io(&path, e);
-        let mut file = OpenOptions::new().create(true).write(true).truncate(!resume).open(&path).map_err(fail)?;
+        let mut file =
+            OpenOptions::new().create(true).write(true).truncate(!resume).open(&path).map_err(fail)?;
         if !resume {
             file.write_all(header.as_bytes()).map_err(fail)?;
         }
@@ -85,14 +89,21 @@ impl Journal {
         }
         let mut scores = Vec::with_capacity(points.len());
         for (record, point) in self.old[self.at..end].chunks_exact(RECORD).zip(points) {
-            let mut words = record.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes")));
+            let mut words =
+                record.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes")));
             if words.next() != Some(check(stage, point)) {
-                let message = format!("{} does not belong to this search; start again without --resume", self.path.display());
+                let message = format!(
+                    "{} does not belong to this search; start again without --resume",
+                    self.path.display()
+                );
                 return Err(Error::Run(message));
             }
             let mut numbers = words.map(f64::from_bits);
             let mut next = || numbers.next().expect("as many numbers as a score has");
-            scores.push(Score { figures: std::array::from_fn(|_| next()), limits: std::array::from_fn(|_| next()) });
+            scores.push(Score {
+                figures: std::array::from_fn(|_| next()),
+                limits: std::array::from_fn(|_| next()),
+            });
         }
         self.at = end;
         Ok(Some(scores))
@@ -126,7 +137,9 @@ impl Journal {
 /// FNV-1a of what is scored.
 fn check(stage: u64, point: &Tuple) -> u64 {
     let words = std::iter::once(stage).chain(point.to_array().map(f64::to_bits));
-    words.flat_map(u64::to_le_bytes).fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
+    words
+        .flat_map(u64::to_le_bytes)
+        .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
 }
 
 #[cfg(test)]

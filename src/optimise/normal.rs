@@ -9,9 +9,8 @@ const BELOW: f64 = 1.349_898_031_630_094_5e-3;
 pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; 7]> {
     // Any seed but 0 scrambles.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let uniform = |i: u32, column: u32| {
-        (f64::from(Sampler::Sobol.coordinate(seed, column, i)) + 0.5) / 4_294_967_296.0
-    };
+    let uniform =
+        |i: u32, column: u32| (f64::from(Sampler::Sobol.coordinate(seed, column, i)) + 0.5) / 4_294_967_296.0;
     let one = |i| std::array::from_fn(|c| quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform(i, c as u32)));
     (0..samples).map(one).collect()
 }

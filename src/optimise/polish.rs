@@ -37,11 +37,19 @@ pub struct Radii {
 }
 
 /// Improves the candidate at `u` (drive `j` of the list) and returns the best it found.
-pub fn run(session: &mut Session<'_>, goal: Goal, (u, j): (&[f64], usize), radii: Radii) -> Result<Found, Halt> {
+pub fn run(
+    session: &mut Session<'_>,
+    goal: Goal,
+    (u, j): (&[f64], usize),
+    radii: Radii,
+) -> Result<Found, Halt> {
     let local = Local { session: RefCell::new(session), drive: j, halt: RefCell::new(None) };
     let solver = TrustRegion { goal, radius: radii.first, last: radii.last, here: None };
     let halt = &local.halt;
-    let run = Executor::new(&local, solver).configure(|state| state.param(u.to_vec()).max_iters(STEPS)).timer(false).run();
+    let run = Executor::new(&local, solver)
+        .configure(|state| state.param(u.to_vec()).max_iters(STEPS))
+        .timer(false)
+        .run();
     match (run, halt.take()) {
         (_, Some(halt)) => Err(halt),
         (Err(e), None) => Err(Halt::Failed(crate::error::Error::Run(e.to_string()))),

@@ -152,10 +152,12 @@ fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
     let k = p.len();
     for _ in 0..STEPS {
         let (value, slope, curvature) = f(p);
-        let free: Vec<usize> =
-            (0..k).filter(|&i| !(p[i] <= lo[i] && slope[i] > 0.0 || p[i] >= hi[i] && slope[i] < 0.0)).collect();
+        let free: Vec<usize> = (0..k)
+            .filter(|&i| !(p[i] <= lo[i] && slope[i] > 0.0 || p[i] >= hi[i] && slope[i] < 0.0))
+            .collect();
         let g: Vec<f64> = free.iter().map(|&i| slope[i]).collect();
-        let h: Vec<f64> = free.iter().flat_map(|&i| free.iter().map(move |&j| i * k + j)).map(|ij| curvature[ij]).collect();
+        let h: Vec<f64> =
+            free.iter().flat_map(|&i| free.iter().map(move |&j| i * k + j)).map(|ij| curvature[ij]).collect();
         if g.iter().all(|g| *g == 0.0) {
             return;
         }
@@ -189,7 +191,8 @@ fn descent(g: &[f64], h: &[f64]) -> Vec<f64> {
     let size = h.iter().fold(0.0f64, |m, x| m.max(x.abs())).max(1e-12);
     let mut raise = 0.0;
     loop {
-        let raised: Vec<f64> = (0..k * k).map(|ij| h[ij] + if ij / k == ij % k { raise } else { 0.0 }).collect();
+        let raised: Vec<f64> =
+            (0..k * k).map(|ij| h[ij] + if ij / k == ij % k { raise } else { 0.0 }).collect();
         if let Some(d) = solve(&raised, g, 1e-10 * size) {
             return d.into_iter().map(|x| -x).collect();
         }
@@ -234,7 +237,11 @@ mod tests {
 
     #[test]
     fn a_quadratic_is_read_exactly_also_at_bounds() {
-        let truth = Quadratic { value: 0.7, slope: vec![1.0, -2.0, 0.3], curvature: vec![2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0] };
+        let truth = Quadratic {
+            value: 0.7,
+            slope: vec![1.0, -2.0, 0.3],
+            curvature: vec![2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0],
+        };
         for u in [[0.5, 0.5, 0.5], [0.0, 1.0, 0.99], [1.0, 0.003, 0.0]] {
             let stencil = Stencil::new(&u, 0.01);
             let values: Vec<f64> = stencil
@@ -243,7 +250,9 @@ mod tests {
                 .map(|x| truth.at(&x.iter().zip(u).map(|(x, u)| x - u).collect::<Vec<_>>()))
                 .collect();
             let model = stencil.model(&values);
-            for (a, b) in model.slope.iter().chain(&model.curvature).zip(truth.slope.iter().chain(&truth.curvature)) {
+            for (a, b) in
+                model.slope.iter().chain(&model.curvature).zip(truth.slope.iter().chain(&truth.curvature))
+            {
                 assert!((a - b).abs() < 1e-9, "{model:?}");
             }
         }

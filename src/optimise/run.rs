@@ -118,11 +118,15 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
 fn identity(scene: &Scene, backends: [&Backend; 2]) -> String {
     let free = ["run.", "output.", "optimise.budget"];
     let mut text = format!("{}\n{:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), scene.model, scene.space);
-    for (key, value, _) in scene.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f))) {
+    for (key, value, _) in scene.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f)))
+    {
         text += &format!("{key} = {value}\n");
     }
     for b in backends {
-        text += &format!("{} {:?} {:?} {} {:?} {:?}\n", b.name, b.adapter, b.driver, b.precision, b.tolerance, b.instructions);
+        text += &format!(
+            "{} {:?} {:?} {} {:?} {:?}\n",
+            b.name, b.adapter, b.driver, b.precision, b.tolerance, b.instructions
+        );
     }
     text
 }
@@ -157,11 +161,13 @@ fn whole(
     let folder = Folder::new(target.out, &hash(&scene.text), target.force || target.resume)?;
     let journal = Journal::new(target.out, &identity(scene, backends), target.resume)?;
     let variables = Variables::new(scene, search);
-    let scorer = |choice: &Choice, search| Ok::<_, Error>(Scorer::new(scene, search, choice.open(&scene.model)?));
+    let scorer =
+        |choice: &Choice, search| Ok::<_, Error>(Scorer::new(scene, search, choice.open(&scene.model)?));
     let scorers = [scorer(choice, search)?, scorer(&precise, search)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
+    let mut session =
+        Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
 
     let (ended, front) = if search.objective == Objective::Pareto {
         let (result, points) = front::search(&mut session, search.seed)?;
@@ -177,7 +183,8 @@ fn whole(
             return Err(infeasible(scene, search, &best.score).into());
         }
         let closest = shortfall(scene, search, &best.score);
-        let why = format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
+        let why =
+            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
         return Err(Error::Run(why));
     }
     let mut design = |f: &Found| -> Result<Design, Error> {
@@ -185,10 +192,16 @@ fn whole(
         Ok(Design { point: f.point, row, score: f.score, unit: unit(scene, &f.point) })
     };
     let best = design(&best)?;
-    let front = front.map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>()).transpose()?.map(Front::new);
+    let front = front
+        .map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>())
+        .transpose()?
+        .map(Front::new);
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
-    let binding = Limit::ALL.into_iter().filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)]).collect();
+    let binding = Limit::ALL
+        .into_iter()
+        .filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)])
+        .collect();
     let mut report = Report {
         files: Vec::new(),
         value: goal.value(&best.score),

@@ -38,7 +38,12 @@ pub struct Sensitivity {
 }
 
 /// Around `best` by `local`, over the box of `variables` by `global`.
-pub fn run([global, local]: [&mut Scorer<'_>; 2], variables: &Variables, best: &Tuple, seed: u64) -> Result<Sensitivity, Error> {
+pub fn run(
+    [global, local]: [&mut Scorer<'_>; 2],
+    variables: &Variables,
+    best: &Tuple,
+    seed: u64,
+) -> Result<Sensitivity, Error> {
     let mut s = Sensitivity { local: Vec::new(), global: Vec::new(), samples: (SAMPLES, 0), evaluations: 0 };
     elasticities(local, best, &mut s)?;
     indices(global, variables, best, seed, &mut s)?;
@@ -75,11 +80,18 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
 
 /// First-order indices after A. Saltelli et al., Comput. Phys. Commun. 181 (2010), total ones after M. J. W. Jansen (1999), on
 /// scrambled Sobol points.
-fn indices(scorer: &mut Scorer<'_>, variables: &Variables, best: &Tuple, seed: u64, out: &mut Sensitivity) -> Result<(), Error> {
+fn indices(
+    scorer: &mut Scorer<'_>,
+    variables: &Variables,
+    best: &Tuple,
+    seed: u64,
+    out: &mut Sensitivity,
+) -> Result<(), Error> {
     let k = variables.len();
     let (_, drive) = variables.place(best);
     let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let coordinate = |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0;
+    let coordinate =
+        |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0;
     // For each base sample: A, B, and A with one column of B.
     let points: Vec<Tuple> = (0..SAMPLES)
         .flat_map(|i| (0..k + 2).map(move |m| (i, m)))
@@ -94,8 +106,11 @@ fn indices(scorer: &mut Scorer<'_>, variables: &Variables, best: &Tuple, seed: u
     out.global = variables.list().iter().map(|v| (v.column, [None; 2], [None; 2])).collect();
     for f in 0..2 {
         let complete = |row: &&[super::score::Score]| row.iter().all(|s| s.figures[f].is_finite());
-        let rows: Vec<Vec<f64>> =
-            scores.chunks(k + 2).filter(complete).map(|row| row.iter().map(|s| s.figures[f]).collect()).collect();
+        let rows: Vec<Vec<f64>> = scores
+            .chunks(k + 2)
+            .filter(complete)
+            .map(|row| row.iter().map(|s| s.figures[f]).collect())
+            .collect();
         out.samples.1 = if f == 0 { rows.len() as u32 } else { out.samples.1.min(rows.len() as u32) };
         let mut all = Spread::default();
         rows.iter().for_each(|r| r[..2].iter().for_each(|x| all.push(*x)));

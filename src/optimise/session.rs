@@ -170,7 +170,8 @@ impl<'a> Session<'a> {
             return Err(Halt::Ended(Ended::Interrupted));
         }
         let left = self.left();
-        let take = left.map_or(points.len(), |left| points.len().min(usize::try_from(left).unwrap_or(usize::MAX)));
+        let take =
+            left.map_or(points.len(), |left| points.len().min(usize::try_from(left).unwrap_or(usize::MAX)));
         if take == 0 && !points.is_empty() {
             return Err(Halt::Ended(Ended::Evaluations));
         }

@@ -12,7 +12,12 @@ pub fn why(scene: &Scene, search: &Search, report: &Report) -> String {
     let mut parts: Vec<String> = Vec::new();
     for (column, end) in &report.at_bounds {
         let values = report.best.point.to_array();
-        parts.push(format!("{} lies at its {end}, {}{}", key(scene, *column), values[*column as usize], unit(*column)));
+        parts.push(format!(
+            "{} lies at its {end}, {}{}",
+            key(scene, *column),
+            values[*column as usize],
+            unit(*column)
+        ));
     }
     let binds = |l: &Limit| match l {
         Limit::Strain => "the strain limit binds",
@@ -29,9 +34,13 @@ pub fn why(scene: &Scene, search: &Search, report: &Report) -> String {
     };
     parts.extend(report.binding.iter().map(|l| binds(l).to_owned()));
     let row = &report.best.row;
-    if let (true, Some(bias), Some(noise)) = (search.objective != Objective::Sd, row.error_rms(), row.noise_rms()) {
+    if let (true, Some(bias), Some(noise)) =
+        (search.objective != Objective::Sd, row.error_rms(), row.noise_rms())
+    {
         let larger = if bias > noise { "bias" } else { "noise" };
-        parts.push(format!("{larger} is the larger part of the error (bias {bias:.3e} mm, noise {noise:.3e} mm)"));
+        parts.push(format!(
+            "{larger} is the larger part of the error (bias {bias:.3e} mm, noise {noise:.3e} mm)"
+        ));
     }
     if parts.is_empty() {
         return "No bound and no limit binds: the optimum lies inside.".into();

@@ -16,7 +16,12 @@ use crate::sink::run_json;
 use crate::sink::table::{self, Field, Table};
 
 /// Writes them all and moves them to their final place.
-pub fn all(scene: &Scene, search: &Search, report: &Report, mut folder: Folder) -> Result<Vec<PathBuf>, Error> {
+pub fn all(
+    scene: &Scene,
+    search: &Search,
+    report: &Report,
+    mut folder: Folder,
+) -> Result<Vec<PathBuf>, Error> {
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
         let mut file = folder.file(name)?;
         file.write(bytes)?;
@@ -81,6 +86,7 @@ pub fn row(scene: &Scene, design: &Design) -> Value {
         Field::Number(x) => json!(x),
         Field::Count(n) => json!(n),
         Field::Word(w) => json!(w),
+        Field::Text(t) => json!(t),
         Field::Status(s) => json!(s.to_string()),
     };
     Table::Designs.columns(scene).into_iter().map(str::to_owned).zip(fields.iter().map(value)).collect()
@@ -97,9 +103,15 @@ pub fn result(scene: &Scene, search: &Search, report: &Report) -> Value {
     let s = &report.sensitivity;
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
     let local: Value = s.local.iter().map(|(c, p)| (key(scene, *c).to_owned(), pair(p))).collect();
-    let global: Value =
-        s.global.iter().map(|(c, first, total)| (key(scene, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))).collect();
-    let bounds: Value = report.at_bounds.iter().map(|(c, end)| (key(scene, *c).to_owned(), json!(end))).collect();
+    let global: Value = s
+        .global
+        .iter()
+        .map(|(c, first, total)| {
+            (key(scene, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))
+        })
+        .collect();
+    let bounds: Value =
+        report.at_bounds.iter().map(|(c, end)| (key(scene, *c).to_owned(), json!(end))).collect();
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,
@@ -151,7 +163,8 @@ fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, 
     }
     if let (Some(_), Material::Yeoh(c)) = (&scene.material_fit, &scene.model.material) {
         // The curve's path is relative to the spec; its fit is what was computed with.
-        let material: toml::Table = [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
+        let material: toml::Table =
+            [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
         if let Some(model) = spec.get_mut("model").and_then(toml::Value::as_table_mut) {
             model.insert("material".into(), material.into());
         }
@@ -176,14 +189,37 @@ fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, 
 }
 
 fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
-    let (sd, drive) = (if scene.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" }, scene.drive.column());
+    let (sd, drive) = (
+        if scene.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
+        scene.drive.column(),
+    );
     let mut text = Text::default();
-    text.header(&["evaluations", "start", "stage", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", drive, sd, "total_rms_mm", "weighted", "violation"])?;
+    text.header(&[
+        "evaluations",
+        "start",
+        "stage",
+        "D_mm",
+        "d_mm",
+        "L_a_mm",
+        "x_ss_mm",
+        "l_mm",
+        drive,
+        sd,
+        "total_rms_mm",
+        "weighted",
+        "violation",
+    ])?;
     for step in &report.history {
         let (p, s) = (&step.best.point, &step.best.score);
-        let mut fields = vec![Field::Count(step.evaluations), Field::Count(step.start.into()), Field::Word(step.stage.name())];
+        let mut fields = vec![
+            Field::Count(step.evaluations),
+            Field::Count(step.start.into()),
+            Field::Word(step.stage.name()),
+        ];
         let [sd, total, weighted] = s.figures;
-        fields.extend([p.D, p.d, p.L_a, p.x_ss, p.l, p.drive, sd, total, weighted, s.violation()].map(Field::Number));
+        fields.extend(
+            [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive, sd, total, weighted, s.violation()].map(Field::Number),
+        );
         text.row(&mut fields)?;
     }
     Ok(text.into_bytes())
@@ -192,11 +228,20 @@ fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
 fn sensitivity(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
     let s = &report.sensitivity;
     let mut text = Text::default();
-    text.header(&["parameter", "K_sd_elasticity", "total_rms_elasticity", "K_sd_first", "K_sd_total", "total_rms_first", "total_rms_total"])?;
+    text.header(&[
+        "parameter",
+        "K_sd_elasticity",
+        "total_rms_elasticity",
+        "K_sd_first",
+        "K_sd_total",
+        "total_rms_first",
+        "total_rms_total",
+    ])?;
     for column in PARAMETERS {
         let none = [None; 2];
         let local = s.local.iter().find(|(c, _)| *c == column).map_or(none, |(_, p)| *p);
-        let (first, total) = s.global.iter().find(|(c, ..)| *c == column).map_or((none, none), |(_, f, t)| (*f, *t));
+        let (first, total) =
+            s.global.iter().find(|(c, ..)| *c == column).map_or((none, none), |(_, f, t)| (*f, *t));
         let mut fields = vec![Field::Word(key(scene, column))];
         fields.extend([local[0], local[1], first[0], total[0], first[1], total[1]].map(Field::from));
         text.row(&mut fields)?;

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 9] = [
+const OURS: [&str; 10] = [
     "tuples.csv",
     "designs.csv",
     "distances.csv",
@@ -18,6 +18,7 @@ const OURS: [&str; 9] = [
     "sensitivity.csv",
     "pareto.csv",
     "tap.csv",
+    "verify.csv",
     "run.json",
 ];
 

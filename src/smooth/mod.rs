@@ -5,7 +5,11 @@
 //! few flops each ([`lanes`]). The rows kept are solved again, tap by tap, before they are ranked and written; designs outside the
 //! chart are solved tap by tap from the start. A [`scope::Scope`] says which sweeps qualify and holds what designs share.
 
+// Index loops are what the lanes vectorise on, and they read like the shader's.
+#![allow(clippy::needless_range_loop)]
+
 pub mod device;
+pub mod drives;
 pub mod lanes;
 pub mod rod;
 pub mod scope;

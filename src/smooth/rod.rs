@@ -10,8 +10,8 @@
 //!
 //! `δ/t = ω + (1 + tω) r (ζ − X̃)`, `r = (u1 + u2)/(u2 (1 − s1) + u1 (1 − s2))`, u = 1 − p s,
 //!
-//! X̃ the mean of X over the gauge [s1, s2] with the weight 1/(1 − ps)³. ω, ζ and X are smooth: polynomials in 1/(1 − p) and s
-//! (Chebyshev coefficients) through a few values of t (Lagrange). Their values come from the f64 kernel.
+//! X̃ the mean of X over the gauge [s1, s2] with the weight 1/(1 − ps)³. ω, ζ and X are smooth: Chebyshev series in t, 1/(1 − p) and s, of
+//! which only the coefficients that matter are kept. Their values come from the f64 kernel.
 
 use crate::kernel::{self, Effects, Kernel, Rung, Solution, Tap, cpu::Cpu, rule};
 use crate::scene::Precision;
@@ -26,7 +26,10 @@ const SQUARES: [usize; 6] = [2, 3, 4, 5, 6, 8];
 const SHARE: f64 = 0.1;
 
 /// Largest error of δ/t relative to |δ/t| + [`SMALL`]: keeps SD(K) where K − 1 is small.
-const RELATIVE: f64 = 3e-5;
+const RELATIVE: f64 = 1e-4;
+
+/// Coefficients that are left out, each at most this.
+const NEGLIGIBLE: f64 = 0.05 * RELATIVE * SMALL;
 
 /// A small δ/t: where K − 1 changes sign along a, errors are measured against this.
 const SMALL: f64 = 0.02;
@@ -54,13 +57,14 @@ impl Range {
 pub struct RodChart {
     /// Where it holds.
     pub range: Range,
-    /// Points t_k.
-    pub squares: Vec<f64>,
+    /// Largest t.
+    pub square: f64,
     /// Terms over p.
     pub terms: usize,
     /// Terms of X over s.
     pub place_terms: usize,
-    /// At each t_k: coefficients over p of ω, of ζ, and of each coefficient over s of X.
+    /// For each term over t: coefficients over p of ω, of ζ, and of each coefficient over s of X; short where the rest does
+    /// not matter.
     pub values: Vec<Vec<Vec<f64>>>,
     /// Largest error of the strain found on points between those of the chart, relative.
     pub error: f64,
@@ -76,7 +80,36 @@ struct Point {
     shortening: Vec<f64>,
 }
 
+/// What `run.json` says of a chart.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Range of τa.
+    pub taper: [f64; 2],
+    /// Range of x/a on the gauge.
+    pub place: [f64; 2],
+    /// Largest θ, degrees.
+    pub theta_deg: f64,
+    /// Coefficients of the series.
+    pub coefficients: usize,
+    /// Largest relative error of the strain at the points that checked it.
+    pub strain_error: f64,
+    /// Taps solved to make and to check it.
+    pub solved: u64,
+}
+
 impl RodChart {
+    /// Its range, size and error.
+    pub fn summary(&self) -> Summary {
+        Summary {
+            taper: self.range.taper,
+            place: self.range.place,
+            theta_deg: self.range.angle.to_degrees(),
+            coefficients: self.values.iter().flatten().map(Vec::len).sum(),
+            strain_error: self.error,
+            solved: self.solved,
+        }
+    }
+
     /// The chart over `range` whose strain is good to a tenth of `tolerance`. Where the rod next to the apex is beyond a chart of
     /// bounded size, or folds, the range over p is shortened; `None` where that does not help.
     pub fn new(range: Range, tolerance: f64) -> Option<Self> {
@@ -93,8 +126,7 @@ impl RodChart {
         let most = range.angle.max(0.05);
         let mut solved = 0;
         for count in SQUARES {
-            let squares: Vec<f64> = chebyshev_points(count).map(|x| 0.5 * most * most * (1.0 + x)).collect();
-            let mut chart = Self::through(range, squares, &mut solved)?;
+            let mut chart = Self::through(range, most * most, count, &mut solved)?;
             let (strain, relative) = chart.check(most, &mut solved)?;
             (chart.error, chart.solved) = (strain, solved);
             if strain <= SHARE * tolerance && relative <= RELATIVE {
@@ -104,41 +136,59 @@ impl RodChart {
         None
     }
 
-    /// Through the given squares, with as many terms as it takes.
-    fn through(range: Range, squares: Vec<f64>, solved: &mut u64) -> Option<Self> {
+    /// Through `count` squares up to `square`, with as many terms over p and s as it takes.
+    fn through(range: Range, square: f64, count: usize, solved: &mut u64) -> Option<Self> {
         let [rows, columns, _] = MOST;
+        let squares: Vec<f64> = squares(square, count);
         let tapers: Vec<f64> = chebyshev_points(rows).map(|x| taper(range.taper, x)).collect();
         let places: Vec<f64> = chebyshev_points(columns).map(|x| between(range.place, x)).collect();
         let wanted: Vec<(f64, f64)> =
             squares.iter().flat_map(|&t| tapers.iter().map(move |&p| (p, t))).collect();
         let points = solve(&wanted, &places)?;
         *solved += (points.len() * places.len()) as u64;
-        let values: Vec<Vec<Vec<f64>>> = points
-            .chunks(rows)
-            .map(|row| {
-                let over_taper =
-                    |f: &dyn Fn(&Point) -> f64| coefficients(&row.iter().map(f).collect::<Vec<_>>());
-                let series: Vec<Vec<f64>> = row.iter().map(|p| coefficients(&p.shortening)).collect();
-                let mut all = vec![over_taper(&|p| p.force), over_taper(&|p| p.arc)];
-                all.extend(
-                    (0..columns).map(|k| coefficients(&series.iter().map(|c| c[k]).collect::<Vec<_>>())),
-                );
-                all
-            })
-            .collect();
-        // Each term that is left out is a quarter of the bound at most.
-        let cut = 0.25 * RELATIVE * SMALL;
-        let negligible_place =
-            |k: usize| values.iter().all(|v| v[2 + k].iter().map(|c| c.abs()).sum::<f64>() < cut);
-        let place_terms = (0..columns).rev().find(|&k| !negligible_place(k)).map_or(1, |k| k + 1);
-        let negligible =
-            |i: usize| values.iter().all(|v| v[..2 + place_terms].iter().all(|c| c[i].abs() < cut));
-        let terms = (0..rows).rev().find(|&i| !negligible(i)).map_or(1, |i| i + 1);
-        let values = values
-            .into_iter()
-            .map(|v| v.into_iter().take(2 + place_terms).map(|c| c[..terms].to_vec()).collect())
-            .collect();
-        Some(Self { range, squares, terms, place_terms, values, error: f64::INFINITY, solved: 0 })
+        // Functions × terms over p × squares, then terms over t.
+        let series: Vec<Vec<f64>> = points.iter().map(|p| coefficients(&p.shortening)).collect();
+        let function = |f: usize, k: usize, i: usize| {
+            let at = k * rows + i;
+            match f {
+                0 => points[at].force,
+                1 => points[at].arc,
+                f => series[at][f - 2],
+            }
+        };
+        let mut values = vec![vec![Vec::new(); 2 + columns]; count];
+        for f in 0..2 + columns {
+            let over_taper: Vec<Vec<f64>> = (0..count)
+                .map(|k| coefficients(&(0..rows).map(|i| function(f, k, i)).collect::<Vec<_>>()))
+                .collect();
+            for i in 0..rows {
+                let over_squares: Vec<f64> = over_taper.iter().map(|c| c[i]).collect();
+                for (k, c) in coefficients(&over_squares).into_iter().enumerate() {
+                    values[k][f].push(c);
+                }
+            }
+        }
+        for c in values.iter_mut().flatten() {
+            let kept = c.iter().rposition(|c| c.abs() > NEGLIGIBLE).map_or(0, |i| i + 1);
+            c.truncate(kept);
+        }
+        let functions =
+            values.iter().filter_map(|v| v.iter().rposition(|c| !c.is_empty())).max().unwrap_or(0);
+        let place_terms = (functions + 1).saturating_sub(2).max(1);
+        values.iter_mut().for_each(|v| v.truncate(2 + place_terms));
+        let terms = values.iter().flatten().map(Vec::len).max().unwrap_or(0).max(1);
+        Some(Self { range, square, terms, place_terms, values, error: f64::INFINITY, solved: 0 })
+    }
+
+    /// Values at t of the polynomials over t.
+    pub fn basis(&self, t: f64) -> Vec<f64> {
+        let x = 2.0 * t / self.square - 1.0;
+        let mut all = vec![1.0, x];
+        for k in 1..self.values.len() {
+            all.push(2.0 * x * all[k] - all[k - 1]);
+        }
+        all.truncate(self.values.len());
+        all
     }
 
     /// Largest errors on points in between: of the strain, and of δ/t relative to |δ/t| + [`SMALL`].
@@ -173,7 +223,7 @@ impl RodChart {
     /// ω, ζ and X(s).
     pub fn at(&self, p: f64, t: f64, s: f64) -> [f64; 3] {
         let (x, y) = (unit(self.range.stiffness(), 1.0 / (1.0 - p)), unit(self.range.place, s));
-        let basis = lagrange(&self.squares, t);
+        let basis = self.basis(t);
         let mut sum = [0.0; 3];
         for (values, l) in self.values.iter().zip(&basis) {
             let series: Vec<f64> = values.iter().map(|c| chebyshev(c, x)).collect();
@@ -263,6 +313,9 @@ fn coefficients(values: &[f64]) -> Vec<f64> {
 
 /// Σ c_k T_k(x).
 fn chebyshev(c: &[f64], x: f64) -> f64 {
+    if c.is_empty() {
+        return 0.0;
+    }
     let (mut b1, mut b2) = (0.0, 0.0);
     for &c in c[1..].iter().rev() {
         (b1, b2) = (2.0 * x * b1 - b2 + c, b1);
@@ -270,13 +323,17 @@ fn chebyshev(c: &[f64], x: f64) -> f64 {
     x * b1 - b2 + c[0]
 }
 
-/// Values at `t` of the Lagrange polynomials of `points`.
-pub fn lagrange(points: &[f64], t: f64) -> Vec<f64> {
-    let one = |k: usize| {
-        let others = (0..points.len()).filter(|&j| j != k);
-        others.map(|j| (t - points[j]) / (points[k] - points[j])).product()
-    };
-    (0..points.len()).map(one).collect()
+/// `count` Chebyshev points of t ∈ [0, `square`].
+pub fn squares(square: f64, count: usize) -> Vec<f64> {
+    chebyshev_points(count).map(|x| 0.5 * square * (1.0 + x)).collect()
+}
+
+/// Matrix from values at [`chebyshev_points`] to coefficients: row k, column j.
+pub fn to_coefficients(count: usize) -> Vec<Vec<f64>> {
+    let columns: Vec<Vec<f64>> = (0..count)
+        .map(|j| coefficients(&(0..count).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>()))
+        .collect();
+    (0..count).map(|k| columns.iter().map(|c| c[k]).collect()).collect()
 }
 
 #[cfg(test)]
@@ -297,12 +354,13 @@ mod tests {
             let range = Range { taper, place, angle: f64::to_radians(degrees) };
             let c = RodChart::new(range, 1e-5).unwrap_or_else(|| panic!("no chart for {range:?}"));
             println!(
-                "{taper:?} {place:?} {degrees}: p to {:.3}, {} x {} x {}, error {:.1e}, {} solved",
+                "{taper:?} {place:?} {degrees}: p to {:.3}, {} x {} x {}, error {:.1e}, {} coefficients, {} solved",
                 c.range.taper[1],
-                c.squares.len(),
+                c.values.len(),
                 c.terms,
                 c.place_terms,
                 c.error,
+                c.summary().coefficients,
                 c.solved
             );
             assert!(c.error <= 1e-6 && c.range.taper[1] >= 0.75 * taper[1], "{range:?}");

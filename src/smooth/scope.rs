@@ -1,6 +1,6 @@
 //! Which sweeps the chart of the rod can rank, and the tables that all their designs share.
 
-use super::rod::{Range, RodChart, lagrange};
+use super::rod::{Range, RodChart};
 use crate::kernel::Effects;
 use crate::kernel::nodes::gauss;
 use crate::plan::Layout;
@@ -26,7 +26,7 @@ const WIDE_GAUGE: [f64; 2] = [0.16, 0.45];
 pub struct Angle {
     /// θ, rad.
     pub angle: f64,
-    /// Values at θ² of the Lagrange polynomials of the chart.
+    /// Values at θ² of the polynomials over t of the chart.
     pub basis: Vec<f64>,
     /// Place in the layout.
     pub place: u32,
@@ -120,7 +120,7 @@ impl Scope {
                 .zip(axis.iter())
                 .map(|(place, degrees)| {
                     let angle = degrees.to_radians();
-                    Angle { angle, basis: lagrange(&chart.squares, angle * angle), place }
+                    Angle { angle, basis: chart.basis(angle * angle), place }
                 })
                 .collect(),
             None => Vec::new(),

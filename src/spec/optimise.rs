@@ -20,7 +20,8 @@ const SAMPLES: u64 = 64;
 const MOST_SAMPLES: u64 = 1 << 16;
 
 const WEIGHT: Domain = Domain { allowed: "≥ 0", holds: |v| v >= 0.0 };
-const DEVIATION: Domain = Domain { allowed: "a standard deviation ≥ 0, in the key's unit", holds: |v| v >= 0.0 };
+const DEVIATION: Domain =
+    Domain { allowed: "a standard deviation ≥ 0, in the key's unit", holds: |v| v >= 0.0 };
 const SECONDS: Domain = Domain { allowed: "> 0 s", holds: |v| v > 0.0 };
 
 const BUDGET: &str = "{ evaluations = 20000 }, { seconds = 30 } or both; each > 0";
@@ -46,7 +47,9 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let drives = [("angle", Drive::Angle), ("displacement", Drive::Displacement)];
     let drive = sections.section("tap").get("drive")?.word(&drives)?;
     if let Some(file) = sections.section("tuples").written("file") {
-        return Err(file.error("a search varies one whisker; it takes no list of tuples").allowed("axes in [whisker], [gauge] and [tap]"));
+        return Err(file
+            .error("a search varies one whisker; it takes no list of tuples")
+            .allowed("axes in [whisker], [gauge] and [tap]"));
     }
     let section = sections.section("optimise");
     let robust = section.optional("robust", |item| robust(item, drive))?;
@@ -55,7 +58,10 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let nominal = robust.as_ref().is_some_and(|r| r.calibrated == Calibrated::Nominal);
     if nominal && word.needs_sd() {
         let calibrated = section.get("robust")?.need("calibrated")?;
-        let message = format!("the spread of K is that of each whisker's own K; objective = \"{}\" needs it", word.word());
+        let message = format!(
+            "the spread of K is that of each whisker's own K; objective = \"{}\" needs it",
+            word.word()
+        );
         return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
     }
     let gauge = sections.section("gauge").get("strain_limit")?;
@@ -100,7 +106,9 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
     let names = keys.map(|(_, key, ..)| key);
     let all = format!("some of {}, each [min, max]", names.join(", "));
     if let Some(a) = item.child("a") {
-        return Err(a.error("the distances are given, not searched: every candidate is judged over all a of [tap]").allowed(all));
+        return Err(a
+            .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
+            .allowed(all));
     }
     item.only(&names, &all)?;
     let mut variables = Vec::new();
@@ -111,7 +119,9 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
         let message = match (min, max) {
             (min, max) if !(domain.holds)(min) || !(domain.holds)(max) => "these bounds are out of range",
             (min, max) if min > max => "these bounds are inverted: min is larger than max",
-            (min, max) if min == max => "these bounds have no width; a value that is given belongs into its own section",
+            (min, max) if min == max => {
+                "these bounds have no width; a value that is given belongs into its own section"
+            }
             _ => {
                 variables.push(Variable { column, min, max, start: None });
                 continue;
@@ -128,8 +138,12 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
 fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
     let blank = |item: &Item<'_>| item.error("");
     let variables = blank(&section.get("variables")?);
-    let mut limits =
-        Limits { strain: gauge.within(&STRAIN_LIMIT)?, force: None, unambiguous: false, tip_not_wider: false };
+    let mut limits = Limits {
+        strain: gauge.within(&STRAIN_LIMIT)?,
+        force: None,
+        unambiguous: false,
+        tip_not_wider: false,
+    };
     let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
     let Some(item) = section.written("limits") else { return Ok((limits, places)) };
     item.only(&["strain", "force_N", "unambiguous", "tip_not_wider"], LIMITS)?;
@@ -137,7 +151,8 @@ fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
         (limits.strain, places.strain) = (strain.within(&STRAIN_LIMIT)?, blank(&strain));
     }
     if let Some(force) = item.child("force_N") {
-        (limits.force, places.force) = (Some(force.within(&Domain { allowed: "> 0 N", ..POSITIVE })?), blank(&force));
+        (limits.force, places.force) =
+            (Some(force.within(&Domain { allowed: "> 0 N", ..POSITIVE })?), blank(&force));
     }
     if let Some(flag) = item.child("unambiguous") {
         (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
@@ -199,7 +214,8 @@ pub(super) fn fallback(search: &Search) -> String {
 /// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
     let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
-    all.filter(|k| search.variables.iter().any(|v| v.column == k.2)).any(|k| key == format!("{}.{}", k.0, k.1))
+    all.filter(|k| search.variables.iter().any(|v| v.column == k.2))
+        .any(|k| key == format!("{}.{}", k.0, k.1))
 }
 
 /// Judges the section together with the rest of the spec; fills in the first start.
@@ -212,9 +228,13 @@ pub(super) fn check(sections: &Sections<'_>, scene: &Scene, search: &mut Search)
     let axis = |column: Column| {
         factors.iter().flat_map(|f: &Factor| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
     };
-    if axis(Column::Distance).is_some_and(|a| a.len() < 2) && (search.objective.needs_sd() || scene.estimate.k.is_none()) {
+    if axis(Column::Distance).is_some_and(|a| a.len() < 2)
+        && (search.objective.needs_sd() || scene.estimate.k.is_none())
+    {
         let a = sections.section("tap").get("a")?;
-        return Err(a.error("K has no spread and no mean over one distance").allowed("two distances or more"));
+        return Err(a
+            .error("K has no spread and no mean over one distance")
+            .allowed("two distances or more"));
     }
     for (section, key, column, _) in keys(scene.drive) {
         let variable = search.variables.iter_mut().find(|v| v.column == column);
@@ -222,15 +242,21 @@ pub(super) fn check(sections: &Sections<'_>, scene: &Scene, search: &mut Search)
         let Some(axis) = axis(column) else { continue };
         match variable {
             Some(_) if axis.len() > 1 => {
-                return Err(item.error("this is a variable of [optimise]: here stands its first start").allowed("one number, or nothing"));
+                return Err(item
+                    .error("this is a variable of [optimise]: here stands its first start")
+                    .allowed("one number, or nothing"));
             }
             Some(v) => v.start = Some(axis.at(0)),
             None if axis.len() > 1 && column != Column::Drive => {
                 let message = "a search needs one number here, or bounds for it in [optimise] variables";
-                return Err(item.error(message).allowed("one number; only a, and a theta that is no variable, may be lists"));
+                return Err(item
+                    .error(message)
+                    .allowed("one number; only a, and a theta that is no variable, may be lists"));
             }
             None if axis.points().is_some() => {
-                return Err(item.error("tap angles to choose from are listed, not sampled").allowed("a value, a list or a range"));
+                return Err(item
+                    .error("tap angles to choose from are listed, not sampled")
+                    .allowed("a value, a list or a range"));
             }
             None => {}
         }
@@ -241,8 +267,13 @@ pub(super) fn check(sections: &Sections<'_>, scene: &Scene, search: &mut Search)
     };
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {
-        let message = format!("no tip is that thin: the smallest d is {} mm, the largest D {} mm", tip[0], base[1]);
-        return Err(InputError { message, allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])), ..search.places.tip_not_wider.clone() });
+        let message =
+            format!("no tip is that thin: the smallest d is {} mm, the largest D {} mm", tip[0], base[1]);
+        return Err(InputError {
+            message,
+            allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
+            ..search.places.tip_not_wider.clone()
+        });
     }
     Ok(())
 }

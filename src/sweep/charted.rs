@@ -14,7 +14,7 @@ use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
 use crate::sink::table;
-use crate::smooth::{Batch, Case, Found, Ranker, Scope, Tables};
+use crate::smooth::{Case, Found, Ranker, Scope, Tables};
 use crate::statistics::Tally;
 use crate::status::Status;
 
@@ -27,6 +27,7 @@ const GRAIN: usize = 512;
 /// The best `top` rows, best first.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
     run.counts.solved += scope.chart.solved;
+    run.counts.chart = Some(scope.chart.summary());
     let device = match run.evaluator.gpu() {
         Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,
         None => None,
@@ -78,7 +79,8 @@ impl Search<'_> {
             let start = Instant::now();
             let to = (from + GROUP.min(64 + from)).min(self.layout.n_designs);
             let bound = bound(&mut self.all, self.scope.rank.keep);
-            let found = group(self.layout, self.scope, &tables, from..to, bound);
+            let ks: Vec<u64> = (from..to).collect();
+            let found = group(self.layout, self.scope, &tables, &ks, bound);
             run.solve += start.elapsed();
             self.take(run, found, to - from)?;
             from = to;
@@ -86,38 +88,28 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// On a GPU, batches that overlap.
+    /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
     fn on_device(&mut self, run: &mut Run<'_>, mut device: Ranker) -> Result<(), Error> {
-        let mut waiting = vec![0..self.layout.n_designs];
-        let (mut done, mut size) = (0, 64);
+        let tables = Tables::new(self.scope);
+        let (mut next, mut done) = (0, 0);
         loop {
             run.check_stop()?;
-            while let Some(range) = waiting.pop_if(|_| device.free()) {
-                let to = range.end.min(range.start + size.min(device.most()));
-                device.start(range.start..to, bound(&mut self.all, self.scope.rank.keep));
-                if to < range.end {
-                    waiting.push(to..range.end);
-                }
+            while next < self.layout.n_designs && device.free() {
+                // Small at first, until there is a bound.
+                let to = (next + device.most().min(64 + done)).min(self.layout.n_designs);
+                device.start(next..to, bound(&mut self.all, self.scope.rank.keep));
+                next = to;
             }
             let start = Instant::now();
             let Some(batch) = device.finish() else { return Ok(()) };
+            let batch = batch.map_err(Error::Run)?;
+            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let rows = group(self.layout, self.scope, &tables, &batch.best, bound).rows;
             run.solve += start.elapsed();
-            match batch.map_err(Error::Run)? {
-                Batch::Done(found, range) => {
-                    done += range.end - range.start;
-                    // Small at first, until there is a bound.
-                    size = 64 + done;
-                    self.take(run, found, range.end - range.start)?;
-                }
-                Batch::Again(range) if range.end - range.start == 1 => {
-                    return Err(Error::Run("one design has more rows than a batch holds".into()));
-                }
-                Batch::Again(range) => {
-                    let half = range.start + (range.end - range.start) / 2;
-                    size = half - range.start;
-                    waiting.extend([half..range.end, range.start..half]);
-                }
-            }
+            let designs = batch.range.end - batch.range.start;
+            done += designs;
+            let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
+            self.take(run, found, designs)?;
         }
     }
 
@@ -148,9 +140,8 @@ fn bound(found: &mut Found, keep: usize) -> f32 {
     found.rows[keep - 1].0
 }
 
-/// Rows of the designs of a range, those that rank no worse than `bound`.
-fn group(layout: &Layout, scope: &Scope, tables: &Tables, range: std::ops::Range<u64>, bound: f32) -> Found {
-    let ks: Vec<u64> = range.collect();
+/// Rows of the designs `ks`, those that rank no worse than `bound`.
+fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
         let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());

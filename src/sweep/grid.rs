@@ -143,7 +143,10 @@ fn small(
         .into_par_iter()
         .map(|t| task(layout, &designs[t / block], (t / block) as u32, (t % block) as u64))
         .collect();
-    let outcomes = run.evaluate(&designs, &tasks)?;
+    let outcomes = match layout.drives() {
+        Some(axis) => run.evaluate_over(&designs, &tasks, &axis.iter().collect::<Vec<_>>())?,
+        None => run.evaluate(&designs, &tasks)?,
+    };
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);

@@ -137,14 +137,37 @@ impl Run<'_> {
         let outcomes = self.evaluator.run(designs, tasks).map_err(Error::Run)?;
         self.solve += start.elapsed();
         self.counts.solved += outcomes.len() as u64;
-        for o in &outcomes {
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
+    fn evaluate_over(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        drives: &[f64],
+    ) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let (outcomes, solved) =
+            self.evaluator.run_over_drives(designs, tasks, drives).map_err(Error::Run)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// Counts sweeps and strains.
+    fn note(&mut self, outcomes: &[Outcome]) {
+        for o in outcomes {
             self.counts.sweeps.0 += f64::from(o.sweeps);
             self.counts.sweeps.1 = self.counts.sweeps.1.max(o.sweeps);
             if o.status.counts() {
                 self.counts.strain.push(o.strain.abs());
             }
         }
-        Ok(outcomes)
     }
 
     /// `Err` when asked to stop.

@@ -89,7 +89,13 @@ pub struct Report {
 }
 
 /// Evaluates `scene`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
-pub fn run(scene: &Scene, ends: [f64; 2], objective: Objective, choice: &Choice, (out, force): (&Path, bool)) -> Result<Report, Error> {
+pub fn run(
+    scene: &Scene,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    (out, force): (&Path, bool),
+) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let mut folder = Folder::new(out, &hash(&scene.text), force)?;
     let Space::Grid(factors) = &scene.space else { unreachable!("one whisker") };
@@ -133,7 +139,12 @@ fn search(scene: &Scene, objective: Objective) -> Search {
         seed: 0,
         budget: Budget::default(),
         variables: Vec::new(),
-        limits: Limits { strain: scene.gauge.strain_limit, force: None, unambiguous: false, tip_not_wider: false },
+        limits: Limits {
+            strain: scene.gauge.strain_limit,
+            force: None,
+            unambiguous: false,
+            tip_not_wider: false,
+        },
         robust: None,
         places: Places::default(),
     }

@@ -57,7 +57,12 @@ pub fn find(
 }
 
 /// The farthest allowed sample from `from` towards `to`.
-fn inner(curve: &mut Curve<'_>, from: &Sample, to: &Sample, allowed: &dyn Fn(&Sample) -> bool) -> Result<Sample, Error> {
+fn inner(
+    curve: &mut Curve<'_>,
+    from: &Sample,
+    to: &Sample,
+    allowed: &dyn Fn(&Sample) -> bool,
+) -> Result<Sample, Error> {
     if allowed(to) {
         return Ok(*to);
     }
@@ -78,7 +83,8 @@ fn inner(curve: &mut Curve<'_>, from: &Sample, to: &Sample, allowed: &dyn Fn(&Sa
 fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Option<Sample>, Error> {
     let cost = Cost { curve: RefCell::new(curve), goal };
     let solver = BrentOpt::new(low, high).set_tolerance(WIDTH, WIDTH * high);
-    let run = Executor::new(&cost, solver).configure(|state| state.param(low).max_iters(200)).timer(false).run();
+    let run =
+        Executor::new(&cost, solver).configure(|state| state.param(low).max_iters(200)).timer(false).run();
     let drive = run.map_err(|e| Error::Run(e.to_string()))?.state.best_param;
     match drive {
         Some(drive) => Ok(curve.at(&[drive])?.first().copied()),

@@ -67,12 +67,25 @@ pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Er
     let [mean, sd] = k_names(scene);
     let fail = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
-    text.header(&[scene.drive.column(), mean, sd, "bias_rms_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "status"]).map_err(fail)?;
+    text.header(&[
+        scene.drive.column(),
+        mean,
+        sd,
+        "bias_rms_mm",
+        "noise_rms_mm",
+        "total_rms_mm",
+        "strain_max",
+        "status",
+    ])
+    .map_err(fail)?;
     for s in &report.curve {
         let row = &s.row;
         let [k_mean, k_sd] = k_values(s, unit);
         let mut fields = vec![Field::Number(s.drive)];
-        fields.extend([k_mean, k_sd, row.error_rms(), row.noise_rms(), row.total_rms(), row.strain_max()].map(Field::from));
+        fields.extend(
+            [k_mean, k_sd, row.error_rms(), row.noise_rms(), row.total_rms(), row.strain_max()]
+                .map(Field::from),
+        );
         fields.push(Field::Status(row.status));
         text.row(&mut fields).map_err(fail)?;
     }
@@ -109,7 +122,11 @@ pub fn why(
     objective: Objective,
 ) -> String {
     let (name, unit) = unit(scene);
-    let end = if (optimum.drive - ends[0]).abs() <= (optimum.drive - ends[1]).abs() { "smallest" } else { "largest" };
+    let end = if (optimum.drive - ends[0]).abs() <= (optimum.drive - ends[1]).abs() {
+        "smallest"
+    } else {
+        "largest"
+    };
     let trend = match (objective, end) {
         (Objective::Sd, "smallest") => "the spread of K only grows with it",
         (Objective::Sd, _) => "the spread of K still falls there",

@@ -1,19 +1,16 @@
-//! Ranking on a GPU: tuples made, reduced and selected there; only counts, the best rows and the designs that must be solved tap by
-//! tap come back. Batches overlap: the next one runs while the last is read.
+//! Ranking on a GPU: tuples made, reduced and selected there; only counts, the designs that have a row below the bound and those that
+//! must be solved tap by tap come back. The host lists the rows of the former. Batches overlap: the next one runs while the last is read.
 
 mod shader;
 mod tuples;
 
 use std::collections::VecDeque;
 
-use super::lanes::{Found, Words};
+use super::lanes::Words;
 use super::scope::Scope;
 use crate::kernel::gpu::{Gpu, shader::validate};
 use crate::plan::Layout;
 use shader::{Shader, WORKGROUP};
-
-/// Rows that a batch may bring back.
-const CAPACITY: u32 = 1 << 20;
 
 /// Designs of a batch at most.
 const MOST: u64 = 1 << 20;
@@ -39,24 +36,35 @@ pub struct Ranker {
     lengths: Vec<u32>,
     slots: Vec<Slot>,
     flying: VecDeque<(usize, std::ops::Range<u64>)>,
-    block: u64,
+    most: u64,
 }
 
 /// Buffers of one batch in flight.
 struct Slot {
     job: wgpu::Buffer,
     tally: wgpu::Buffer,
-    rows: wgpu::Buffer,
+    best: wgpu::Buffer,
     hard: wgpu::Buffer,
     readback: wgpu::Buffer,
 }
 
 /// What a finished batch brings.
-pub enum Batch {
-    /// Counts, rows, hard designs of a range.
-    Done(Found, std::ops::Range<u64>),
-    /// More rows than fit: the designs to go through again, in smaller batches.
-    Again(std::ops::Range<u64>),
+pub struct Batch {
+    /// Its designs.
+    pub range: std::ops::Range<u64>,
+    /// Rows that are complete; designs that have one where designs compete.
+    pub complete: u64,
+    /// Taps per status word.
+    pub words: Words,
+    /// Designs with a row below the bound.
+    pub best: Vec<u64>,
+    /// Designs that must be solved tap by tap.
+    pub hard: Vec<u64>,
+}
+
+/// Designs of a batch at most, of `block` taps each.
+fn most(block: u64) -> u64 {
+    MOST.min((MOST_TAPS / block).max(1))
 }
 
 impl Ranker {
@@ -65,10 +73,13 @@ impl Ranker {
         let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
         let (device, queue) = gpu.device();
         validate("smooth", &shader.wgsl)?;
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let source = wgpu::ShaderModuleDescriptor {
             label: Some("smooth"),
             source: wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into()),
-        });
+        };
+        // SAFETY: the text is ours and validated; its loops are bounded, its indices below the lengths of what they index.
+        let module =
+            unsafe { device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked()) };
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("smooth"),
             layout: None,
@@ -88,13 +99,14 @@ impl Ranker {
         use wgpu::BufferUsages as U;
         let tables = buffer(4 * shader.tables.len() as u64, U::STORAGE | U::COPY_DST);
         queue.write_buffer(&tables, 0, bytemuck::cast_slice(&shader.tables));
-        let (rows, hard) = (12 * u64::from(CAPACITY), 4 * MOST);
+        let most = most(layout.block());
+        let list = 4 * most.max(COUNTERS as u64);
         let slot = |_| Slot {
             job: buffer(48, U::UNIFORM | U::COPY_DST),
             tally: buffer(4 * COUNTERS as u64, U::STORAGE | U::COPY_SRC | U::COPY_DST),
-            rows: buffer(rows, U::STORAGE | U::COPY_SRC),
-            hard: buffer(hard, U::STORAGE | U::COPY_SRC),
-            readback: buffer(rows.max(hard), U::MAP_READ | U::COPY_DST),
+            best: buffer(list, U::STORAGE | U::COPY_SRC),
+            hard: buffer(list, U::STORAGE | U::COPY_SRC),
+            readback: buffer(list, U::MAP_READ | U::COPY_DST),
         };
         Ok(Some(Self {
             pipeline,
@@ -102,7 +114,7 @@ impl Ranker {
             lengths: shader.lengths,
             slots: (0..DEPTH).map(slot).collect(),
             flying: VecDeque::new(),
-            block: layout.block(),
+            most,
             device,
             queue,
         }))
@@ -110,7 +122,7 @@ impl Ranker {
 
     /// Designs of a batch at most.
     pub fn most(&self) -> u64 {
-        MOST.min((MOST_TAPS / self.block).max(1))
+        self.most
     }
 
     /// Whether another batch can start.
@@ -118,7 +130,7 @@ impl Ranker {
         self.flying.len() < self.slots.len()
     }
 
-    /// Starts a batch; rows that rank no better than `bound` are left out.
+    /// Starts a batch that looks for rows below `bound`.
     pub fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
         let used: Vec<usize> = self.flying.iter().map(|(slot, _)| *slot).collect();
         let at = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
@@ -126,7 +138,7 @@ impl Ranker {
         let count = (range.end - range.start) as u32;
         let invocations = count.div_ceil(EACH).max(1).next_multiple_of(WORKGROUP);
         let mut job = [0u32; 12];
-        job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), CAPACITY]);
+        job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), 0]);
         let mut rest = range.start;
         for (f, n) in self.lengths.iter().enumerate().rev() {
             job[4 + f] = (rest % u64::from(*n)) as u32;
@@ -134,7 +146,7 @@ impl Ranker {
         }
         self.queue.write_buffer(&slot.job, 0, bytemuck::cast_slice(&job));
         self.queue.write_buffer(&slot.tally, 0, &[0; 4 * COUNTERS]);
-        let buffers = [&slot.job, &self.tables, &slot.tally, &slot.rows, &slot.hard];
+        let buffers = [&slot.job, &self.tables, &slot.tally, &slot.best, &slot.hard];
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
@@ -165,12 +177,9 @@ impl Ranker {
     fn collect(&self, at: usize, range: std::ops::Range<u64>) -> Result<Batch, String> {
         let slot = &self.slots[at];
         let tally = self.read(&slot.readback, COUNTERS)?;
-        let [rows, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete] = tally[..9] else {
+        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete] = tally[..9] else {
             return Err("the tally is too short".into());
         };
-        if rows > CAPACITY {
-            return Ok(Batch::Again(range));
-        }
         let word = u64::from;
         let words = Words {
             ok: word(ok),
@@ -180,16 +189,14 @@ impl Ranker {
             ambiguous: word(ambiguous),
             invalid: word(invalid),
         };
-        let rows = self.copy(slot, &slot.rows, 3 * rows as usize)?;
-        let hard = self.copy(slot, &slot.hard, hard as usize)?;
-        let row = |r: &[u32]| (f32::from_bits(r[0]), range.start + word(r[1]), r[2]);
-        let found = Found {
-            rows: rows.chunks_exact(3).map(row).collect(),
-            complete: word(complete),
-            words,
-            hard: hard.iter().map(|&i| range.start + word(i)).collect(),
+        let list = |from: &wgpu::Buffer, count: u32| -> Result<Vec<u64>, String> {
+            let mut ks: Vec<u64> =
+                self.copy(slot, from, count as usize)?.into_iter().map(|i| range.start + word(i)).collect();
+            ks.sort_unstable();
+            Ok(ks)
         };
-        Ok(Batch::Done(found, range))
+        let (best, hard) = (list(&slot.best, best)?, list(&slot.hard, hard)?);
+        Ok(Batch { range, complete: word(complete), words, best, hard })
     }
 
     /// The first `count` words of a buffer of `slot`.

@@ -25,20 +25,55 @@ pub(super) fn bounds<const FMA: bool>(tap: &Tap<Lanes<FMA>>, distance: &Distance
     [lo.if_less(vertex, never, at_lo), vertex.if_less(hi, at_hi, never).min(peak), peak]
 }
 
-/// Bounds on q over all drives, by which most taps' words are known at once.
+/// Least and largest square of the drives, by which most taps' words are known at once.
 pub(super) struct Decided<T> {
-    /// Largest square, times what a polynomial may exceed its values by.
-    square: T,
+    squares: [T; 2],
 }
 
 impl<const FMA: bool> Decided<Lanes<FMA>> {
     #[inline(always)]
-    pub fn new<const F: bool, const OWN: bool>(tables: &Tables, rows: &Rows<Lanes<FMA>>) -> Self {
-        let square = match tables.angles.last() {
-            Some(a) => Pack::splat(a.square),
-            None => rows.own[1],
+    pub fn new(tables: &Tables, rows: &Rows<Lanes<FMA>>) -> Self {
+        let squares = match (tables.angles.first(), tables.angles.last()) {
+            (Some(first), Some(last)) => [Pack::splat(first.square), Pack::splat(last.square)],
+            _ => [rows.own[1]; 2],
         };
-        Self { square: square * Pack::splat(1.2 * tables.lebesgue) }
+        Self { squares }
+    }
+
+    /// Least and largest q of a tap over all drives. q = (K̄ − K)(1 + δ), and K̄ − K is t times a series; where some taps do not
+    /// count, K̄ is anywhere among the others.
+    #[inline(always)]
+    fn range(
+        &self,
+        tables: &Tables,
+        rows: &Rows<Lanes<FMA>>,
+        tap: &Tap<Lanes<FMA>>,
+        every: bool,
+        m: usize,
+    ) -> [Lanes<FMA>; 2] {
+        let of = Lanes::<FMA>::of;
+        let zero = of(0.0);
+        let mean = |k: usize| if tables.fixed.is_some() { zero } else { rows.mean[k] };
+        let middle = mean(0) - tap.kappa[0];
+        let mut around = zero;
+        for k in 1..m {
+            around = around + (mean(k) - tap.kappa[k]).abs();
+        }
+        let (mut lo, mut hi) = (middle - around, middle + around);
+        if !every && tables.fixed.is_none() {
+            let mut apart = zero;
+            for k in 0..m {
+                apart = apart + (rows.hull[1][k] - tap.kappa[k]).max(tap.kappa[k] - rows.hull[0][k]);
+            }
+            (lo, hi) = (zero - apart, apart);
+        }
+        let [least, most] = self.squares;
+        let fixed = Pack::splat(tables.fixed.unwrap_or(0.0));
+        let lo = lo * lo.if_less(zero, most, least) + fixed;
+        let hi = hi * hi.if_less(zero, least, most) + fixed;
+        // 1 + δ, and rounding.
+        let (less, more) = (of(0.99999) - rows.largest, of(1.00001) + rows.largest);
+        [lo * lo.if_less(zero, more, less) - of(1e-7), hi * hi.if_less(zero, less, more) + of(1e-7)]
     }
 
     /// Adds the words of one tap over all drives.
@@ -57,26 +92,18 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         let of = Lanes::<FMA>::of;
         let m = tables.carried::<OWN>();
         let drives = if OWN { 1 } else { tables.angles.len() };
-        // |K̄ − K| is at most this, with K̄ anywhere among the taps that count.
-        let mut apart = of(0.0);
-        for k in 0..m {
-            let reach = match tables.fixed {
-                Some(_) => tap.kappa[k].abs(),
-                None => (rows.hull[1][k] - tap.kappa[k]).max(tap.kappa[k] - rows.hull[0][k]),
-            };
-            apart = apart.max(reach);
-        }
-        let fixed = tables.fixed.map_or(0.0, f32::abs);
-        let most = self.square.mul_add(apart, Pack::splat(1.2 * fixed) + of(1e-7));
+        let every = of(drives as f64).all_at_most(*complete);
+        let [least, most] = self.range(tables, rows, tap, every, m);
         let [low, high, peak] = bounds(tap, distance);
         let farthest = (tap.slope + tap.beta) / tap.value;
         let (zero, one) = (of(0.0), of(1.0));
-        let less = zero - most;
-        // 1 where every drive is clear of the words, 2 where every drive is ambiguous, 0 where it depends, 3 where even the root may fail.
+        // 1 where every drive has a root; where each is clear of the other word; where each has it; where a reading may lie below
+        // what the farthest contact gives.
         let certain = most.if_less(peak, one, zero);
-        let clear = most.if_less(low, one, high.if_less(less, one, zero));
-        let ambiguous = low.if_less(less, most.if_less(high, one, zero), zero);
-        let beyond = (farthest * of(0.9)).min(of(0.5)).if_less(most, one, zero);
+        let clear = most.if_less(low, one, high.if_less(least, one, zero));
+        let ambiguous = low.if_less(least, most.if_less(high, one, zero), zero);
+        let beyond = (of(-0.9) * farthest).max(of(-0.5));
+        let beyond = least.if_less(beyond, one, of(0.5).if_less(most, one, zero));
 
         let mut open = false;
         for lane in 0..rows.live {

@@ -1,8 +1,8 @@
 //! Designs in lanes on the CPU: their rows of statistics from the chart of the rod. Twin of `shaders/smooth.wgsl`.
 //!
 //! # Theory
-//! With κ = (K − 1)/t a polynomial in t = θ² through the squares of the chart, the mean of K over the distances is the polynomial
-//! through the means, and `SD² = t² Σ_kl Cov(κ_k, κ_l) L_k(t) L_l(t)`: a row costs a few flops however many distances it has.
+//! With (K − 1)/t = Σ_k κ_k T_k(t) a Chebyshev series in t = θ², the mean of K over the distances is the series of the mean
+//! coefficients, and `SD² = t² Σ_kl Cov(κ_k, κ_l) T_k(t) T_l(t)`: a row costs a few flops however many distances it has.
 //! The covariances are centred before they are summed (Welford), so nothing cancels.
 //!
 //! The estimate f(â) = K̄ε/θ is a quadratic in 1/â. With â = a/(1 + η) and q = K̄/K − 1 it reads `F₀ q = φ η − β η²`,
@@ -14,7 +14,7 @@ mod estimate;
 mod rows;
 mod tap;
 
-use super::rod::{MOST, unit};
+use super::rod::{MOST, squares, to_coefficients, unit};
 use super::scope::Scope;
 use crate::kernel::cpu::pack::Pack;
 use crate::scene::{Per, RankBy, Tuple};
@@ -25,7 +25,7 @@ use tap::{Tap, Whisker};
 /// Designs that go together.
 pub const LANES: usize = 16;
 
-/// Most squares of a chart.
+/// Most terms over t.
 const SQUARES: usize = MOST[2];
 
 /// Most terms over s.
@@ -39,19 +39,22 @@ type Lanes<const FMA: bool> = Pack<f32, LANES, FMA>;
 /// Constants of a scope in single precision.
 #[derive(Debug)]
 pub struct Tables {
+    /// Points over t, the values there of the polynomials over t, and the way back.
     squares: Vec<f32>,
+    at_squares: Vec<[f32; SQUARES]>,
+    from_squares: Vec<[f32; SQUARES]>,
+    /// Largest t.
+    square: f32,
     terms: usize,
     places: usize,
-    /// Functions (ω, ζ, terms of X) × terms of each square.
-    values: Vec<Vec<f32>>,
+    /// For each term over t: functions (ω, ζ, terms of X), each with its terms over p.
+    values: Vec<Vec<Vec<f32>>>,
     /// Scale and shift of 1/(1 − p), and of s.
     stiffness: [f32; 2],
     place: [f32; 2],
     gauge: Vec<(f32, f32)>,
     distances: Vec<Distance>,
     angles: Vec<Angle>,
-    /// Σ|L_k| at most.
-    lebesgue: f32,
     strain_limit: f32,
     noise: f32,
     fixed: Option<f32>,
@@ -73,9 +76,9 @@ struct Distance {
 struct Angle {
     angle: f32,
     square: f32,
-    /// L_k.
+    /// T_k.
     basis: [f32; SQUARES],
-    /// L_k L_l for k ≤ l, twice off the diagonal.
+    /// T_k T_l for k ≤ l, twice off the diagonal.
     products: [f32; PAIRS],
     /// Place in the layout.
     place: u32,
@@ -138,7 +141,8 @@ impl Tables {
     pub fn new(scope: &Scope) -> Self {
         let chart = &scope.chart;
         let narrow = |v: &[f64]| v.iter().map(|&x| x as f32).collect::<Vec<_>>();
-        let lebesgue = scope.angles.iter().map(|a| a.basis.iter().map(|l| l.abs()).sum::<f64>());
+        let points = squares(chart.square, chart.values.len());
+        let wide = |v: &[f64]| std::array::from_fn(|k| v.get(k).map_or(0.0, |&x| x as f32));
         // x = scale v + shift.
         let affine = |range: [f64; 2]| {
             let shift = unit(range, 0.0);
@@ -150,16 +154,18 @@ impl Tables {
             ends: d.ends.map(|e| e as f32),
         };
         Self {
-            squares: narrow(&chart.squares),
+            squares: narrow(&points),
+            at_squares: points.iter().map(|&t| wide(&chart.basis(t))).collect(),
+            from_squares: to_coefficients(points.len()).iter().map(|row| wide(row)).collect(),
+            square: chart.square as f32,
             terms: chart.terms,
             places: chart.place_terms,
-            values: chart.values.iter().map(|v| narrow(&v.concat())).collect(),
+            values: chart.values.iter().map(|v| v.iter().map(|c| narrow(c)).collect()).collect(),
             stiffness: affine(chart.range.stiffness()),
             place: affine(chart.range.place),
             gauge: scope.gauge.iter().map(|&(x, w)| (x as f32, w as f32)).collect(),
             distances: scope.distances.iter().map(distance).collect(),
             angles: scope.angles.iter().map(Angle::new).collect(),
-            lebesgue: lebesgue.fold(1.0, f64::max) as f32,
             strain_limit: scope.strain_limit as f32,
             noise: scope.noise as f32,
             fixed: scope.fixed.map(|k| k as f32),
@@ -200,7 +206,7 @@ impl Tables {
         }
     }
 
-    /// Squares that are carried: those of the chart, or each design's own.
+    /// Terms over t that are carried: those of the chart, or one at each design's own angle.
     #[inline(always)]
     fn carried<const OWN: bool>(&self) -> usize {
         if OWN { 1 } else { self.squares.len() }
@@ -244,7 +250,7 @@ impl<const FMA: bool> Scratch<FMA> {
     #[inline(always)]
     fn new(tables: &Tables) -> Self {
         Self {
-            own: vec![Pack::default(); tables.values[0].len()],
+            own: vec![Pack::default(); (2 + tables.places) * tables.terms],
             basis: vec![Pack::default(); tables.terms],
             taps: vec![Tap::default(); tables.distances.len()],
             edges: Vec::with_capacity(tables.distances.len()),

@@ -21,7 +21,7 @@ pub(super) struct Rows<T> {
     /// Sums of products of κ − mean, k ≤ l.
     spread: [T; PAIRS],
     /// Largest |δ|.
-    largest: T,
+    pub largest: T,
 }
 
 /// A drive.
@@ -83,24 +83,23 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         };
         for (i, distance) in tables.distances.iter().enumerate() {
             tables.tap::<FMA, OWN>(&design, square, distance, i, scratch);
-            rows.push::<OWN>(tables, &scratch.taps[i], i, m);
+            rows.push(&scratch.taps[i], i, m);
         }
         rows
     }
 
     /// Takes the tap at distance `i`.
     #[inline(always)]
-    fn push<const OWN: bool>(&mut self, tables: &Tables, tap: &Tap<Lanes<FMA>>, i: usize, m: usize) {
+    fn push(&mut self, tap: &Tap<Lanes<FMA>>, i: usize, m: usize) {
         let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
         let mut at = 0;
         let mut from_old = [Lanes::<FMA>::of(0.0); SQUARES];
+        self.largest = self.largest.max(tap.largest);
         for k in 0..m {
             from_old[k] = tap.kappa[k] - self.mean[k];
             self.mean[k] = from_old[k].mul_add(share, self.mean[k]);
             self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
             self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
-            let square = if OWN { self.own[1] } else { Pack::splat(tables.squares[k]) };
-            self.largest = self.largest.max((square * tap.deviation[k]).abs());
         }
         for k in 0..m {
             for l in k..m {
@@ -142,7 +141,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let estimates = tables.by != RankBy::KSd;
         let mut hard = [false; LANES];
         for lane in 0..self.live {
-            hard[lane] = !(self.largest.0[lane] < LARGEST);
+            let largest = self.largest.0[lane];
+            hard[lane] = largest.is_nan() || largest >= LARGEST;
         }
         let mut words = Words::default();
         let mut per_lane = [Words::default(); LANES];
@@ -156,7 +156,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             edges.push(edge);
         }
         if !estimates {
-            let decided = Decided::new::<FMA, OWN>(tables, self);
+            let decided = Decided::new(tables, self);
             for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
                 decided.count::<OWN>(
                     tables,

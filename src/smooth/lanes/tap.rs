@@ -13,7 +13,7 @@ pub(super) struct Whisker<T> {
     pub gauge: [T; 2],
 }
 
-/// A tap at every square of the chart, or at its own.
+/// A tap as a series over t, or at its own square.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tap<T> {
     /// (K − 1)/θ².
@@ -22,6 +22,8 @@ pub(super) struct Tap<T> {
     pub deviation: [T; SQUARES],
     /// (c/a − 1)/θ².
     pub arc: [T; SQUARES],
+    /// Largest |δ|.
+    pub largest: T,
     /// f, per radian.
     pub strain: T,
     /// F₀, φ, β of the estimate.
@@ -37,27 +39,25 @@ impl Tables {
     #[inline(always)]
     pub(super) fn read<const FMA: bool>(&self, square: Lanes<FMA>, own: &mut [Lanes<FMA>]) {
         let m = self.squares.len();
-        let mut basis = [Lanes::<FMA>::of(0.0); SQUARES];
-        for k in 0..m {
-            let (mut l, mut scale) = (Lanes::<FMA>::of(1.0), 1.0);
-            for j in 0..m {
-                if j != k {
-                    l = l * (square - Pack::splat(self.squares[j]));
-                    scale *= f64::from(self.squares[k]) - f64::from(self.squares[j]);
+        let x = square * Lanes::<FMA>::of(2.0 / f64::from(self.square)) - Lanes::<FMA>::of(1.0);
+        let mut basis = [Lanes::<FMA>::of(1.0); SQUARES];
+        basis[1] = x;
+        for k in 2..m {
+            basis[k] = (x + x) * basis[k - 1] - basis[k - 2];
+        }
+        for c in own.iter_mut() {
+            *c = Lanes::<FMA>::of(0.0);
+        }
+        for (values, basis) in self.values.iter().zip(&basis) {
+            for (f, c) in values.iter().enumerate() {
+                for (sum, c) in own[f * self.terms..].iter_mut().zip(c) {
+                    *sum = basis.mul_add(Pack::splat(*c), *sum);
                 }
             }
-            basis[k] = l * Lanes::<FMA>::of(1.0 / scale);
-        }
-        for i in 0..own.len() {
-            let mut sum = basis[0] * Pack::splat(self.values[0][i]);
-            for k in 1..m {
-                sum = basis[k].mul_add(Pack::splat(self.values[k][i]), sum);
-            }
-            own[i] = sum;
         }
     }
 
-    /// The tap of `design` at `distance`, at the squares of the chart or at `square`.
+    /// The tap of `design` at `distance`, over t or at `square`.
     #[inline(always)]
     pub(super) fn tap<const FMA: bool, const OWN: bool>(
         &self,
@@ -103,22 +103,51 @@ impl Tables {
         }
         let lever = near * u2 + far * u1;
         let ratio = (u1 + u2) / lever;
+        let m = self.carried::<OWN>();
         let tap = &mut scratch.taps[at];
-        for k in 0..self.carried::<OWN>() {
+        let (mut force, mut excess) = ([of(0.0); SQUARES], [of(0.0); SQUARES]);
+        for k in 0..m {
             let (values, own) = (&self.values[k], &scratch.own);
-            let force = series::<FMA, OWN>(values, own, &scratch.basis, 0);
-            let arc = series::<FMA, OWN>(values, own, &scratch.basis, 1);
+            force[k] = series::<FMA, OWN>(values, own, &scratch.basis, 0);
+            tap.arc[k] = series::<FMA, OWN>(values, own, &scratch.basis, 1);
             let mut shortening = of(0.0);
             for s in 0..self.places {
                 shortening =
                     series::<FMA, OWN>(values, own, &scratch.basis, 2 + s).mul_add(means[s], shortening);
             }
-            let t = if OWN { square } else { Pack::splat(self.squares[k]) };
-            let growth = t.mul_add(force, one);
-            let deviation = (growth * ratio).mul_add(arc - shortening, force);
-            tap.deviation[k] = deviation;
-            tap.arc[k] = arc;
-            tap.kappa[k] = of(0.0) - deviation / t.mul_add(deviation, one);
+            excess[k] = tap.arc[k] - shortening;
+        }
+        // δ and K − 1 are no longer linear in the series: through the points over t.
+        let (mut deviation, mut kappa) = ([of(0.0); SQUARES], [of(0.0); SQUARES]);
+        tap.largest = of(0.0);
+        for n in 0..m {
+            let (mut w, mut z, mut t) = (force[0], excess[0], square);
+            if !OWN {
+                t = Pack::splat(self.squares[n]);
+                for k in 1..m {
+                    let basis = Pack::splat(self.at_squares[n][k]);
+                    w = basis.mul_add(force[k], w);
+                    z = basis.mul_add(excess[k], z);
+                }
+            }
+            deviation[n] = (t.mul_add(w, one) * ratio).mul_add(z, w);
+            let delta = t * deviation[n];
+            kappa[n] = of(0.0) - deviation[n] / (one + delta);
+            tap.largest = tap.largest.max(delta.abs());
+        }
+        for k in 0..m {
+            if OWN {
+                (tap.deviation[k], tap.kappa[k]) = (deviation[k], kappa[k]);
+                continue;
+            }
+            let first = Pack::splat(self.from_squares[k][0]);
+            let (mut d, mut q) = (first * deviation[0], first * kappa[0]);
+            for n in 1..m {
+                let back = Pack::splat(self.from_squares[k][n]);
+                d = back.mul_add(deviation[n], d);
+                q = back.mul_add(kappa[n], q);
+            }
+            (tap.deviation[k], tap.kappa[k]) = (d, q);
         }
 
         // f of the linear theory, and the quadratic of its inverse; b = b1 b2.
@@ -134,7 +163,7 @@ impl Tables {
 /// Function `f` of the chart over the basis.
 #[inline(always)]
 fn series<const FMA: bool, const OWN: bool>(
-    values: &[f32],
+    values: &[Vec<f32>],
     own: &[Lanes<FMA>],
     basis: &[Lanes<FMA>],
     f: usize,
@@ -146,7 +175,7 @@ fn series<const FMA: bool, const OWN: bool>(
             sum = c.mul_add(*b, sum);
         }
     } else {
-        for (c, b) in values[f * n..(f + 1) * n].iter().zip(basis) {
+        for (c, b) in values[f].iter().zip(basis) {
             sum = b.mul_add(Pack::splat(*c), sum);
         }
     }
