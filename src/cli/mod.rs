@@ -6,10 +6,12 @@ mod calibrate;
 mod devices;
 mod explain;
 mod locate;
+mod optimise;
 mod progress;
 mod reply;
 mod simulate;
 mod sweep;
+mod tap;
 mod verify;
 
 use std::process::ExitCode;
@@ -44,6 +46,8 @@ pub fn run() -> ExitCode {
         Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
         Command::Locate(locate) => locate::run(locate),
         Command::Simulate(simulate) => simulate::run(simulate, &mut json),
+        Command::Optimise(optimise) => optimise::run(optimise, &mut json),
+        Command::Tap(tap) => tap::run(tap, &mut json),
         Command::Verify(verify) => match verify::run(verify, &mut json) {
             Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
             Ok((reply, None)) => Ok(reply),

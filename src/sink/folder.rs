@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 25] = [
+const OURS: [&str; 30] = [
     "verify.csv",
     "tuples.csv",
     "designs.csv",
@@ -34,6 +34,11 @@ const OURS: [&str; 25] = [
     "rows.csv",
     "located.csv",
     "measurements.csv",
+    "best.toml",
+    "history.csv",
+    "sensitivity.csv",
+    "pareto.csv",
+    "tap.csv",
     "run.json",
 ];
 
