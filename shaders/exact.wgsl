@@ -16,7 +16,7 @@ struct State {
     lag: Nodes,
     angle: Nodes,
     shortening: Nodes,
-    height: Nodes,
+    climb: Nodes,
     bending: Nodes,
     extra: Nodes,
 }
@@ -29,15 +29,19 @@ fn solve(tap: Tap) -> Solution {
     var sweeps = ZERO;
     let stop = STOP * TOLERANCE;
     for (var i = 0u; i < SWEEPS; i++) {
-        sweep(tap, &state);
+        let stepping = (i + 1u) % SETTLE == 0u;
+        sweep(tap, &state, stepping);
+        if !stepping {
+            continue;
+        }
         let felt = select(sensitivity(tap, tap.arc + state.arc), ONE, STICK);
         let change = abs(state.step_force) + felt * abs(state.step_other);
         // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);
-        sweeps += 1.0;
+        sweeps += real(SETTLE);
         error = change * rate / (1.0 - rate);
-        if error <= stop && (PLAIN || i >= 2u) {
+        if !(error > stop) && i + 1u >= LEAST_SWEEPS {
             break;
         }
     }

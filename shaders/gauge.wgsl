@@ -41,7 +41,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
     let clear = 0.5 * b1 * b2 * (tap.near * b1 + tap.far * b2);
     let clear_change = 0.5 * b1 * b2 * x * (b1 + b2) + past(min(c2, ZERO), b2, g2, tap.width);
     let on_gauge = tap.near * tap.near * b1 * b1 / (2.0 * tap.rest * tap.width);
-    let farther = x / max(tap.near, TINY);
+    let farther = clamp(x / max(tap.near, TINY), -MOST_GROWTH, MOST_GROWTH);
     let slim = tap.taper * x / g2;
     let longer = farther * (2.0 + farther);
     let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
@@ -49,10 +49,10 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
     let change = select(clear_change, on_gauge_change, tap.far < 0.0);
 
     let series = coefficients(state.shortening);
-    var heights: Nodes;
+    var climbs: Nodes;
     var angles: Nodes;
     if OFFSET {
-        heights = coefficients(state.height);
+        climbs = coefficients(state.climb);
     }
     if EXTENSION {
         angles = coefficients(state.angle);
@@ -83,7 +83,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         }
         var moment = w_force * 2.0 * g2 * m * primitive(series, w);
         if OFFSET {
-            moment -= h_force * legendre(heights, w);
+            moment -= h_force * 2.0 * g2 * m * primitive(climbs, w);
         }
         var strain = -tap.radius * moment * y3 * y3 * ig6;
         var direct = ZERO;
@@ -132,10 +132,17 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         strain = more / tap.strain;
     }
     var error = residual + truncation(tap, state, series, m, g2, sensitivity(tap, x));
+    if OFFSET {
+        let height = 2.0 * g2 * m * (abs(climbs[N - 1]) + abs(climbs[N - 2]));
+        let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);
+        error += HEIGHT_TAIL * tap.weight * lost;
+    }
     if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
         error = HOPELESS;
     }
-    return Solution(state.force, state.along, state.arc, strain, error, state.load, sweeps);
+    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
+    let load = select(ZERO, state.load, residual < ASTRAY);
+    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);
 }
 
 // Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands.

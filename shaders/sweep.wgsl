@@ -1,11 +1,11 @@
-// One Picard sweep with a Newton step for the two unknowns of the contact. Twin of src/kernel/cpu/exact/sweep.rs.
+// One Picard sweep, with a Newton step for the two unknowns of the contact if `stepping`. Twin of src/kernel/cpu/exact/sweep.rs.
 
 // a + b + ab: growth by a, then by b.
 fn then(a: real, b: real) -> real {
     return fma(a, b, a + b);
 }
 
-fn sweep(tap: Tap, state: ptr<function, State>) {
+fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     let w_force = tap.force * (1.0 + state.force);
     var h_force = ZERO;
     var contact_radius = ZERO;
@@ -232,12 +232,22 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
             + y0 * (tap.force * (b1 * grown + (1.0 + grown) * d_b1) + dh * b0 + h_force * d_b0 - sigma - hub * (lag + sine_b));
     }
 
+    state.base = abs(base);
+    state.load = load;
+    state.lag = lags;
+    state.shortening = shortening;
+    state.climb = climb;
+    state.bending = bending;
+    if !stepping {
+        return;
+    }
+
     // Newton for (w, z), or (w, k) of a sticking contact.
     var dw = ZERO;
     var dx = ZERO;
-    if OFFSET {
-        let turned = Turned(x, w_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
-        let steps = newton(tap, turned, y, density, state.angle, heights, across, along);
+    if OFFSET || FULL {
+        let bent = Bent(x, w_force, h_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
+        let steps = newton(tap, bent, state, y, density, heights, across, along);
         dw = steps.x;
         dx = steps.y;
     } else {
@@ -248,9 +258,12 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
     }
     state.step_force = dw;
     state.step_other = dx;
-    dw *= RELAXATION;
-    dx *= RELAXATION;
-    state.force = clamp(state.force - dw, LEAST_FORCE, MOST_FORCE);
+    if FULL {
+        let share = min(LONGEST_STEP * (1.0 + abs(state.force)) / max(abs(dw), TINY), ONE);
+        dw *= share;
+        dx *= share;
+    }
+    state.force = clamp(state.force - dw, select(LEAST_FORCE, MOST_PULL, STICK), MOST_FORCE);
     if STICK {
         state.along -= dx;
     } else {
@@ -259,10 +272,4 @@ fn sweep(tap: Tap, state: ptr<function, State>) {
             state.along = tap.ratio * state.force;
         }
     }
-    state.base = abs(base);
-    state.load = load;
-    state.lag = lags;
-    state.shortening = shortening;
-    state.height = heights;
-    state.bending = bending;
 }

@@ -2,17 +2,18 @@
 
 use std::path::Path;
 
+use miette::NamedSource;
 use serde::Serialize;
 
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
-    Chart, Rung,
+    Chart, Rung, Solver,
     cpu::Cpu,
     gpu::{self, Adapter, Gpu},
     rule::{chart_range, ladder, smallest_tolerance},
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene, Written};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,6 +54,11 @@ pub fn auto_adapter(adapters: &[Adapter], name: Option<&str>) -> Option<Adapter>
 }
 
 impl Choice {
+    /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
+    pub fn chart_tolerance(&self) -> Option<f64> {
+        self.backend.tolerance.filter(|_| self.precision == Precision::F32)
+    }
+
     /// Decides from the options; looks for adapters only where one may be used.
     pub fn new(options: &RunOptions) -> Result<Self, Error> {
         let asked = options.backend.unwrap_or(BackendChoice::Auto);
@@ -130,12 +136,26 @@ impl Choice {
 
     /// Opens the device for taps of `model`.
     pub fn open(&self, model: &Model) -> Result<Method, Error> {
-        let Some(tolerance) = self.backend.tolerance else { return Ok(Method::Reference) };
-        let solver: Box<dyn crate::kernel::Solver> = match &self.adapter {
+        if self.backend.tolerance.is_none() {
+            return Ok(Method::Reference);
+        }
+        Ok(self.method(self.solver()?, model))
+    }
+
+    /// Opens the device of a fast kernel; it serves any model.
+    pub fn solver(&self) -> Result<Box<dyn Solver>, Error> {
+        Ok(match &self.adapter {
             Some(adapter) => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
             None => Box::new(Cpu::new(self.precision)),
-        };
-        Ok(Method::Fast { solver, rungs: self.rungs(model, tolerance), tolerance })
+        })
+    }
+
+    /// Solves taps of `model` with `solver`, which [`Self::solver`] has opened; the reference takes none.
+    pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
+        match self.backend.tolerance {
+            Some(tolerance) => Method::Fast { solver, rungs: self.rungs(model, tolerance), tolerance },
+            None => Method::Reference,
+        }
     }
 
     /// Rungs for `tolerance`, with the section law of `model` on each.
@@ -185,10 +205,16 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
         let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-11" } else { "" };
-        return Err(InputError::new("this precision cannot keep such a tolerance")
-            .key("--tolerance")
-            .value(t)
-            .allowed(format!("{least:e} … 1 (exclusive){hint}")));
+        let error = InputError::new("this precision cannot keep such a tolerance")
+            .allowed(format!("{least:e} … 1 (exclusive){hint}"));
+        return Err(match options.tolerance_at.clone() {
+            None => error.key("--tolerance").value(t),
+            Some(Written { file, text, line, span }) => error
+                .key("run.tolerance")
+                .value(&text[span.clone()])
+                .at(&file, Some(line))
+                .snippet(NamedSource::new(file, text), span),
+        });
     }
     Ok(t)
 }

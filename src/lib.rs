@@ -2,8 +2,9 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model;
-//! [`bench`] measures speed against error. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
+//! tables; [`sweep`] drives it all; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference; [`bench`] measures speed against error. [`physics`] is pure; wgpu is used only in
+//! `kernel::gpu` and `smooth::device`; files are written only in
 //! [`sink`].
 
 pub mod backend;
@@ -19,7 +20,9 @@ pub mod plan;
 pub mod reduce;
 pub mod scene;
 pub mod sink;
+pub mod smooth;
 pub mod spec;
 pub mod statistics;
 pub mod status;
 pub mod sweep;
+pub mod verify;

@@ -3,7 +3,7 @@
 mod common;
 
 use common::program::{Desk, SPEC};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// Environment in which no Vulkan driver is found.
 const NO_DRIVER: [(&str, &str); 2] =
@@ -94,7 +94,15 @@ fn json_tells_errors_in_fields() {
         assert_eq!((keys(&object["error"]), &object["ok"]), (wanted.to_vec(), &false.into()));
     }
     let unreachable = Desk::new(&format!("{SPEC}[run]\njson = true\nbackend = \"cpu\"\ntolerance = 1e-30\n"));
-    assert_eq!(unreachable.run(&["sweep", "spec.toml"]).exits(2).json()["ok"], false);
+    let line = unreachable.read("spec.toml").lines().position(|l| l.starts_with("tolerance")).unwrap() + 1;
+    let error = &unreachable.run(&["sweep", "spec.toml"]).exits(2).json()["error"];
+    assert_eq!((&error["file"], &error["line"]), (&json!("spec.toml"), &json!(line)));
+    assert_eq!((&error["key"], &error["value"]), (&json!("run.tolerance"), &json!("1e-30")));
+    let typed = unreachable.run(&["sweep", "spec.toml", "--tolerance", "1e-29"]).exits(2);
+    assert_eq!(
+        (&typed.json()["error"]["key"], &typed.json()["error"]["file"]),
+        (&json!("--tolerance"), &json!(null))
+    );
 }
 
 #[test]

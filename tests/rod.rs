@@ -189,6 +189,19 @@ fn cylinders_are_the_limit_of_cones() {
 }
 
 #[test]
+fn rubber_bears_every_moderate_tap() {
+    // Next to the contact of a cylinder the stretch is noise of the bending strain (a = 39 mm, 4°).
+    let rubber = |shear| Model { shear, extension: true, surface: true, ..model(Material::NeoHookean(3.2)) };
+    for (model, d) in [(rubber(false), 10.0), (rubber(true), 10.0), (rubber(false), 4.0)] {
+        for k in 0..300 {
+            let (distance, degrees) = (20.0 + f64::from(k % 30), 0.1 + f64::from(k / 30));
+            let tap = tap(&model, d, distance, degrees).solve();
+            assert!(tap.is_ok_and(|tap| tap.strain > 0.0), "d {d}, a {distance}, {degrees}°: {tap:?}");
+        }
+    }
+}
+
+#[test]
 fn fine_tips_bend() {
     let model = hooke();
     let tap = tap(&model, 0.2, 48.5, 0.5).solve().unwrap();

@@ -19,6 +19,8 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
@@ -30,6 +32,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
         }
@@ -39,6 +42,7 @@ impl Command {
     pub fn common(&self) -> &Common {
         match self {
             Self::Sweep(s) => &s.common,
+            Self::Verify(v) => &v.common,
             Self::Bench(b) => &b.common,
             Self::Devices(c) => c,
         }
@@ -56,6 +60,24 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Compare every backend with the reference.
+#[derive(Debug, Flags)]
+pub struct Verify {
+    /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
+    pub spec: Option<PathBuf>,
+    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the random taps
+    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
+    pub seed: u64,
+    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -116,6 +138,7 @@ impl Common {
             adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
             precision: self.precision.or(spec.precision),
             tolerance: self.tolerance.or(spec.tolerance),
+            tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),
             threads: self.threads.map(|n| n as usize).or(spec.threads),
             plan: flag(self.plan, spec.plan),
             quiet: flag(self.quiet, spec.quiet),

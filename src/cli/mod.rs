@@ -7,6 +7,7 @@ mod explain;
 mod progress;
 mod reply;
 mod sweep;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -32,6 +33,11 @@ pub fn run() -> ExitCode {
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
+        Command::Verify(verify) => match verify::run(verify, &mut json) {
+            Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
+            Ok((reply, None)) => Ok(reply),
+            Err(e) => Err(e),
+        },
         Command::Bench(args) => bench::run(args),
         Command::Devices(common) => devices::run(common),
     };

@@ -30,25 +30,43 @@ pub struct Reply {
 impl Reply {
     /// Prints it.
     pub fn print(self, command: &str, json: bool, quiet: bool) -> ExitCode {
-        let show = |p: &Path| p.display().to_string();
+        self.show(command, json, quiet, None);
+        ExitCode::SUCCESS
+    }
+
+    /// Prints a result that shows a failure: the result as ever, then what is wrong. Exit code 1.
+    pub fn print_broken(self, command: &str, json: bool, quiet: bool, message: &str) -> ExitCode {
+        self.show(command, json, quiet, Some(message));
+        ExitCode::FAILURE
+    }
+
+    fn show(self, command: &str, json: bool, quiet: bool, broken: Option<&str>) {
+        let path = |p: &Path| p.display().to_string();
         if json {
-            let object = json!({
+            let mut object = json!({
                 "format": FORMAT,
                 "command": command,
                 "version": env!("CARGO_PKG_VERSION"),
-                "ok": true,
-                "out": self.out.as_deref().map(show),
-                "files": self.files.iter().map(|p| show(p)).collect::<Vec<_>>(),
+                "ok": broken.is_none(),
+                "out": self.out.as_deref().map(path),
+                "files": self.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
                 "counts": self.counts,
                 "seconds": self.seconds,
                 "backend": self.backend,
                 "result": self.result,
             });
+            if let Some(message) = broken {
+                object["error"] = error_json(&InputError::default(), message);
+            }
             write_out(&format!("{object}\n"));
-        } else if !quiet && !self.quiet {
+            return;
+        }
+        if !quiet && !self.quiet {
             write_out(&self.text);
         }
-        ExitCode::SUCCESS
+        if let Some(message) = broken {
+            eprintln!("error: {message}");
+        }
     }
 }
 
@@ -79,11 +97,13 @@ fn print_failure(command: &str, e: &InputError, message: &str) {
         "command": command,
         "version": env!("CARGO_PKG_VERSION"),
         "ok": false,
-        "error": {
-            "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message,
-        },
+        "error": error_json(e, message),
     });
     write_out(&format!("{object}\n"));
+}
+
+fn error_json(e: &InputError, message: &str) -> Value {
+    json!({ "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message })
 }
 
 fn render(error: &Error) -> String {

@@ -32,6 +32,8 @@ pub struct Chart {
     pub q: Vec<Vec<f64>>,
     /// Bound on the strain error, relative to the strain: what was cut, and what the last points show.
     pub error: f64,
+    /// Whether it reaches as far as was asked.
+    pub whole: bool,
 }
 
 /// The law in the variables of the chart.
@@ -50,17 +52,30 @@ impl Scaled {
 
 impl Chart {
     /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, to `accuracy` relative to the strain. A range that the
-    /// material does not bear is shortened. `None` for Hooke's law, which needs none.
+    /// material does not bear is shortened, as is one so near to the end of what it bears that the polynomials are off by ten
+    /// times `accuracy`. `None` for Hooke's law, which needs none.
     pub fn new(material: &Material, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
         let law = SectionLaw::new(material);
         if law.is_linear() {
             return None;
         }
         let scaled = Scaled { law, unit: std::f64::consts::PI * material.e0() };
-        (0..12).find_map(|k| {
-            let shorter = 0.85f64.powi(k);
-            Self::fit(&scaled, axial * shorter, bending.map(|b| b * shorter), accuracy)
-        })
+        let shorter = (0..24).filter_map(|k| {
+            let share = 0.85f64.powi(k);
+            let chart = Self::fit(&scaled, axial * share, bending.map(|b| b * share), accuracy)?;
+            Some(Self { whole: k == 0, ..chart })
+        });
+        let mut best: Option<Self> = None;
+        for chart in shorter {
+            let error = chart.error;
+            if best.as_ref().is_none_or(|best| error < best.error) {
+                best = Some(chart);
+            }
+            if error <= 10.0 * accuracy {
+                break;
+            }
+        }
+        best
     }
 
     fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
@@ -97,6 +112,7 @@ impl Chart {
             p: monomials2(&p),
             q: monomials2(&q),
             error,
+            whole: true,
         })
     }
 }

@@ -10,16 +10,47 @@ pub struct Rule {
     pub nodes: usize,
     /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
     pub terms: usize,
-    /// Newton steps of a sticking contact are halved: slower, but it reaches taps on which full steps overshoot.
-    pub damped: bool,
+    /// Full Newton: the lag settles between steps, and the Jacobian knows how it follows the unknowns. Dearer, but it reaches
+    /// taps on which a step a sweep diverges, such as a sticking contact next to a fine tip.
+    pub full: bool,
     /// Most sweeps before a tap counts as not converged on this rung.
     pub sweeps: u32,
 }
 
 impl Rule {
-    /// Share of a Newton step that is taken.
-    pub fn relaxation(&self, effects: &Effects) -> f64 {
-        if self.damped && effects.stick { 0.5 } else { 1.0 }
+    /// Least number of sweeps. More than one where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is
+    /// as small as θ², and has to be right relative to itself; where it is asked for finely, a nonlinear law takes one more.
+    pub fn least(effects: &Effects, tolerance: f64) -> u32 {
+        match (effects.plain(), effects.law && tolerance < FINE) {
+            (true, _) => 1,
+            (_, false) => 3,
+            (_, true) => 4,
+        }
+    }
+
+    /// Sweeps per Newton step.
+    pub fn settle(&self) -> u32 {
+        if self.full { limits::SETTLE } else { 1 }
+    }
+
+    /// Passes of the iteration for what the lag adds to the Jacobian.
+    pub fn passes(&self) -> u32 {
+        if self.full { limits::PASSES } else { 0 }
+    }
+
+    /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated.
+    pub fn largest_rate(&self) -> f64 {
+        if self.full { limits::LARGEST_FULL_RATE } else { limits::LARGEST_RATE }
+    }
+
+    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than what they leave in the lag.
+    pub fn smallest_rate(&self) -> f64 {
+        if self.full { limits::LARGEST_FULL_RATE } else { limits::SMALLEST_RATE }
+    }
+
+    /// Share of the tolerance at which the iteration stops.
+    pub fn stop(&self) -> f64 {
+        if self.full { limits::FULL_STOP } else { limits::STOP }
     }
 
     /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
@@ -37,6 +68,9 @@ impl Rule {
     }
 }
 
+/// Tolerances below this are for the sake of K − K₀ in f32.
+const FINE: f64 = 5e-6;
+
 /// Smallest tolerance that `precision` reaches on every configuration.
 pub fn smallest_tolerance(precision: Precision) -> f64 {
     match precision {
@@ -49,7 +83,7 @@ pub fn smallest_tolerance(precision: Precision) -> f64 {
 pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
     let all = every_rule(precision);
     match precision {
-        Precision::F32 if tolerance < 5e-6 => all[1..].to_vec(),
+        Precision::F32 if tolerance < FINE => all[1..].to_vec(),
         Precision::F64 if tolerance < 1e-8 => all[1..].to_vec(),
         _ => all,
     }
@@ -57,7 +91,7 @@ pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
 
 /// All rungs that kernels are compiled for. f32 needs fewer terms; 5 of them hold to 1 rad, which most taps never reach.
 pub fn every_rule(precision: Precision) -> Vec<Rule> {
-    let rule = |nodes, terms, damped, sweeps| Rule { nodes, terms, damped, sweeps };
+    let rule = |nodes, terms, full, sweeps| Rule { nodes, terms, full, sweeps };
     match precision {
         Precision::F32 => vec![rule(6, 5, false, 8), rule(10, 9, false, 40), rule(16, 9, true, 80)],
         Precision::F64 => vec![rule(10, 14, false, 16), rule(16, 14, false, 60), rule(24, 14, true, 120)],
@@ -70,7 +104,7 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     match every_rule(precision).iter().position(|r| r == rule) {
         Some(0) => (0.04, [0.15, 0.0]),
         Some(1) => (0.08, [0.3, 0.4]),
-        _ => (0.15, [0.5, 0.9]),
+        _ => (0.15, [0.9, 0.0]),
     }
 }
 
@@ -84,16 +118,30 @@ pub mod limits {
     pub const MOST_ARC: f64 = 2.0;
     /// Least W/W₀ − 1 while iterating.
     pub const LEAST_FORCE: f64 = -0.95;
+    /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
+    pub const MOST_PULL: f64 = -20.0;
     /// Largest W/W₀ − 1 while iterating.
     pub const MOST_FORCE: f64 = 20.0;
+    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
+    pub const LONGEST_STEP: f64 = 0.5;
+    /// Sweeps per step of full Newton.
+    pub const SETTLE: u32 = 4;
+    /// Passes for the Jacobian of full Newton.
+    pub const PASSES: u32 = 8;
     /// Largest contraction rate believed when the remaining error is extrapolated.
     pub const LARGEST_RATE: f64 = 0.9;
+    /// The same of full Newton: steps that do not shrink any more are the noise of the arithmetic.
+    pub const LARGEST_FULL_RATE: f64 = 0.5;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
     /// Largest growth of the lever that is told apart.
     pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
+    /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
+    pub const FULL_STOP: f64 = 0.2;
+    /// Error from which on an iteration has not come near any equilibrium.
+    pub const ASTRAY: f64 = 1e-2;
     /// Error of a tap whose angle lies outside the range of the series.
     pub const HOPELESS: f64 = 1e9;
     /// Below every number of interest and above underflow in f32.
@@ -103,20 +151,23 @@ pub mod limits {
     pub const BENDING_TAIL: f64 = 0.05;
     /// Weight of the tail of the shortening integrand in the truncation error.
     pub const SHORTENING_TAIL: f64 = 0.01;
+    /// Weight of the tail of the height's integrand, which the gauge interpolates, in the truncation error.
+    pub const HEIGHT_TAIL: f64 = 0.005;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 13] = [
+    pub const NAMED: [(&str, f64); 14] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
         ("LEAST_FORCE", LEAST_FORCE),
         ("MOST_FORCE", MOST_FORCE),
-        ("LARGEST_RATE", LARGEST_RATE),
-        ("SMALLEST_RATE", SMALLEST_RATE),
-        ("STOP", STOP),
+        ("LONGEST_STEP", LONGEST_STEP),
         ("MOST_GROWTH", MOST_GROWTH),
+        ("ASTRAY", ASTRAY),
+        ("MOST_PULL", MOST_PULL),
         ("HOPELESS", HOPELESS),
         ("TINY", TINY),
+        ("HEIGHT_TAIL", HEIGHT_TAIL),
         ("BENDING_TAIL", BENDING_TAIL),
         ("SHORTENING_TAIL", SHORTENING_TAIL),
     ];

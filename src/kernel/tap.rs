@@ -148,6 +148,8 @@ pub struct Frame {
     unit: f64,
     /// cos α, sin α at the contact.
     direction: (f64, f64),
+    /// T/P of a sliding contact.
+    friction: Option<f64>,
 }
 
 /// Strain, forces and arc of one tap.
@@ -257,7 +259,18 @@ impl Frame {
     fn with(ask: &Ask<'_>, tap: Tap<f64>, slope: f64) -> Self {
         let diameter = ask.curve.taper.D;
         let stiffness = ask.model.material.e0() * std::f64::consts::PI * diameter.powi(4) / 64.0;
-        Self { tap, a: ask.a, diameter, unit: stiffness / (ask.a * ask.a), direction: direction(slope) }
+        let friction = match ask.grip {
+            Grip::Slide(friction) => Some(friction),
+            Grip::Stick => None,
+        };
+        Self {
+            tap,
+            a: ask.a,
+            diameter,
+            unit: stiffness / (ask.a * ask.a),
+            direction: direction(slope),
+            friction,
+        }
     }
 
     /// The dimensionless tap.
@@ -281,11 +294,12 @@ impl Frame {
         }
         let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
         let (cos, sin) = self.direction;
+        let normal = (w * cos - h * sin) * self.unit;
         Response {
             strain: t.strain + t.strain * s.strain,
             deviation: s.strain,
-            normal: (w * cos - h * sin) * self.unit,
-            tangential: (w * sin + h * cos) * self.unit,
+            normal,
+            tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
             arc: self.a * (1.0 + t.arc + s.arc),
         }
     }

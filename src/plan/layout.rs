@@ -82,6 +82,22 @@ impl Layout {
         self.reach
     }
 
+    /// Smallest and largest value of column `column` of a design; of sampled axes, their bounds.
+    pub fn bounds(&self, column: usize) -> [f64; 2] {
+        let axis = self.designs.iter().flat_map(|f| &f.axes).find(|(c, _)| *c as usize == column);
+        axis.map_or([f64::NAN; 2], |(_, axis)| [axis.min(), axis.max()])
+    }
+
+    /// The axis of drives, unless each design has its own.
+    pub fn drives(&self) -> Option<&Axis> {
+        self.drive.as_ref()
+    }
+
+    /// The factors of a design, last fastest.
+    pub fn factors(&self) -> &[Factor] {
+        &self.designs
+    }
+
     /// Drive `j` of `design`, degrees or mm.
     pub fn drive(&self, design: &Tuple, j: u64) -> f64 {
         self.drive.as_ref().map_or(design.drive, |axis| axis.at(j))

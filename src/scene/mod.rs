@@ -14,7 +14,7 @@ pub use axis::Axis;
 pub use model::{
     Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
 };
-pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, TableFormat};
+pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, TableFormat, Written};
 pub use space::{Column, Factor, Space, Tuple};
 
 /// Everything one sweep needs to know.

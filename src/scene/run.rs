@@ -24,6 +24,19 @@ pub enum Precision {
     F64,
 }
 
+/// Where a value stands in a spec.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// File as the user named it.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// 1-based line.
+    pub line: usize,
+    /// Bytes of the value in `text`.
+    pub span: std::ops::Range<usize>,
+}
+
 /// `[run]` and the command line; `None` where nothing was said.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunOptions {
@@ -39,6 +52,8 @@ pub struct RunOptions {
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|ε|, 1e-3 θ f_max).
     pub tolerance: Option<f64>,
+    /// Where `tolerance` was written, if in a spec.
+    pub tolerance_at: Option<Written>,
     /// CPU threads.
     pub threads: Option<usize>,
     /// Only say what would run.

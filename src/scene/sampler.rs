@@ -27,13 +27,24 @@ pub const MAX_DIMENSIONS: u32 = JOE_KUO.len() as u32;
 impl Sampler {
     /// Coordinate `dimension` of point `index`, as a fraction of 2³². `dimension` is below [`MAX_DIMENSIONS`].
     pub fn coordinate(self, seed: u64, dimension: u32, index: u32) -> u32 {
-        let key = [seed as u32, (seed >> 32) as u32];
-        match self {
-            Self::Sobol if seed == 0 => sobol(dimension, index),
-            Self::Sobol => owen(sobol(dimension, index), hash(hash(hash(dimension) ^ key[0]) ^ key[1])),
-            Self::Random => philox([index, dimension / 4, 0, 0], key)[(dimension % 4) as usize],
+        let point = || sobol(dimension, index);
+        match (self, Self::scramble(seed, dimension)) {
+            (Self::Sobol, None) => point(),
+            (Self::Sobol, Some(key)) => owen(point(), key),
+            (Self::Random, _) => philox([index, dimension / 4, 0, 0], words(seed))[(dimension % 4) as usize],
         }
     }
+
+    /// Key of the scramble of a Sobol dimension; `None` for seed 0, which leaves the points as they are.
+    pub fn scramble(seed: u64, dimension: u32) -> Option<u32> {
+        let [low, high] = words(seed);
+        (seed != 0).then(|| hash(hash(hash(dimension) ^ low) ^ high))
+    }
+}
+
+/// Low and high word of a seed.
+fn words(seed: u64) -> [u32; 2] {
+    [seed as u32, (seed >> 32) as u32]
 }
 
 /// Primitive polynomial and initial direction integers of each dimension, *new-joe-kuo-6*. The polynomial is

@@ -39,6 +39,7 @@ impl Text {
                 Field::Number(_) => self.writer.write_field("")?,
                 Field::Count(n) => self.writer.write_field(n.to_string())?,
                 Field::Word(w) => self.writer.write_field(w)?,
+                Field::Text(t) => self.writer.write_field(t)?,
                 Field::Status(s) => self.writer.write_field(s.to_string())?,
             }
         }

@@ -9,10 +9,11 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 19] = [
+const OURS: [&str; 20] = [
     "tuples.csv",
     "designs.csv",
     "distances.csv",
+    "verify.csv",
     "work_precision.csv",
     "scaling.csv",
     "threads.csv",

@@ -10,6 +10,7 @@ use super::folder::hash;
 use crate::backend::Backend;
 use crate::reduce::Largest;
 use crate::scene::Scene;
+use crate::smooth::rod::Summary;
 use crate::status::Status;
 
 /// Version of the result format.
@@ -28,6 +29,8 @@ pub struct Counts {
     pub rows: [u64; 3],
     /// Taps per status word, and `ok`.
     pub status: BTreeMap<&'static str, u64>,
+    /// The chart that rows were ranked from.
+    pub chart: Option<Summary>,
     /// Designs rows that `top` could choose from.
     pub complete: Option<u64>,
     /// Designs rows that `top` kept.
@@ -81,6 +84,9 @@ pub fn counts(c: &Counts) -> Value {
         "sweeps_mean": if c.solved > 0 { c.sweeps.0 / c.solved as f64 } else { 0.0 },
         "sweeps_max": c.sweeps.1,
     });
+    if let Some(chart) = &c.chart {
+        value["chart"] = json!(chart);
+    }
     if let Some(n) = c.complete {
         value["complete_rows"] = n.into();
         value["kept_rows"] = c.kept.into();

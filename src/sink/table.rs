@@ -19,7 +19,7 @@ pub enum Table {
 }
 
 /// One value of a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Field {
     /// A number; not finite is missing.
     Number(f64),
@@ -27,6 +27,8 @@ pub enum Field {
     Count(u64),
     /// One of a few words.
     Word(&'static str),
+    /// Any text.
+    Text(String),
     /// Status words.
     Status(Status),
 }

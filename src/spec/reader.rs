@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::check::Domain;
 use super::schema;
 use crate::error::InputError;
+use crate::scene::Written;
 
 /// Result of reading.
 pub(super) type Result<T> = std::result::Result<T, InputError>;
@@ -72,6 +73,18 @@ impl<'a> Item<'a> {
             None => schema::toml_text(self.value),
         };
         self.document.error(self.span.clone(), message).key(&self.key).value(value)
+    }
+
+    /// Its place; none for a default.
+    pub fn at(&self) -> Option<Written> {
+        let Document { file, text } = *self.document;
+        let span = self.span.clone()?;
+        Some(Written {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            line: self.document.line(span.start),
+            span,
+        })
     }
 
     /// Places an error whose key is relative to this value.

@@ -77,13 +77,16 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
         n @ ..=MOST_THREADS => Ok(n as usize),
         _ => Err(v.error("this number is too large").allowed(format!("1 … {MOST_THREADS}"))),
     };
+    let (tolerance, tolerance_at) =
+        section.optional("tolerance", |v| Ok((v.within(&TOLERANCE)?, v.at())))?.unzip();
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
         force: section.optional("force", Item::flag)?,
         backend: section.optional("backend", |v| v.word(&backends))?,
         adapter: section.optional("adapter", |v| v.text().map(str::to_owned))?,
         precision: section.optional("precision", |v| v.word(&precisions))?,
-        tolerance: section.optional("tolerance", |v| v.within(&TOLERANCE))?,
+        tolerance,
+        tolerance_at: tolerance_at.flatten(),
         threads: section.optional("threads", threads)?,
         plan: section.optional("plan", Item::flag)?,
         quiet: section.optional("quiet", Item::flag)?,

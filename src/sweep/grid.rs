@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::design::{Axes, Rendered, Visit, Wanted, best, competing, render};
 use super::select::{Best, Kept};
-use super::{CHUNK, KEEP, Run};
+use super::{CHUNK, KEEP, Run, charted};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
@@ -26,14 +26,15 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
             Ok(())
         });
     };
-    let mut best_rows = Best::new(top);
-    let per = run.scene.output.per;
-    pass(run, layout, &mut (0..layout.n_designs), &[], &|_| None, &mut |_, rendered| {
-        competing(per, rendered.candidates).into_iter().for_each(|row| best_rows.offer(row));
-        Ok(())
-    })?;
-    run.counts.complete = Some(best_rows.offered);
-    let kept = best_rows.into_rows();
+    let kept = match run.scope.take() {
+        Some(scope) => charted::run(run, layout, &scope, top)?,
+        None => {
+            let mut best_rows = Best::new(top);
+            rank(run, layout, &mut (0..layout.n_designs), &mut best_rows)?;
+            run.counts.complete = Some(best_rows.offered);
+            best_rows.into_rows()
+        }
+    };
     write_kept(run, &kept)?;
 
     // The taps and designs of the kept rows, in row order.
@@ -55,6 +56,20 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     pass(run, layout, &mut order.iter().map(|(k, _)| *k), &rest, &drives, &mut |_, _| Ok(()))?;
     (run.counts.taps, run.counts.status) = (taps, status);
     Ok(())
+}
+
+/// Offers the complete rows of `designs` to `best`.
+pub(super) fn rank(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    designs: &mut dyn Iterator<Item = u64>,
+    best: &mut Best,
+) -> Result<(), Error> {
+    let per = run.scene.output.per;
+    pass(run, layout, designs, &[], &|_| None, &mut |_, rendered| {
+        competing(per, rendered.candidates).into_iter().for_each(|row| best.offer(row));
+        Ok(())
+    })
 }
 
 /// Writes designs.csv of the kept rows, best first.
@@ -128,7 +143,10 @@ fn small(
         .into_par_iter()
         .map(|t| task(layout, &designs[t / block], (t / block) as u32, (t % block) as u64))
         .collect();
-    let outcomes = run.evaluate(&designs, &tasks)?;
+    let outcomes = match layout.drives() {
+        Some(axis) => run.evaluate_over(&designs, &tasks, &axis.iter().collect::<Vec<_>>())?,
+        None => run.evaluate(&designs, &tasks)?,
+    };
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);
@@ -194,7 +212,7 @@ fn large(
     })
 }
 
-fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task {
+pub(super) fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task {
     let (i, j) = (t / layout.n_drives, t % layout.n_drives);
     Task { design: place, a: layout.distance(i), drive: layout.drive(&design.tuple, j) }
 }

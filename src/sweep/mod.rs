@@ -4,6 +4,7 @@
 //! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
 //! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a whole.
 
+mod charted;
 mod design;
 mod grid;
 mod list;
@@ -24,6 +25,7 @@ use crate::sink::{
     run_json::{self, Counts, Seconds},
     table::Table,
 };
+use crate::smooth::Scope;
 
 pub use select::Kept;
 
@@ -87,12 +89,17 @@ pub fn run(
         counts: Counts::default(),
         highlights: Vec::new(),
         solve: Duration::ZERO,
+        scope: None,
         total: plan.taps,
         stop: target.stop,
         progress,
     };
     match &scene.space {
-        Space::Grid(factors) => grid::run(&mut run, &Layout::new(factors))?,
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            run.scope = choice.chart_tolerance().and_then(|t| Scope::new(scene, &layout, t));
+            grid::run(&mut run, &layout)?;
+        }
         Space::List(tuples) => list::run(&mut run, tuples)?,
     }
     let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
@@ -115,6 +122,8 @@ struct Run<'a> {
     counts: Counts,
     highlights: Vec<Kept>,
     solve: Duration,
+    /// What the designs share, where a chart can rank them.
+    scope: Option<Scope>,
     total: u64,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
@@ -123,21 +132,50 @@ struct Run<'a> {
 impl Run<'_> {
     /// Outcomes of `tasks`; `Err` when asked to stop.
     fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(Error::Run("stopped; nothing was written".into()));
-        }
+        self.check_stop()?;
         let start = Instant::now();
         let outcomes = self.evaluator.run(designs, tasks).map_err(Error::Run)?;
         self.solve += start.elapsed();
         self.counts.solved += outcomes.len() as u64;
-        for o in &outcomes {
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
+    fn evaluate_over(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        drives: &[f64],
+    ) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let (outcomes, solved) =
+            self.evaluator.run_over_drives(designs, tasks, drives).map_err(Error::Run)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// Counts sweeps and strains.
+    fn note(&mut self, outcomes: &[Outcome]) {
+        for o in outcomes {
             self.counts.sweeps.0 += f64::from(o.sweeps);
             self.counts.sweeps.1 = self.counts.sweeps.1.max(o.sweeps);
             if o.status.counts() {
                 self.counts.strain.push(o.strain.abs());
             }
         }
-        Ok(outcomes)
+    }
+
+    /// `Err` when asked to stop.
+    fn check_stop(&self) -> Result<(), Error> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(Error::Run("stopped; nothing was written".into())),
+            false => Ok(()),
+        }
     }
 
     /// Takes over the counts of finished taps.

@@ -171,7 +171,7 @@ mod tests {
             ..Tap::default()
         };
         let flops = |nodes: usize, sweeps: u32| {
-            let rule = Rule { nodes, terms: 9, damped: false, sweeps };
+            let rule = Rule { nodes, terms: 9, full: false, sweeps };
             let (kernel, mut counter) = (Kernel::Exact(Effects::default()), Counter::default());
             // A tolerance that is never met: exactly `sweeps` sweeps.
             let job = Job { kernel, rule: &rule, tolerance: 0.0, chart: None };

@@ -6,7 +6,7 @@
 mod count;
 mod exact;
 mod linear;
-mod pack;
+pub(crate) mod pack;
 mod peak;
 
 use rayon::prelude::*;
@@ -43,12 +43,12 @@ impl Cpu {
 }
 
 #[cfg(target_arch = "x86_64")]
-fn fused() -> bool {
+pub(crate) fn fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn fused() -> bool {
+pub(crate) fn fused() -> bool {
     false
 }
 

@@ -70,6 +70,12 @@ scalar!(f64);
 #[repr(align(64))]
 pub struct Pack<T, const L: usize, const FMA: bool>(pub [T; L]);
 
+impl<T: Scalar, const L: usize, const FMA: bool> Default for Pack<T, L, FMA> {
+    fn default() -> Self {
+        Self::of(0.0)
+    }
+}
+
 impl<T: Scalar, const L: usize, const FMA: bool> Pack<T, L, FMA> {
     /// The same number in every lane.
     #[inline(always)]

@@ -51,12 +51,9 @@ impl Gpu {
         self.precision
     }
 
-    pub(super) fn device(&self) -> &wgpu::Device {
-        &self.device
-    }
-
-    pub(super) fn queue(&self) -> &wgpu::Queue {
-        &self.queue
+    /// Handles of the device and its queue.
+    pub fn device(&self) -> (wgpu::Device, wgpu::Queue) {
+        (self.device.clone(), self.queue.clone())
     }
 
     /// Bytes of one number.
@@ -172,6 +169,10 @@ impl Solver for Gpu {
         self.queue.submit([encoder.finish()]);
         read(&self.device, &buffers.readback, bytes, precision, out)
             .map_err(|e| format!("{}: {e}", self.adapter.name))
+    }
+
+    fn gpu(&self) -> Option<&Gpu> {
+        Some(self)
     }
 
     fn batch_limit(&self) -> usize {

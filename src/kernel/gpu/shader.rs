@@ -123,14 +123,12 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
             "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
         );
     }
-    text + &primitive(n, &lit)
-        + &legendre(n, &lit)
-        + &switches(effects, v.job.rule)
-        + &section(v.job.chart, &lit)
+    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
 }
 
 /// The effects as constants, which the device's compiler folds.
-fn switches(e: &Effects, rule: &Rule) -> String {
+fn switches(e: &Effects, job: &Job<'_>) -> String {
+    let rule = job.rule;
     let named = [
         ("PLAIN", e.plain()),
         ("SHEAR", e.shear),
@@ -141,7 +139,16 @@ fn switches(e: &Effects, rule: &Rule) -> String {
     ];
     let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
-    format!("{list}const SIDE: real = {side}1.0;\nconst RELAXATION: real = {:?};\n", rule.relaxation(e))
+    format!(
+        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
+        rule.full,
+        rule.settle(),
+        Rule::least(e, job.tolerance),
+        rule.passes(),
+        rule.largest_rate(),
+        rule.smallest_rate(),
+        rule.stop(),
+    )
 }
 
 /// The section law as nested polynomials; without a chart it adds nothing.

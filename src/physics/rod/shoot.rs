@@ -21,6 +21,9 @@ const STRIDE: f64 = 0.3;
 /// Smallest step of the continuation, as a fraction of the amount.
 const SMALLEST_STRIDE: f64 = 1e-3;
 
+/// Strides that are tried before one that fails ends the path: close to where it folds back they creep.
+const MOST_STRIDES: u32 = 120;
+
 /// What the contact leaves open, beside the force P.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unknowns {
@@ -100,7 +103,9 @@ impl<'a> Shooter<'a> {
         let longest = STRIDE * self.unit;
         let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
         let mut stride = longest;
+        let mut tried = 0;
         loop {
+            tried += 1;
             let next = amount.min(at.0 + stride);
             let guess = if at.0 == 0.0 {
                 DVec2::new(next / self.unit, 0.0)
@@ -115,7 +120,7 @@ impl<'a> Shooter<'a> {
                 }
                 Err(missed) => {
                     stride = 0.5 * (next - at.0);
-                    if stride < SMALLEST_STRIDE * amount {
+                    if stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
                         return Err(match missed {
                             Missed::NoState if !self.whisker.law.is_linear() => RodError::MaterialLimit,
                             _ => RodError::NotConverged,

@@ -90,10 +90,11 @@ pub(super) struct Bent {
 }
 
 impl Bent {
-    /// What errors are measured by. The shortening, of second order, may be so small that its digits are noise.
-    fn scale(y: &[f64; 4]) -> [f64; 4] {
+    /// What errors are measured by on a rod of length `arc`. The shortening, of second order, may be so small that its digits
+    /// are noise: of the deflection, and next to the contact of the bending strain, from which a nonlinear law has the stretch.
+    fn scale(arc: f64, y: &[f64; 4]) -> [f64; 4] {
         let [angle, along, across, elongation] = y.map(f64::abs);
-        [angle, along.max(1e-3 * across), across, elongation]
+        [angle, along.max(1e-3 * across).max(1e-4 * arc * angle), across, elongation]
     }
 }
 
@@ -129,7 +130,8 @@ impl EndLoad {
         length: f64,
     ) -> Option<Bent> {
         let slope = |sigma, y: &[f64; 4]| self.slope(rod, over_gauge, sigma, y);
-        ode::integrate(slope, Bent::scale, from.into(), start, length).map(Bent::from)
+        ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), from.into(), start, length)
+            .map(Bent::from)
     }
 
     /// The clamped end of the rod, with the gauge over [x1, x2].

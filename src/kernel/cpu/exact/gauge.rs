@@ -55,7 +55,8 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let clear = of(0.5) * b1 * b2 * (tap.near * b1 + tap.far * b2);
     let clear_change = of(0.5) * b1 * b2 * x * (b1 + b2) + past(c2.min(zero));
     let on_gauge = tap.near * tap.near * b1 * b1 / (two * tap.rest * tap.width);
-    let (farther, slim) = (x / tap.near.max(tiny), tap.taper * x / g2);
+    let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
+    let slim = tap.taper * x / g2;
     let longer = farther * (two + farther);
     let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
     let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
@@ -63,11 +64,11 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 
     // Means over the bent part of the gauge of what deviates from the lever and the first-order axial strain.
     let mut series = [zero; N];
-    let (mut heights, mut angles) = ([zero; N], [zero; N]);
+    let (mut climbs, mut angles) = ([zero; N], [zero; N]);
     for i in 0..n {
         series[i] = dot(n, &tables.legendre[i], &state.shortening);
         if offset {
-            heights[i] = dot(n, &tables.legendre[i], &state.height);
+            climbs[i] = dot(n, &tables.legendre[i], &state.climb);
         }
         if axial {
             angles[i] = dot(n, &tables.legendre[i], &state.angle);
@@ -98,7 +99,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         }
         let mut moment = w_force * two * g2 * m * primitive(n, &series, w);
         if offset {
-            moment = moment - h_force * legendre(n, &heights, w);
+            moment = moment - h_force * two * g2 * m * primitive(n, &climbs, w);
         }
         let mut strain = zero - tap.radius * moment * y3 * y3 * ig6;
         let mut direct = zero;
@@ -146,10 +147,17 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    let mut error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    if offset {
+        let height = two * g2 * m * (climbs[n - 1].abs() + climbs[n - 2].abs());
+        let lost = tap.radius * h_force.abs() * height / tap.strain.abs().max(tiny);
+        error = error + of(HEIGHT_TAIL) * tap.weight * lost;
+    }
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
-    Solution { force: w, along: state.along, arc: state.arc, strain, error, load: state.load, sweeps }
+    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
+    let load = residual.if_less(of(ASTRAY), state.load, zero);
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
 }
 
 /// ∫₀^w of a series of shifted Legendre polynomials.

@@ -22,7 +22,9 @@
 //! # Practice
 //! One sweep evaluates all this from the last state and ends with a Newton step for (w, z), or for (w, k) of a sticking
 //! contact, whose Jacobian then holds the geometric stiffness too. The iteration contracts by about θ² per sweep
-//! at small angles and by 3 at 60°.
+//! at small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across: there the
+//! last rung lets the lag settle over a few sweeps, which always converge for given forces (a Volterra equation), and its Jacobian knows
+//! how the lag follows.
 
 mod gauge;
 mod newton;
@@ -56,7 +58,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         lag: [zero; N],
         angle: [zero; N],
         shortening: [zero; N],
-        height: [zero; N],
+        climb: [zero; N],
         bending: [zero; N],
         extra: [zero; N],
         steps: [zero; 2],
@@ -64,25 +66,28 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         load: zero,
     };
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
-    let stop = of(STOP * tolerance);
-    // One sweep more where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is as
-    // small as θ², and has to be right relative to itself.
-    let least = if PLAIN { 1 } else { 3 };
+    let stop = of(rule.stop() * tolerance);
+    let least = Rule::least(effects, tolerance);
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
-        sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule.relaxation(effects), tap, &mut state);
+        let stepping = step % rule.settle() == 0;
+        sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
         state.keep(tables.nodes::<PLAIN>(), done, &before);
+        if !stepping {
+            continue;
+        }
         let [first, second] = state.steps;
         let felt = if !PLAIN && effects.stick { of(1.0) } else { sensitivity(tap, tap.arc + state.arc) };
         let change = first.abs() + felt * second.abs();
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
-        let next = (change / last).max(of(0.5) * rate).min(of(LARGEST_RATE)).max(of(SMALLEST_RATE));
+        let next =
+            (change / last).max(of(0.5) * rate).min(of(rule.largest_rate())).max(of(rule.smallest_rate()));
         let open = |now, old| zero.if_less(done, old, now);
         rate = open(next, rate);
         last = open(change.max(of(TINY)), last);
-        sweeps = sweeps + open(of(1.0), zero);
+        sweeps = sweeps + open(of(rule.settle().into()), zero);
         error = open(change * rate / (of(1.0) - rate), error);
         if step >= least {
             done = stop.if_less(error, done, of(1.0));

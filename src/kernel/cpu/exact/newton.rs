@@ -11,8 +11,12 @@ pub struct Bent<P, const N: usize> {
     pub y: [P; N],
     /// y⁻³ at the nodes.
     pub density: [P; N],
+    /// η at the nodes.
+    pub heights: [P; N],
     /// W.
     pub w_force: P,
+    /// H.
+    pub h_force: P,
     /// R_c.
     pub contact_radius: P,
     /// c − 1.
@@ -29,17 +33,63 @@ pub struct Bent<P, const N: usize> {
     pub sine: P,
 }
 
+/// How the rod turns with one of the unknowns.
+struct Turned<P, const N: usize> {
+    /// ∂ψ at the nodes.
+    nodes: [P; N],
+    /// ∂ψ at the base.
+    base: P,
+}
+
+/// What both [`follow`] need: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
+struct Rod<P, const N: usize> {
+    w_force: P,
+    h_force: P,
+    spread: P,
+    fifth: [P; N],
+    sine: [P; N],
+    cosine: [P; N],
+}
+
+/// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
+/// Volterra equation, iterated from `fixed`.
+#[inline(always)]
+fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    passes: u32,
+    rod: &Rod<Pack<T, L, FMA>, N>,
+    fixed: Turned<Pack<T, L, FMA>, N>,
+) -> Turned<Pack<T, L, FMA>, N> {
+    let n = tables.nodes::<false>();
+    let zero = Pack::<T, L, FMA>::of(0.0);
+    let Turned { mut nodes, mut base } = fixed;
+    for _ in 0..passes {
+        let (mut pulled, mut bending) = ([zero; N], [zero; N]);
+        for i in 0..n {
+            pulled[i] = (rod.h_force * rod.cosine[i] - rod.w_force * rod.sine[i]) * nodes[i];
+        }
+        for i in 0..n {
+            bending[i] = dot(n, &tables.integral[i], &pulled) * rod.fifth[i];
+        }
+        for i in 0..n {
+            nodes[i] = fixed.nodes[i] + rod.spread * dot(n, &tables.integral[i], &bending);
+        }
+        base = fixed.base + rod.spread * dot(n, &tables.weights, &bending);
+    }
+    Turned { nodes, base }
+}
+
 /// Steps of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0. A unit of W, c or H turns the rod by
-/// ψ_p(s), which moves V by −∫sin ψ ψ_p ds and ∫cos ψ ψ_p ds.
+/// ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
 pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
+    passes: u32,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
     bent: &Bent<Pack<T, L, FMA>, N>,
-    across: Pack<T, L, FMA>,
-    along: Pack<T, L, FMA>,
+    [across, along]: [Pack<T, L, FMA>; 2],
 ) -> (Pack<T, L, FMA>, Pack<T, L, FMA>) {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
@@ -49,43 +99,68 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let ig2 = one / g2;
     let (g4, ds) = (ig2 * ig2, two * g2 * m);
     let n = tables.nodes::<false>();
-    let mut raised = [zero; N];
-    if effects.stick {
-        for i in 0..n {
-            let y2 = bent.y[i] * bent.y[i];
-            raised[i] = state.height[i] * (y2 * y2 * bent.y[i]);
+    let mut rod = Rod {
+        w_force: bent.w_force,
+        h_force: bent.h_force,
+        spread: two * m * g4 * ig2,
+        fifth: [zero; N],
+        sine: [zero; N],
+        cosine: [zero; N],
+    };
+    // Moment over y⁻⁵ that a unit of W, and of H where it is an unknown, takes away and adds through Δξ and η.
+    let (mut drawn, mut raised) = ([zero; N], [zero; N]);
+    for i in 0..n {
+        let y2 = bent.y[i] * bent.y[i];
+        rod.fifth[i] = y2 * y2 * bent.y[i];
+        let angle = state.angle[i];
+        let weight = bent.density[i] * ds;
+        rod.sine[i] = weight * (angle - tables.x_minus_sin(angle));
+        rod.cosine[i] = weight * (one - tables.one_minus_cos(angle));
+        if effects.stick {
+            raised[i] = bent.heights[i] * rod.fifth[i];
+        }
+        if passes > 0 {
+            drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
         }
     }
-    let spread = two * m * g4 * ig2;
-    let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
+    let fixed = |lever: Pack<T, L, FMA>, pivot: Pack<T, L, FMA>, row: &[T; N]| {
+        let mut first = if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot };
+        if passes > 0 {
+            first = first - rod.spread * dot(n, row, &drawn);
+        }
+        let second = if effects.stick {
+            bent.contact_radius * pivot + rod.spread * dot(n, row, &raised)
+        } else {
+            bent.w_force * pivot
+        };
+        (first, second)
+    };
+    let mut first = Turned { nodes: [zero; N], base: zero };
+    let mut second = Turned { nodes: [zero; N], base: zero };
     for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
         let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
         let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
-        let (first, second) = if effects.stick {
-            (lever, bent.contact_radius * pivot + spread * dot(n, &tables.integral[i], &raised))
-        } else {
-            (lever + tap.ratio * bent.contact_radius * pivot, bent.w_force * pivot)
-        };
-        let angle = state.angle[i];
-        let weight = Pack::splat(tables.weights[i]) * bent.density[i] * ds;
-        let sine = weight * (angle - tables.x_minus_sin(angle));
-        let cosine = weight * (one - tables.one_minus_cos(angle));
-        turn1 = turn1 + sine * first;
-        climb1 = climb1 + cosine * first;
-        turn2 = turn2 + sine * second;
-        climb2 = climb2 + cosine * second;
+        (first.nodes[i], second.nodes[i]) = fixed(lever, pivot, &tables.integral[i]);
     }
     let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
     let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
+    (first.base, second.base) = fixed(lever, pivot, &tables.weights);
+    let first = follow(tables, passes, &rod, first);
+    let second = follow(tables, passes, &rod, second);
+    let (base1, base2) = (first.base, second.base);
+    let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
+    for i in 0..n {
+        let weight = Pack::splat(tables.weights[i]);
+        let (sine, cosine) = (weight * rod.sine[i], weight * rod.cosine[i]);
+        turn1 = turn1 + sine * first.nodes[i];
+        climb1 = climb1 + cosine * first.nodes[i];
+        turn2 = turn2 + sine * second.nodes[i];
+        climb2 = climb2 + cosine * second.nodes[i];
+    }
     let stretch = if effects.extension { of(0.25) * tap.radius * tap.radius * c * ig2 } else { zero };
     let slack = if effects.shear { tap.shear * c * ig2 } else { zero };
-    let (base1, base2) = if effects.stick {
-        (lever, bent.contact_radius * pivot + spread * dot(n, &tables.weights, &raised))
-    } else {
-        (lever + tap.ratio * bent.contact_radius * pivot, bent.w_force * pivot)
-    };
     let (sine_b, cosine_b) =
         (bent.base - tables.x_minus_sin(bent.base), one - tables.one_minus_cos(bent.base));
     let move1 = [

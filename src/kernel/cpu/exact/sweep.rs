@@ -3,7 +3,7 @@
 use super::super::pack::{Pack, Scalar};
 use super::newton::{Bent, step};
 use super::tables::{Tables, dot};
-use crate::kernel::{Effects, Tap, rule::limits::*};
+use crate::kernel::{Effects, Rule, Tap, rule::limits::*};
 
 /// What one sweep passes to the next. The forces are W = W₀(1 + w) across and H = H₀ + W₀k along the whisker at the
 /// contact, its arc is c = 1 + x₀ + z.
@@ -21,8 +21,8 @@ pub struct State<P, const N: usize> {
     pub angle: [P; N],
     /// Integrand of Δξ over y³.
     pub shortening: [P; N],
-    /// η at the nodes.
-    pub height: [P; N],
+    /// Integrand of η over y³.
+    pub climb: [P; N],
     /// Integrand of Δψ.
     pub bending: [P; N],
     /// e₀ − t at the nodes: what the section law adds to the axial strain.
@@ -50,7 +50,7 @@ impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L
             pick(&mut self.lag[i], before.lag[i]);
             pick(&mut self.angle[i], before.angle[i]);
             pick(&mut self.shortening[i], before.shortening[i]);
-            pick(&mut self.height[i], before.height[i]);
+            pick(&mut self.climb[i], before.climb[i]);
             pick(&mut self.bending[i], before.bending[i]);
             pick(&mut self.extra[i], before.extra[i]);
         }
@@ -66,12 +66,13 @@ fn then<T: Scalar, const L: usize, const FMA: bool>(
     a.mul_add(b, a + b)
 }
 
-/// One sweep from `state` to `state`.
+/// One sweep from `state` to `state`, with a Newton step if `stepping`.
 #[inline(always)]
 pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
-    relaxation: f64,
+    rule: &Rule,
+    stepping: bool,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &mut State<Pack<T, L, FMA>, N>,
 ) {
@@ -105,7 +106,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let mut density = [one; N];
     let mut gamma = [zero; N];
     let mut axial = [zero; N];
-    let mut climb = [zero; N];
+    let mut heights = [zero; N];
     let mut pure = [zero; N];
     for i in 0..n {
         let w = Pack::splat(tables.points[i]);
@@ -139,7 +140,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
                 short = short + gamma[i] * sine;
             }
             if offset {
-                climb[i] = ((one + stretch) * sine + gamma[i] * (one - cosine)) * density[i];
+                state.climb[i] = ((one + stretch) * sine + gamma[i] * (one - cosine)) * density[i];
             }
             pure[i] = short * density[i];
             if extension {
@@ -158,8 +159,8 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         }
         let mut moment = w_force * ds * shorter;
         if offset {
-            state.height[i] = ds * dot(n, &tables.integral[i], &climb);
-            moment = moment - h_force * state.height[i];
+            heights[i] = ds * dot(n, &tables.integral[i], &state.climb);
+            moment = moment - h_force * heights[i];
         }
         if law {
             let w = Pack::splat(tables.points[i]);
@@ -280,16 +281,23 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     }
 
     // Newton for (w, z), or (w, k) of a sticking contact.
-    let (dw, dx) = if offset {
+    if !stepping {
+        state.base = base.abs();
+        return;
+    }
+    let (dw, dx) = if offset || !PLAIN && rule.full {
         step(
             tables,
             effects,
+            rule.passes(),
             tap,
             state,
             &Bent {
                 y,
                 density,
+                heights,
                 w_force,
+                h_force,
                 contact_radius,
                 x,
                 base,
@@ -298,8 +306,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
                 cosine,
                 sine,
             },
-            across,
-            along,
+            [across, along],
         )
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
@@ -308,8 +315,13 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         (((across - m12 * dx) / (tap.force * (a1 + d_a1))), dx)
     };
     state.steps = [dw, dx];
-    let (dw, dx) = (dw * of(relaxation), dx * of(relaxation));
-    state.force = (state.force - dw).max(of(LEAST_FORCE)).min(of(MOST_FORCE));
+    let (mut dw, mut dx) = (dw, dx);
+    if !PLAIN && rule.full {
+        let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
+        (dw, dx) = (dw * share, dx * share);
+    }
+    let least = of(if stick { MOST_PULL } else { LEAST_FORCE });
+    state.force = (state.force - dw).max(least).min(of(MOST_FORCE));
     if stick {
         state.along = state.along - dx;
     } else {

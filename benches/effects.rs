@@ -1,0 +1,175 @@
+//! Cost of each effect: time per tap relative to the frictionless Hooke kernel on the same backend, as a markdown table.
+//!
+//! Every configuration solves the same random taps through the whole ladder of rules. All are timed in turn, round after round,
+//! and the best round of each counts: what disturbs the machine disturbs all alike.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use vibrissa::design::{Design, amount};
+use vibrissa::evaluate::Method;
+use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::{self, Effects, Kernel, Tap};
+use vibrissa::physics::onset::Grip;
+use vibrissa::scene::sampler::Sampler;
+use vibrissa::scene::{Contact, Geometry, RunOptions, Scene, Tuple};
+use vibrissa::spec;
+use vibrissa::verify::{Place, present};
+
+/// Taps of one batch.
+const TAPS: u32 = 1 << 15;
+
+/// Rounds, of which the best counts.
+const ROUNDS: usize = 5;
+
+/// Name and `[model]`; the first is what the others are compared with.
+const MODELS: [(&str, &str); 15] = [
+    ("hooke, every effect off", ""),
+    (
+        "hooke, each effect written as off",
+        "shear = false\nextension = false\nsurface = false\npole_radius = 0.0\ncontact = \"frictionless\"",
+    ),
+    ("hooke, an effect that is on but of no size", "pole_radius = 1e-9"),
+    ("linear theory", "geometry = \"linear\""),
+    ("shear", "shear = true"),
+    ("extension", "extension = true"),
+    ("surface", "surface = true"),
+    ("pole of 3 mm", "pole_radius = 3.0"),
+    ("stick (with extension)", "extension = true\ncontact = \"stick\""),
+    ("coulomb 0.3 (with extension)", "extension = true\ncontact = { coulomb = 0.3 }"),
+    ("neo-hookean", "material = { neo-hookean = 3.2 }"),
+    ("mooney-rivlin", "material = { mooney-rivlin = [0.35, 0.15] }"),
+    ("yeoh", "material = { yeoh = [0.5, -0.08, 0.02] }"),
+    ("neo-hookean, surface, shear, extension", NEO),
+    (
+        "the same with coulomb 0.3",
+        "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\ncontact = { coulomb = 0.3 }",
+    ),
+];
+
+const NEO: &str = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
+
+fn scene(model: &str) -> Scene {
+    let text = format!(
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 33\ntheta = 4\n[model]\n{model}\n"
+    );
+    spec::parse("effects.toml", &text, std::path::Path::new("")).expect("a valid model")
+}
+
+/// D 8…12, d 2…7, a 20…48 mm, θ 0.5…10°.
+fn tuple(index: u32) -> Tuple {
+    let unit = |dimension| f64::from(Sampler::Random.coordinate(1, dimension, index)) / 2f64.powi(32);
+    let between = |dimension, from: f64, to: f64| from + (to - from) * unit(dimension);
+    Tuple {
+        D: between(0, 8.0, 12.0),
+        d: between(1, 2.0, 7.0),
+        L_a: 50.0,
+        x_ss: 5.0,
+        l: 2.0,
+        a: between(2, 20.0, 48.0),
+        drive: between(3, 0.5, 10.0),
+    }
+}
+
+/// The batches that a configuration solves: one, or with Coulomb friction the sticking one and then the sliding one.
+fn batches(scene: &Scene) -> Vec<(Kernel, Vec<Tap<f64>>)> {
+    let side = scene.gauge.side;
+    let kernel = |stick| match scene.model.geometry {
+        Geometry::Linear => Kernel::Linear,
+        Geometry::Exact => Kernel::Exact(Effects::new(&scene.model, side, stick)),
+    };
+    let taps = |grip: Grip| {
+        let frame = |index: u32| {
+            let t = tuple(index);
+            let shared = Design::new(scene, t).shared?;
+            let amount = amount(scene.drive, t.drive);
+            let (curve, peak) = (&shared.model, shared.peak);
+            let ask = Ask { model: &scene.model, side, curve, peak, a: t.a, amount, grip };
+            let frame =
+                if kernel(false) == Kernel::Linear { Frame::linear(&ask) } else { Frame::exact(&ask) };
+            frame.map(|f| *f.tap())
+        };
+        (0..TAPS).into_par_iter().filter_map(frame).collect()
+    };
+    match scene.model.contact {
+        Contact::Stick => vec![(kernel(true), taps(Grip::Stick))],
+        Contact::Coulomb(mu) if mu > 0.0 => {
+            vec![(kernel(true), taps(Grip::Stick)), (kernel(false), taps(Grip::Slide(mu)))]
+        }
+        _ => vec![(kernel(false), taps(Grip::Slide(0.0)))],
+    }
+}
+
+/// A configuration on a backend, ready to run again and again.
+struct Ready {
+    method: Method,
+    batches: Vec<(Kernel, Vec<Tap<f64>>)>,
+    best: f64,
+    sweeps: f64,
+    lost: usize,
+}
+
+impl Ready {
+    fn run(&mut self) {
+        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+            unreachable!("no reference here")
+        };
+        let mut out = Vec::new();
+        let (mut seconds, mut sweeps, mut lost) = (0.0, 0.0, 0);
+        for (kernel, taps) in &self.batches {
+            let start = Instant::now();
+            kernel::solve(solver.as_mut(), *kernel, rungs, *tolerance, taps, &mut out)
+                .expect("the backend answers");
+            seconds += start.elapsed().as_secs_f64();
+            sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / out.len() as f64;
+            lost += out.iter().filter(|s| !s.within(*tolerance)).count();
+        }
+        self.best = self.best.min(seconds);
+        (self.sweeps, self.lost) = (sweeps, lost);
+    }
+}
+
+fn measured(place: &Place, scenes: &[Scene]) -> Vec<Ready> {
+    let ready = |scene: &Scene| {
+        let method = place.method(&scene.model).expect("the backend opens");
+        Ready { method, batches: batches(scene), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
+    };
+    let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
+    // The first round compiles.
+    all.iter_mut().for_each(Ready::run);
+    all.iter_mut().for_each(|r| r.best = f64::INFINITY);
+    for _ in 0..ROUNDS {
+        all.iter_mut().for_each(Ready::run);
+    }
+    all
+}
+
+fn main() {
+    // `cargo test` runs bench targets too: nothing is measured then.
+    if !std::env::args().any(|a| a == "--bench") {
+        return;
+    }
+    let scenes: Vec<Scene> = MODELS.iter().map(|(_, model)| scene(model)).collect();
+    let places: Vec<Place> = present(&RunOptions::default(), None)
+        .expect("backends")
+        .into_iter()
+        .filter(|p| p.label() != "gpu f64")
+        .collect();
+    let columns: Vec<Vec<Ready>> = places.iter().map(|p| measured(p, &scenes)).collect();
+    let label = |p: &Place| match &p.backend().adapter {
+        Some(name) => format!("{} ({name})", p.label()),
+        None => p.label(),
+    };
+    let labels: Vec<String> = places.iter().map(label).collect();
+    println!("| model | {} | sweeps, {} |", labels.join(" | "), labels.join(" / "));
+    println!("|---|{}", "---|".repeat(places.len() + 1));
+    for (i, (name, _)) in MODELS.iter().enumerate() {
+        let ratios: Vec<String> = columns.iter().map(|c| format!("{:.2}", c[i].best / c[0].best)).collect();
+        let sweeps: Vec<String> = columns.iter().map(|c| format!("{:.1}", c[i].sweeps)).collect();
+        println!("| {name} | {} | {} |", ratios.join(" | "), sweeps.join(" / "));
+    }
+    let rate = |c: &Vec<Ready>| format!("{:.1}", f64::from(TAPS) / c[0].best / 1e6);
+    println!("\nfirst line, million taps/s: {}", columns.iter().map(rate).collect::<Vec<_>>().join(", "));
+    let lost: Vec<usize> = columns.iter().map(|c| c.iter().map(|r| r.lost).sum()).collect();
+    println!("taps not converged, of {} solved: {lost:?}", MODELS.len() as u32 * TAPS);
+}

@@ -1,0 +1,70 @@
+// Ranked rows of whole designs from the chart of the rod: one invocation, some designs. Twin of src/smooth/lanes; the
+// derivation stands there. What depends on the sizes of the chart is emitted (`tap`, `push`, `spread_at`, …).
+
+struct Job {
+    // Designs of this batch, designs that run at once, bound of the rank.
+    count: u32,
+    stride: u32,
+    bound: f32,
+    unused: u32,
+    // Digits of the first design, one per factor.
+    first: array<vec4<u32>, 2>,
+}
+
+// Numbers of taps per status word, and of rows (designs, where designs compete) that are complete.
+struct Words { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, invalid: u32, complete: u32 }
+
+@group(0) @binding(0) var<uniform> job: Job;
+@group(0) @binding(1) var<storage, read> tables: array<f32>;
+@group(0) @binding(2) var<storage, read_write> tally: array<atomic<u32>, 16>;
+// Designs with a row below the bound, and those that must be solved tap by tap.
+@group(0) @binding(3) var<storage, read_write> best: array<u32>;
+@group(0) @binding(4) var<storage, read_write> hard: array<u32>;
+
+struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, angle: f32 }
+
+// 0 charted, 1 tap by tap, 2 no whisker with a gauge. Next to a border the host decides.
+fn case_of(w: Whisker) -> u32 {
+    let room = w.L_a - w.x_ss - w.l;
+    let near = 1e-6 * w.L_a;
+    if room < -near { return 2u; }
+    let tau = (w.D - w.d) / (w.D * w.L_a);
+    let p = vec2<f32>(tau * NEAREST, tau * FARTHEST);
+    let charted = w.L_a >= FARTHEST && (room > near || room == 0.0)
+        && max(p.x, p.y) <= TAPER_HI && min(p.x, p.y) >= TAPER_LO
+        && w.x_ss >= PLACE_LO * FARTHEST && w.x_ss + w.l <= PLACE_HI * NEAREST;
+    return select(1u, 0u, charted);
+}
+
+// q from which, and up to which, the near root is within the range of interest, and q at the peak.
+fn bounds(value: f32, slope: f32, beta: f32, lo: f32, hi: f32) -> vec3<f32> {
+    let whole = 1.0 / value;
+    let vertex = slope / (2.0 * beta);
+    let peak = vertex * (slope - beta * vertex) * whole;
+    let low = select(lo * (slope - beta * lo) * whole, 1e30, lo < vertex);
+    let high = select(1e30, hi * (slope - beta * hi) * whole, vertex < hi);
+    return vec3<f32>(low, min(high, peak), peak);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    var words = Words();
+    for (var i = id.x; i < job.count; i += job.stride) {
+        let w = whisker(i);
+        let c = case_of(w);
+        if c == 2u {
+            words.invalid += NA * DRIVES;
+        } else if c == 1u {
+            hard[atomicAdd(&tally[1], 1u)] = i;
+        } else {
+            design(i, w, &words);
+        }
+    }
+    atomicAdd(&tally[2], words.ok);
+    atomicAdd(&tally[3], words.slipped);
+    atomicAdd(&tally[4], words.strain);
+    atomicAdd(&tally[5], words.rootless);
+    atomicAdd(&tally[6], words.ambiguous);
+    atomicAdd(&tally[7], words.invalid);
+    atomicAdd(&tally[8], words.complete);
+}

@@ -1,0 +1,287 @@
+//! `vibrissa verify [SPEC.toml]`: the census of every backend against the reference.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde_json::json;
+use vibrissa::backend::Backend;
+use vibrissa::error::{Error, InputError};
+use vibrissa::scene::{RunOptions, Scene, Tuple};
+use vibrissa::sink::census::{self, BUILT_IN, Verified, other_words, verdict};
+use vibrissa::sink::folder::{Folder, hash};
+use vibrissa::spec;
+use vibrissa::verify::{self, Case, Line, Place, QUANTITIES, RANDOM, SAMPLES};
+
+use super::args::Verify;
+use super::progress::Shown;
+use super::reply::Reply;
+
+/// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
+const REFERENCE_RATE: f64 = 500.0;
+
+/// Seconds that an adapter takes to compile the kernels of one model; only for `--plan`.
+const COMPILE: f64 = 0.7;
+
+/// What was asked, in force.
+struct Asked {
+    scene: Option<Scene>,
+    options: RunOptions,
+    out: PathBuf,
+    samples: u32,
+    seed: u64,
+}
+
+/// Verifies, or says what would be verified; the second value says which bound is broken. Sets `json` where the spec asks for it.
+pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Error> {
+    let start = Instant::now();
+    let asked = asked(args)?;
+    let options = &asked.options;
+    let quiet = options.quiet == Some(true);
+    *json |= options.json == Some(true);
+    if let Some(n) = options.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build_global()
+            .map_err(|e| Error::Run(e.to_string()))?;
+    }
+    let mut places = verify::present(options, bound(args)?)?;
+    if !quiet {
+        asked.scene.iter().flat_map(|s| &s.warnings).for_each(|w| eprintln!("warning: {w}"));
+        if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
+            eprintln!("warning: no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
+        }
+    }
+    if options.plan == Some(true) {
+        return Ok((planned(&asked, &places)?, None));
+    }
+    let text = asked.scene.as_ref().map_or(BUILT_IN, |s| &s.text);
+    let mut folder = Folder::new(&asked.out, &hash(text), options.force == Some(true))?;
+    let cases = cases(&asked)?;
+    let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    if !quiet {
+        eprintln!("{}", headline(&asked, cases.len(), taps, &places));
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let mut progress = Shown::new(taps, quiet);
+    let lines = verify::run(&cases, &mut places, &stop, &mut progress);
+    progress.finish();
+    let lines = lines?;
+    let backends: Vec<&Backend> = places.iter().map(Place::backend).collect();
+    census::write(&mut folder, &lines, &backends)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let verified = Verified {
+        scene: asked.scene.as_ref(),
+        samples: asked.samples,
+        seed: asked.seed,
+        backends: &backends,
+        lines: &lines,
+        seconds,
+    };
+    let mut file = folder.file("run.json")?;
+    let document = serde_json::to_string_pretty(&census::document(&verified));
+    file.write(document.map_err(|e| Error::Run(e.to_string()))?.as_bytes())?;
+    file.write(b"\n")?;
+    file.close()?;
+    let files = folder.finish()?;
+    let mut text = table(&lines, &places);
+    let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();
+    let _ = writeln!(text, "wrote {} in {seconds:.1} s", written.join(", "));
+    let reply = Reply {
+        text,
+        out: Some(asked.out),
+        files,
+        counts: census::counts(&lines),
+        seconds: json!({ "total": seconds }),
+        backend: json!(backends),
+        result: json!({ "census": lines.iter().map(|l| census::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
+        quiet,
+    };
+    Ok((reply, broken(&lines, &places)))
+}
+
+/// `--bound`, checked.
+fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
+    match args.bound {
+        Some(b) if !(b > 0.0 && b.is_finite()) => {
+            Err(InputError::new("a bound on an error must be a positive number")
+                .key("--bound")
+                .value(b)
+                .allowed("> 0"))
+        }
+        b => Ok(b),
+    }
+}
+
+/// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
+fn asked(args: &Verify) -> Result<Asked, Error> {
+    let mut scene = args.spec.as_deref().map(spec::read).transpose()?;
+    let written = scene.as_ref().map_or_else(RunOptions::default, |s| s.run.clone());
+    let options = args.common.over(&written);
+    let beside = |path: &Path| {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push("-verify");
+        path.with_file_name(name)
+    };
+    let out = match (&args.common.out, &written.out, &scene) {
+        (Some(out), ..) => out.clone(),
+        (None, Some(out), _) => beside(out),
+        (None, None, Some(scene)) => beside(&Path::new("results").join(&scene.name)),
+        (None, None, None) => PathBuf::from("results/verify"),
+    };
+    if let Some(scene) = &mut scene {
+        scene.in_force.retain(|(key, ..)| !key.starts_with("run."));
+    }
+    let samples = args.samples.unwrap_or(if scene.is_some() { SAMPLES } else { RANDOM });
+    Ok(Asked { scene, options, out, samples, seed: args.seed })
+}
+
+fn cases(asked: &Asked) -> Result<Vec<Case>, InputError> {
+    match &asked.scene {
+        Some(scene) => Ok(vec![Case::of_spec(scene.clone(), asked.samples, asked.seed)]),
+        None => Case::built_in(asked.samples, asked.seed),
+    }
+}
+
+fn headline(asked: &Asked, cases: usize, taps: u64, places: &[Place]) -> String {
+    let what = match &asked.scene {
+        Some(scene) => format!("{}: {taps} of its taps", scene.name),
+        None => format!("{taps} taps of {cases} configurations"),
+    };
+    let on: Vec<_> = places
+        .iter()
+        .map(|p| match &p.backend().adapter {
+            Some(name) => format!("{} ({name})", p.label()),
+            None => p.label(),
+        })
+        .collect();
+    format!("{what}, each on the reference and on {}", on.join(", "))
+}
+
+fn planned(asked: &Asked, places: &[Place]) -> Result<Reply, Error> {
+    let cases = cases(asked)?;
+    let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
+    let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
+        + COMPILE * (gpus * cases.len()) as f64;
+    let mut text = headline(asked, cases.len(), taps, places) + "\n";
+    for case in &cases {
+        let _ = writeln!(text, "  {:<22} {} taps", case.name, case.tuples.len());
+    }
+    let _ = writeln!(
+        text,
+        "  verify.csv would have {} rows, in {}; about {seconds:.0} s; nothing was run",
+        cases.len() * places.len(),
+        asked.out.display()
+    );
+    Ok(Reply {
+        text,
+        out: Some(asked.out.clone()),
+        files: Vec::new(),
+        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": cases.len() * places.len() }),
+        seconds: json!({ "expected": seconds }),
+        backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
+        result: json!({ "samples": asked.samples, "seed": asked.seed }),
+        quiet: false,
+    })
+}
+
+/// The census for people: one line per configuration and backend.
+fn table(lines: &[Line], places: &[Place]) -> String {
+    let mut text = format!(
+        "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6} {:>5}  verdict\n",
+        "configuration",
+        "backend",
+        "taps",
+        "strain",
+        "median",
+        "p99",
+        "over",
+        "K",
+        "force",
+        "arc",
+        "unsolved",
+        "sweeps",
+        "max"
+    );
+    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.1e}"));
+    for line in lines {
+        let [strain, k, force, arc] = line.errors;
+        let _ = writeln!(
+            text,
+            "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6.1} {:>5}  {}",
+            line.configuration,
+            places[line.place].label(),
+            line.taps,
+            number(strain.map(|f| f.worst)),
+            number(strain.map(|f| f.median)),
+            number(strain.map(|f| f.p99)),
+            strain.map_or(0, |f| f.over),
+            number(k.map(|f| f.worst)),
+            number(force.map(|f| f.worst)),
+            number(arc.map(|f| f.worst)),
+            line.unsolved,
+            line.sweeps.0,
+            line.sweeps.1,
+            verdict(line)
+        );
+    }
+    text.push_str(
+        "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
+         reference solves; sweeps: mean and largest number of a tap.\n",
+    );
+    text
+}
+
+/// Which bounds are broken, and where: the three worst lines in full.
+fn broken(lines: &[Line], places: &[Place]) -> Option<String> {
+    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
+    if bad.is_empty() {
+        return None;
+    }
+    let excess = |l: &Line| l.errors[0].map_or(0.0, |f| f.worst / l.bound);
+    bad.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
+    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
+    for line in bad.iter().take(3) {
+        let _ = write!(text, "\n  {} on {}: ", line.configuration, places[line.place].label());
+        let parts: Vec<String> = line.faults().iter().map(|word| fault(line, word)).collect();
+        text.push_str(&parts.join("; "));
+    }
+    if bad.len() > 3 {
+        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+    }
+    Some(text)
+}
+
+/// One fault in words.
+fn fault(line: &Line, word: &str) -> String {
+    let odd = || match line.odd {
+        Some((tuple, ..)) => format!(" at {}, {}", place(line, &tuple), other_words(line)),
+        None => String::new(),
+    };
+    match (word, QUANTITIES.iter().position(|q| *q == word)) {
+        (_, Some(k)) => {
+            let f = line.errors[k].expect("a quantity at fault has figures");
+            let at =
+                line.at.filter(|_| k == 0).map_or(String::new(), |(t, _)| format!(" at {}", place(line, &t)));
+            let bound = line.bound * if k < 2 { 1.0 } else { verify::FORCE };
+            format!("{word} error {:.2e} > {bound:.1e}, {} of {} taps{at}", f.worst, f.over, line.compared)
+        }
+        ("status", _) => format!("other words on {} taps{}", line.differ, odd()),
+        ("unsolved", _) => format!("{} of {} taps not_converged{}", line.unsolved, line.taps, odd()),
+        ("unanswered", _) => format!("{} taps solved without an answer of the reference", line.unanswered),
+        _ => "nothing was compared".to_owned(),
+    }
+}
+
+/// `D_mm=10 d_mm=4 …`.
+fn place(line: &Line, t: &Tuple) -> String {
+    let names = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", line.drive.column()];
+    let parts: Vec<String> = names.iter().zip(t.to_array()).map(|(n, x)| format!("{n}={x}")).collect();
+    parts.join(" ")
+}

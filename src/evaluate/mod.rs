@@ -1,0 +1,230 @@
+//! From designs and taps to outcomes, on whichever backend: the one place where statuses of the physics are decided.
+
+mod outcome;
+mod solve;
+
+use rayon::prelude::*;
+
+use crate::design::Design;
+use crate::kernel::{self, Rung, Solution, Solver, Tap};
+use crate::physics::onset::Grip;
+use crate::scene::{Geometry, Scene};
+use crate::smooth::drives::DriveAxis;
+use crate::status::Status;
+use outcome::{fast, reference};
+use solve::{Solved, frame};
+
+/// One tap of one design of a batch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Task {
+    /// Place of the design in the batch.
+    pub design: u32,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// Tap angle, degrees, or displacement, mm.
+    pub drive: f64,
+}
+
+/// What a tap gives; NaN where there is no value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Signed gauge strain.
+    pub strain: f64,
+    /// Signed strain of the estimator's theory, ±θ f.
+    pub strain_linear: f64,
+    /// K − 1 at full relative precision.
+    pub deviation: f64,
+    /// P, N.
+    pub normal_force: f64,
+    /// T, N.
+    pub tangential_force: f64,
+    /// c, mm.
+    pub arc: f64,
+    /// Whether the contact sticks.
+    pub sticking: bool,
+    /// Kernel sweeps spent.
+    pub sweeps: f32,
+    /// Read from taps at other drives.
+    pub interpolated: bool,
+    /// Words of the physics; the estimate adds its own.
+    pub status: Status,
+}
+
+impl Outcome {
+    const NOTHING: Self = Self {
+        strain: f64::NAN,
+        strain_linear: f64::NAN,
+        deviation: f64::NAN,
+        normal_force: f64::NAN,
+        tangential_force: f64::NAN,
+        arc: f64::NAN,
+        sticking: false,
+        sweeps: 0.0,
+        interpolated: false,
+        status: Status::OK,
+    };
+}
+
+/// A backend, ready to evaluate taps of one scene.
+pub struct Evaluator<'a> {
+    scene: &'a Scene,
+    method: Method,
+    taps: Vec<Tap<f64>>,
+    solutions: Vec<Solution<f64>>,
+}
+
+/// How taps are solved.
+pub enum Method {
+    /// A fast kernel.
+    Fast {
+        /// Where it runs.
+        solver: Box<dyn Solver>,
+        /// Rungs for the tolerance.
+        rungs: Vec<Rung>,
+        /// Bound on the strain error.
+        tolerance: f64,
+    },
+    /// f64 shooting; the closed forms where the geometry is linear.
+    Reference,
+}
+
+/// Load on a chart that ends before the material does, from which on the material has surely ended too: the load is the square of the
+/// bending moment.
+const SURELY_BEYOND: f64 = 3.0;
+
+impl<'a> Evaluator<'a> {
+    /// Evaluates taps of `scene` by `method`.
+    pub fn new(scene: &'a Scene, method: Method) -> Self {
+        Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
+    }
+
+    /// The method, for another scene.
+    pub fn into_method(self) -> Method {
+        self.method
+    }
+
+    /// The GPU that taps are solved on, if they are.
+    pub fn gpu(&self) -> Option<&kernel::gpu::Gpu> {
+        match &self.method {
+            Method::Fast { solver, .. } => solver.gpu(),
+            Method::Reference => None,
+        }
+    }
+
+    /// Bound on the strain error; 0 of the reference.
+    fn tolerance(&self) -> f64 {
+        match &self.method {
+            Method::Fast { tolerance, .. } => *tolerance,
+            Method::Reference => 0.0,
+        }
+    }
+
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: sticking contacts that no rung
+    /// solves, whether a contact sticks where none finds out, and taps where the chart of the section law ends before the
+    /// material does.
+    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
+        let scene = self.scene;
+        if matches!(self.method, Method::Reference) {
+            return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
+        }
+        let solved = self.solutions(designs, tasks)?;
+        Ok(self.outcomes(designs, tasks, &solved))
+    }
+
+    /// Outcomes of taps that come in runs of one distance over all of `drives`, and how many taps were solved. A run whose
+    /// solutions are smooth over the drive is read from a few of them; the others are solved drive by drive.
+    pub fn run_over_drives(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        drives: &[f64],
+    ) -> Result<(Vec<Outcome>, u64), String> {
+        let scene = self.scene;
+        let ways = match (&self.method, scene.model.geometry) {
+            (Method::Fast { .. }, Geometry::Exact) => DriveAxis::ways(drives),
+            _ => Vec::new(),
+        };
+        let tolerance = self.tolerance();
+        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
+        let mut open: Vec<usize> = (0..tasks.len() / drives.len()).collect();
+        let mut count = 0;
+        for way in &ways {
+            let at = |r: usize, drive: f64| Task { drive, ..tasks[r * drives.len()] };
+            let nodes: Vec<Task> =
+                open.iter().flat_map(|&r| way.nodes.iter().map(move |&x| at(r, x))).collect();
+            let found = self.solutions(designs, &nodes)?;
+            count += nodes.len() as u64;
+            let read = |(&r, found): (&usize, &[Option<Solved>])| {
+                let tasks = &tasks[r * drives.len()..(r + 1) * drives.len()];
+                (r, over_drives(scene, designs, tasks, way, found, tolerance))
+            };
+            let runs: Vec<_> = open.par_iter().zip(found.par_chunks(way.nodes.len())).map(read).collect();
+            open.clear();
+            for (r, run) in runs {
+                match run {
+                    Some(run) => {
+                        for (place, s) in solved[r * drives.len()..].iter_mut().zip(run) {
+                            *place = Some(s);
+                        }
+                    }
+                    None => open.push(r),
+                }
+            }
+        }
+        let rest: Vec<usize> = open.iter().flat_map(|&r| r * drives.len()..(r + 1) * drives.len()).collect();
+        let again: Vec<Task> = rest.iter().map(|&i| tasks[i]).collect();
+        count += again.len() as u64;
+        for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
+            solved[i] = s;
+        }
+        Ok((self.outcomes(designs, tasks, &solved), count))
+    }
+
+    /// Outcomes of solved taps.
+    fn outcomes(&self, designs: &[Design], tasks: &[Task], solved: &[Option<Solved>]) -> Vec<Outcome> {
+        let (scene, tolerance) = (self.scene, self.tolerance());
+        // A law that softens until its tangent vanishes has no chart up to there.
+        let beyond_chart = match &self.method {
+            Method::Fast { rungs, .. } => {
+                rungs.last().and_then(|r| r.chart.as_ref()).is_some_and(|c| !c.whole)
+            }
+            Method::Reference => false,
+        };
+        let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
+        let doubtful = |s: &Solved| {
+            let missed = !s.solution.within(tolerance) && s.solution.load <= most;
+            missed && (beyond_chart || s.grip == Grip::Stick)
+        };
+        let finish = |(task, solved): (&Task, &Option<Solved>)| {
+            let design = &designs[task.design as usize];
+            if solved.as_ref().is_some_and(doubtful) {
+                return reference(scene, design, task);
+            }
+            fast(scene, tolerance, design, task, solved.as_ref())
+        };
+        tasks.par_iter().zip(solved).map(finish).collect()
+    }
+}
+
+/// A run of taps over the drives of `way`, from the solutions `found` at its nodes; `None` where they are not all of one kind, and good,
+/// and smooth.
+fn over_drives(
+    scene: &Scene,
+    designs: &[Design],
+    tasks: &[Task],
+    way: &DriveAxis,
+    found: &[Option<Solved>],
+    tolerance: f64,
+) -> Option<Vec<Solved>> {
+    let grip = found[0].as_ref()?.grip;
+    let usable = |s: &Option<Solved>| {
+        s.as_ref().filter(|s| s.grip == grip && s.solution.within(tolerance)).map(|s| s.solution)
+    };
+    let nodes: Option<Vec<_>> = found.iter().map(usable).collect();
+    let solutions = way.spread(&nodes?, tolerance)?;
+    let one = |(task, solution)| {
+        let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
+        Some(Solved { frame, solution, grip, interpolated: true })
+    };
+    tasks.iter().zip(solutions).map(one).collect()
+}

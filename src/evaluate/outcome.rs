@@ -1,0 +1,159 @@
+//! From solutions to outcomes: values in users' units, and the statuses of the physics.
+
+use super::solve::Solved;
+use super::{Outcome, Task};
+use crate::design::{Design, Shared, amount};
+use crate::kernel::{Effects, Kernel};
+use crate::physics::onset::Grip;
+use crate::physics::rod::{RodError, RodProblem};
+use crate::scene::{Geometry, Scene, Side};
+use crate::status::Status;
+
+/// What a fast kernel's solution says of a tap.
+pub(super) fn fast(
+    scene: &Scene,
+    tolerance: f64,
+    design: &Design,
+    task: &Task,
+    solved: Option<&Solved>,
+) -> Outcome {
+    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
+    else {
+        return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
+    };
+    let linear = amount(scene.drive, task.drive) * shared.theory.curve().value(task.a);
+    let Some(Solved { frame, solution, grip, interpolated, .. }) =
+        solved.filter(|s| s.solution.within(tolerance))
+    else {
+        let limit = solved.is_some_and(|s| s.solution.load > 1.0);
+        let why = if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
+        return unsolved(scene, shared, task, linear, why);
+    };
+    let kernel = match scene.model.geometry {
+        Geometry::Linear => Kernel::Linear,
+        Geometry::Exact => Kernel::Exact(Effects::default()),
+    };
+    let response = frame.response(kernel, solution);
+    // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
+    let ratio = match scene.model.geometry {
+        Geometry::Linear => theories_apart(shared, task),
+        Geometry::Exact => linear / frame.tap().strain - 1.0,
+    };
+    let found = Found {
+        strain: response.strain,
+        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        normal: response.normal,
+        tangential: response.tangential,
+        arc: response.arc,
+        sticking: *grip == Grip::Stick,
+    };
+    let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
+    Outcome { sweeps, interpolated, ..outcome(scene, design, shared, task, linear, found) }
+}
+
+/// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
+fn theories_apart(shared: &Shared, task: &Task) -> f64 {
+    let u2 = 1.0 / (task.a * task.a);
+    let (model, theory) = (shared.model.shear * u2, shared.theory.curve().shear * u2);
+    (model - theory) / (1.0 + theory)
+}
+
+/// What the reference says of a tap.
+pub(super) fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
+    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
+    else {
+        return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
+    };
+    let amount = amount(scene.drive, task.drive);
+    let linear = amount * shared.theory.curve().value(task.a);
+    if scene.model.geometry == Geometry::Linear {
+        let strain = amount * shared.model.value(task.a);
+        let deviation = theories_apart(shared, task);
+        let normal = amount * shared.model.force(scene.model.material.e0(), task.a);
+        let found = Found { strain, deviation, normal, tangential: 0.0, arc: task.a, sticking: false };
+        return outcome(scene, design, shared, task, linear, found);
+    }
+    let problem = RodProblem {
+        taper: shared.taper,
+        gauge: shared.gauge,
+        side: scene.gauge.side,
+        distance: task.a,
+        hub: scene.hub,
+        drive: scene.drive,
+        amount,
+        model: &scene.model,
+    };
+    match problem.solve() {
+        Ok(tap) => {
+            let found = Found {
+                strain: sign(scene) * tap.strain,
+                deviation: linear / (sign(scene) * tap.strain) - 1.0,
+                normal: tap.normal_force,
+                tangential: tap.tangential_force,
+                arc: tap.contact_arc,
+                sticking: tap.sticking,
+            };
+            outcome(scene, design, shared, task, linear, found)
+        }
+        Err(RodError::NotConverged) => unsolved(scene, shared, task, linear, Status::NOT_CONVERGED),
+        Err(RodError::MaterialLimit) => unsolved(scene, shared, task, linear, Status::MATERIAL_LIMIT),
+    }
+}
+
+/// A solved tap before its status is known; strain as on the contact side.
+struct Found {
+    strain: f64,
+    deviation: f64,
+    normal: f64,
+    tangential: f64,
+    arc: f64,
+    sticking: bool,
+}
+
+fn sign(scene: &Scene) -> f64 {
+    match scene.gauge.side {
+        Side::Contact => 1.0,
+        Side::Far => -1.0,
+    }
+}
+
+/// No values but the linear theory's.
+fn unsolved(scene: &Scene, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
+    let off = if task.a <= shared.gauge[0] { Status::NO_STRAIN } else { Status::OK };
+    Outcome { strain_linear: sign(scene) * linear, status: why | off, ..Outcome::NOTHING }
+}
+
+fn outcome(
+    scene: &Scene,
+    design: &Design,
+    shared: &Shared,
+    task: &Task,
+    linear: f64,
+    found: Found,
+) -> Outcome {
+    let mut status = Status::OK;
+    let x1 = shared.gauge[0];
+    let no_strain = task.a <= x1 || found.arc <= x1;
+    if no_strain {
+        status |= Status::NO_STRAIN;
+    }
+    if found.arc > design.tuple.L_a * (1.0 + 1e-12) {
+        status |= Status::SLIPPED_OFF;
+    }
+    let strain = if no_strain { 0.0 } else { found.strain };
+    if strain.abs() > scene.gauge.strain_limit {
+        status |= Status::STRAIN_LIMIT;
+    }
+    Outcome {
+        strain: sign(scene) * strain + 0.0,
+        strain_linear: sign(scene) * linear + 0.0,
+        deviation: if no_strain { f64::NAN } else { found.deviation },
+        normal_force: found.normal,
+        tangential_force: found.tangential,
+        arc: found.arc,
+        sticking: found.sticking,
+        sweeps: 0.0,
+        interpolated: false,
+        status,
+    }
+}

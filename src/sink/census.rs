@@ -1,0 +1,179 @@
+//! `verify.csv` and its `run.json`: the census of backends against the reference. Columns are known here.
+
+use serde_json::{Value, json};
+
+use super::csv::Text;
+use super::folder::{Folder, hash};
+use super::run_json::{FORMAT, in_force, material_fit};
+use super::table::Field;
+use crate::backend::Backend;
+use crate::error::Error;
+use crate::scene::{Drive, Scene};
+use crate::verify::{Figures, Line, QUANTITIES};
+
+/// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
+pub const COLUMNS: [&str; 34] = [
+    "configuration",
+    "backend",
+    "precision",
+    "adapter",
+    "bound",
+    "taps",
+    "compared",
+    "neither",
+    "unsolved",
+    "unanswered",
+    "differ",
+    "strain_error_worst",
+    "strain_error_median",
+    "strain_error_p99",
+    "strain_over",
+    "K_error_worst",
+    "K_over",
+    "force_error_worst",
+    "force_over",
+    "arc_error_worst",
+    "arc_over",
+    "sweeps_mean",
+    "sweeps_max",
+    "D_mm",
+    "d_mm",
+    "L_a_mm",
+    "x_ss_mm",
+    "l_mm",
+    "a_mm",
+    "theta_deg",
+    "delta_mm",
+    "verdict",
+    "other_words",
+    "status",
+];
+
+/// `ok`, or what is wrong, joined by +.
+pub fn verdict(line: &Line) -> String {
+    let faults = line.faults();
+    if faults.is_empty() { "ok".to_owned() } else { faults.join("+") }
+}
+
+/// What reference and backend say of the tap on which they are furthest apart; empty where they always agree.
+pub fn other_words(line: &Line) -> String {
+    line.odd.map_or(String::new(), |(_, expected, found)| format!("{found} (reference: {expected})"))
+}
+
+/// Writes `verify.csv`.
+pub fn write(folder: &mut Folder, lines: &[Line], backends: &[&Backend]) -> Result<(), Error> {
+    let failed = |e: csv::Error| Error::Run(e.to_string());
+    let mut text = Text::default();
+    text.header(&COLUMNS).map_err(failed)?;
+    for line in lines {
+        text.row(&mut fields(line, backends[line.place])).map_err(failed)?;
+    }
+    let mut file = folder.file("verify.csv")?;
+    file.write(&text.into_bytes())?;
+    file.close()
+}
+
+fn fields(line: &Line, backend: &Backend) -> Vec<Field> {
+    let count = |n: usize| Field::Count(n as u64);
+    let value = |k: usize, f: fn(&Figures) -> f64| Field::from(line.errors[k].as_ref().map(f));
+    let over = |k: usize| count(line.errors[k].map_or(0, |f| f.over));
+    let mut fields = vec![
+        Field::Text(line.configuration.clone()),
+        Field::Word(backend.name),
+        Field::Word(backend.precision),
+        Field::Text(backend.adapter.clone().unwrap_or_default()),
+        Field::Number(line.bound),
+    ];
+    fields.extend(
+        [line.taps, line.compared, line.neither, line.unsolved, line.unanswered, line.differ].map(count),
+    );
+    fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99), over(0)]);
+    fields.extend((1..QUANTITIES.len()).flat_map(|k| [value(k, |f| f.worst), over(k)]));
+    fields.extend([line.sweeps.0, line.sweeps.1].map(Field::Number));
+    let mut at = [f64::NAN; 8];
+    if let Some((tuple, _)) = &line.at {
+        let [whisker @ .., drive] = tuple.to_array();
+        at[..6].copy_from_slice(&whisker);
+        at[if line.drive == Drive::Angle { 6 } else { 7 }] = drive;
+    }
+    fields.extend(at.map(Field::Number));
+    fields.push(Field::Text(verdict(line)));
+    fields.push(Field::Text(other_words(line)));
+    fields.push(match line.at {
+        Some((_, status)) => Field::Status(status),
+        None => Field::Word(""),
+    });
+    fields
+}
+
+/// What was verified, for `run.json`.
+#[derive(Debug)]
+pub struct Verified<'a> {
+    /// The spec, if there was one.
+    pub scene: Option<&'a Scene>,
+    /// Random taps of each configuration.
+    pub samples: u32,
+    /// Seed of the random taps.
+    pub seed: u64,
+    /// Backends, in the order of [`Line::place`].
+    pub backends: &'a [&'a Backend],
+    /// The census.
+    pub lines: &'a [Line],
+    /// Start of the command to last byte, s.
+    pub seconds: f64,
+}
+
+/// Identity of the built-in configurations as a result.
+pub const BUILT_IN: &str = "";
+
+/// Sums over the census.
+pub fn counts(lines: &[Line]) -> Value {
+    let sum = |f: fn(&Line) -> usize| lines.iter().map(f).sum::<usize>();
+    json!({
+        "comparisons": sum(|l| l.taps),
+        "compared": sum(|l| l.compared),
+        "neither": sum(|l| l.neither),
+        "unsolved": sum(|l| l.unsolved),
+        "unanswered": sum(|l| l.unanswered),
+        "differ": sum(|l| l.differ),
+        "strain_over": sum(|l| l.errors[0].map_or(0, |f| f.over)),
+        "lines": lines.len(),
+        "broken_lines": sum(|l| usize::from(!l.faults().is_empty())),
+    })
+}
+
+/// One line of the census as JSON, by the names of the columns.
+pub fn line_json(line: &Line, backend: &Backend) -> Value {
+    let value = |field: Field| match field {
+        Field::Number(x) if x.is_finite() => json!(x),
+        Field::Number(_) => Value::Null,
+        Field::Count(n) => json!(n),
+        Field::Word("") => Value::Null,
+        Field::Word(w) => json!(w),
+        Field::Text(t) if t.is_empty() => Value::Null,
+        Field::Text(t) => json!(t),
+        Field::Status(s) => json!(s.to_string()),
+    };
+    COLUMNS.into_iter().map(str::to_owned).zip(fields(line, backend).into_iter().map(value)).collect()
+}
+
+/// The whole of `run.json`.
+pub fn document(v: &Verified<'_>) -> Value {
+    let (name, text) = v.scene.map_or(("verify", BUILT_IN), |s| (&s.name, &s.text));
+    json!({
+        "format": FORMAT,
+        "command": "verify",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": name, "hash": hash(text), "text": text },
+        "in_force": v.scene.map(in_force),
+        "material_fit": v.scene.map(|s| material_fit(s, None)),
+        "warnings": v.scene.map_or(&[][..], |s| &s.warnings),
+        "samples": v.samples,
+        "seed": v.seed,
+        "backends": v.backends,
+        "counts": counts(v.lines),
+        "census": v.lines.iter().map(|l| line_json(l, v.backends[l.place])).collect::<Vec<_>>(),
+        "seconds": { "total": v.seconds },
+    })
+}

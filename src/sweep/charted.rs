@@ -1,0 +1,206 @@
+//! A ranked sweep from the chart of the rod: all rows ranked in a few flops each, the best solved again.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::Run;
+use super::grid::{rank, task};
+use super::select::{Best, Kept};
+use crate::design::Design;
+use crate::error::Error;
+use crate::estimate::Estimator;
+use crate::evaluate::Task;
+use crate::plan::Layout;
+use crate::scene::Tuple;
+use crate::sink::table;
+use crate::smooth::{Case, Found, Ranker, Scope, Tables};
+use crate::statistics::Tally;
+use crate::status::Status;
+
+/// Designs between two looks at the clock and at the bound.
+const GROUP: u64 = 1 << 16;
+
+/// Designs of one work item.
+const GRAIN: usize = 512;
+
+/// The best `top` rows, best first.
+pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
+    run.counts.solved += scope.chart.solved;
+    run.counts.chart = Some(scope.chart.summary());
+    let device = match run.evaluator.gpu() {
+        Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,
+        None => None,
+    };
+    let mut search = Search { layout, scope, all: Found::default(), best: Best::new(top) };
+    match device {
+        Some(device) => search.on_device(run, device)?,
+        None => search.on_host(run)?,
+    }
+    let Search { mut all, mut best, .. } = search;
+    let words = all.words;
+    for (status, n) in [
+        (Status::OK, words.ok),
+        (Status::INVALID_GEOMETRY, words.invalid),
+        (Status::SLIPPED_OFF, words.slipped),
+        (Status::STRAIN_LIMIT, words.strain),
+        (Status::NO_ROOT, words.rootless),
+        (Status::AMBIGUOUS, words.ambiguous),
+    ] {
+        if n > 0 {
+            run.counts.note(status, n);
+        }
+    }
+    bound(&mut all, scope.rank.keep);
+    let complete = best.offered + all.complete;
+    for row in solve(run, layout, &all.rows)? {
+        best.offer(row);
+    }
+    run.counts.complete = Some(complete);
+    Ok(best.into_rows())
+}
+
+/// A search under way.
+struct Search<'a> {
+    layout: &'a Layout,
+    scope: &'a Scope,
+    all: Found,
+    /// Rows of designs solved tap by tap.
+    best: Best,
+}
+
+impl Search<'_> {
+    /// In lanes, a group of designs at a time.
+    fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
+        let tables = Tables::new(self.scope);
+        let mut from = 0;
+        while from < self.layout.n_designs {
+            run.check_stop()?;
+            let start = Instant::now();
+            let to = (from + GROUP.min(64 + from)).min(self.layout.n_designs);
+            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let ks: Vec<u64> = (from..to).collect();
+            let found = group(self.layout, self.scope, &tables, &ks, bound);
+            run.solve += start.elapsed();
+            self.take(run, found, to - from)?;
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
+    fn on_device(&mut self, run: &mut Run<'_>, mut device: Ranker) -> Result<(), Error> {
+        let tables = Tables::new(self.scope);
+        let (mut next, mut done) = (0, 0);
+        loop {
+            run.check_stop()?;
+            while next < self.layout.n_designs && device.free() {
+                // Small at first, until there is a bound.
+                let to = (next + device.most().min(64 + done)).min(self.layout.n_designs);
+                device.start(next..to, bound(&mut self.all, self.scope.rank.keep));
+                next = to;
+            }
+            let start = Instant::now();
+            let Some(batch) = device.finish() else { return Ok(()) };
+            let batch = batch.map_err(Error::Run)?;
+            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let rows = group(self.layout, self.scope, &tables, &batch.best, bound).rows;
+            run.solve += start.elapsed();
+            let designs = batch.range.end - batch.range.start;
+            done += designs;
+            let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
+            self.take(run, found, designs)?;
+        }
+    }
+
+    /// Takes over what `designs` designs gave; the hard ones are solved tap by tap.
+    fn take(&mut self, run: &mut Run<'_>, found: Found, designs: u64) -> Result<(), Error> {
+        self.all.merge(found);
+        let mut hard = std::mem::take(&mut self.all.hard);
+        hard.sort_unstable();
+        let easy = (designs - hard.len() as u64) * self.layout.block();
+        run.counts.taps += easy;
+        run.counts.interpolated += easy;
+        rank(run, self.layout, &mut hard.into_iter(), &mut self.best)?;
+        run.show(0);
+        Ok(())
+    }
+}
+
+/// Cuts the rows down to the `keep` best; the worst of them, once there are as many.
+fn bound(found: &mut Found, keep: usize) -> f32 {
+    let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
+        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
+    };
+    if found.rows.len() < keep {
+        return f32::INFINITY;
+    }
+    found.rows.select_nth_unstable_by(keep - 1, order);
+    found.rows.truncate(keep);
+    found.rows[keep - 1].0
+}
+
+/// Rows of the designs `ks`, those that rank no worse than `bound`.
+fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
+    let one = |ks: &[u64]| {
+        let mut found = Found::default();
+        let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());
+        for &k in ks {
+            let tuple = layout.design(k);
+            match scope.case(&tuple) {
+                Case::Easy => easy.push((k, tuple)),
+                Case::Hard => found.hard.push(k),
+                Case::Void => found.words.invalid += layout.block(),
+            }
+        }
+        let (ks, tuples): (Vec<u64>, Vec<Tuple>) = easy.into_iter().unzip();
+        tables.rank(&ks, &tuples, bound, &mut found);
+        found
+    };
+    let merge = |mut a: Found, b: Found| {
+        a.merge(b);
+        a
+    };
+    ks.par_chunks(GRAIN).map(one).reduce(Found::default, merge)
+}
+
+/// The rows found, solved tap by tap.
+fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result<Vec<Kept>, Error> {
+    let scene = run.scene;
+    let mut kept = Vec::with_capacity(rows.len());
+    let n = layout.n_distances as usize;
+    for rows in rows.chunks((super::CHUNK as usize / n).max(1)) {
+        let designs: Vec<Design> =
+            rows.par_iter().map(|(_, k, _)| Design::new(scene, layout.design(*k))).collect();
+        let tasks: Vec<Task> = (0..rows.len() * n)
+            .into_par_iter()
+            .map(|t| {
+                let (at, i) = (t / n, (t % n) as u64);
+                task(layout, &designs[at], at as u32, i * layout.n_drives + u64::from(rows[at].2))
+            })
+            .collect();
+        let outcomes = run.evaluate(&designs, &tasks)?;
+        let one = |at: usize| {
+            let (design, (_, k, j)) = (&designs[at], rows[at]);
+            let drive = layout.drive(&design.tuple, u64::from(j));
+            let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, layout.reach()));
+            let taps = &outcomes[at * n..(at + 1) * n];
+            let mut tally = Tally::new(n, 1);
+            taps.iter().enumerate().for_each(|(i, tap)| tally.count(i, 0, tap));
+            tally.calibrate(estimator.as_ref());
+            for (i, tap) in taps.iter().enumerate() {
+                tally.estimate(
+                    (i, 0),
+                    (layout.distance(i as u64), scene.drive, drive),
+                    tap,
+                    estimator.as_ref(),
+                );
+            }
+            let (row, unit) = (tally.drives[0], table::elongation(scene, estimator.as_ref()).unwrap_or(1.0));
+            let rank = table::rank(&row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            Some(Kept { rank, index: (k, j), design: design.tuple, drive, row, unit })
+        };
+        kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
+    }
+    Ok(kept)
+}

@@ -1,0 +1,104 @@
+//! One tap on one backend against the reference.
+
+use crate::evaluate::Outcome;
+use crate::scene::{Contact, Scene};
+use crate::status::Status;
+
+/// Errors of one tap that both solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// |ε − ε_ref| / max(|ε_ref|, 1e-3 θ f_max).
+    pub strain: f64,
+    /// Error of K as a strain error: |K − K_ref| / K_ref · |ε_ref| / max(|ε_ref|, 1e-3 θ f_max); NaN where there is no K.
+    pub k: f64,
+    /// Larger of |P − P_ref| and |T − T_ref|, over the size of the reference's force.
+    pub force: f64,
+    /// |c − c_ref| / c_ref.
+    pub arc: f64,
+}
+
+/// What comparing a tap shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compared {
+    /// Both have an answer and the same words.
+    Both(Errors),
+    /// Neither has an answer.
+    Neither,
+    /// The reference has an answer, the kernel gave up: `not_converged`, or `material_limit` where its section law ends before
+    /// the material does.
+    Unsolved,
+    /// The kernel has an answer, the reference is `not_converged`.
+    Unanswered,
+    /// The words differ in another way.
+    Differ,
+}
+
+/// What belongs to a tap besides its outcomes.
+#[derive(Debug, Clone, Copy)]
+pub struct Tap {
+    /// 1e-3 θ f_max: strain to which errors refer at least.
+    pub least: f64,
+    /// L_a, mm.
+    pub length: f64,
+    /// x1, mm.
+    pub near: f64,
+}
+
+/// Words that say why there are no values.
+const WITHOUT: [Status; 3] = [Status::INVALID_GEOMETRY, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT];
+
+/// Compares `found` with the reference's `expected`; within `bound` of a threshold a word may differ.
+pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> Compared {
+    let without = |o: &Outcome| WITHOUT.into_iter().any(|word| o.status.has(word));
+    let unsure = |o: &Outcome| o.status.has(Status::NOT_CONVERGED);
+    let invalid = |o: &Outcome| o.status.has(Status::INVALID_GEOMETRY);
+    match (without(expected), without(found)) {
+        (true, true) if invalid(expected) == invalid(found) => Compared::Neither,
+        (false, true) if !invalid(found) => Compared::Unsolved,
+        (true, false) if unsure(expected) => Compared::Unanswered,
+        (false, false) if alike(scene, tap, expected, found, bound) => {
+            Compared::Both(errors(tap, expected, found))
+        }
+        _ => Compared::Differ,
+    }
+}
+
+/// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
+fn alike(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
+    let limit = scene.gauge.strain_limit;
+    let strain = expected.strain.abs();
+    let edges = [
+        (Status::SLIPPED_OFF, (expected.arc - tap.length).abs() <= bound * tap.length),
+        (Status::NO_STRAIN, (expected.arc - tap.near).abs() <= bound * tap.near),
+        (Status::STRAIN_LIMIT, (strain - limit).abs() <= bound * strain.max(tap.least)),
+    ];
+    let agree =
+        edges.iter().all(|(word, edge)| *edge || expected.status.has(*word) == found.status.has(*word));
+    agree && (expected.sticking == found.sticking || at_sliding_edge(scene, expected, bound))
+}
+
+/// Whether |T| is μP, within ten times the bound: forces are less accurate than strains.
+fn at_sliding_edge(scene: &Scene, o: &Outcome, bound: f64) -> bool {
+    let Contact::Coulomb(mu) = scene.model.contact else { return false };
+    let (normal, tangential) = (o.normal_force.abs(), o.tangential_force.abs());
+    (tangential - mu * normal).abs() <= 10.0 * bound * normal.hypot(tangential)
+}
+
+fn errors(tap: &Tap, expected: &Outcome, found: &Outcome) -> Errors {
+    let size = expected.strain.abs().max(tap.least);
+    let force = expected.normal_force.hypot(expected.tangential_force);
+    let normal = (found.normal_force - expected.normal_force).abs();
+    let tangential = (found.tangential_force - expected.tangential_force).abs();
+    let k = (found.deviation - expected.deviation) / (1.0 + expected.deviation) * expected.strain / size;
+    Errors {
+        strain: relative((found.strain - expected.strain).abs(), size),
+        k: k.abs(),
+        force: relative(normal.max(tangential), force),
+        arc: relative((found.arc - expected.arc).abs(), expected.arc),
+    }
+}
+
+/// `error` over `size`, 0 where there is none.
+fn relative(error: f64, size: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / size }
+}

@@ -1,0 +1,121 @@
+//! Every backend against the f64 reference, tap by tap, and the census of what that shows.
+//!
+//! Of each tap that both solve, strain, K, forces and contact arc are compared, and the words of the status. A tap that only
+//! one of them solves is counted; it is hidden in no figure.
+
+mod census;
+mod compare;
+pub mod configuration;
+mod places;
+pub mod taps;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use census::{FORCE, Figures, Line, QUANTITIES, UNSOLVED};
+pub use places::{Place, present};
+
+use crate::design::{Design, amount};
+use crate::error::{Error, InputError};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::scene::{Scene, Tuple};
+use crate::sweep::Progress;
+use census::Census;
+use rayon::prelude::*;
+
+/// Random taps of each built-in configuration, beside its hard cases.
+pub const RANDOM: u32 = 24;
+
+/// Random taps of a spec.
+pub const SAMPLES: u32 = 1000;
+
+/// Taps that are solved together, between two looks at the clock.
+const PART: usize = 512;
+
+/// Taps of one scene. Only its rig, gauge and model are used, not its space.
+#[derive(Debug)]
+pub struct Case {
+    /// Name in the census.
+    pub name: String,
+    /// Rig, gauge, model.
+    pub scene: Scene,
+    /// Taps.
+    pub tuples: Vec<Tuple>,
+}
+
+impl Case {
+    /// The built-in configurations with their hard cases and `samples` random taps each.
+    ///
+    /// # Errors
+    /// None: the built-in specs are valid.
+    pub fn built_in(samples: u32, seed: u64) -> Result<Vec<Self>, InputError> {
+        let case = |c: &configuration::Configuration| {
+            let scene = c.scene()?;
+            let mut tuples = taps::hard(&scene);
+            tuples.extend(taps::random(c.drive, c.hub, samples, seed));
+            Ok(Self { name: c.name.to_owned(), scene, tuples })
+        };
+        configuration::ALL.par_iter().map(case).collect()
+    }
+
+    /// About `samples` random taps of a spec.
+    pub fn of_spec(scene: Scene, samples: u32, seed: u64) -> Self {
+        Self { name: scene.name.clone(), tuples: taps::of_space(&scene, samples, seed), scene }
+    }
+}
+
+/// Solves every case by the reference and on every place; one line of the census for each pair.
+///
+/// # Errors
+/// Where a device fails, or `stop` is set.
+pub fn run(
+    cases: &[Case],
+    places: &mut [Place],
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Vec<Line>, Error> {
+    let total = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    let mut done = 0;
+    let mut lines = Vec::new();
+    for case in cases {
+        let scene = &case.scene;
+        let designs: Vec<Design> = case.tuples.par_iter().map(|t| Design::new(scene, *t)).collect();
+        let mut expected = Vec::with_capacity(designs.len());
+        let mut reference = Evaluator::new(scene, Method::Reference);
+        for start in (0..designs.len()).step_by(PART) {
+            let part = start..(start + PART).min(designs.len());
+            expected.extend(solve(&mut reference, &designs[part.clone()], &case.tuples[part])?);
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Run("stopped; nothing was written".into()));
+            }
+            progress.at(done + expected.len() as u64, total);
+        }
+        done += expected.len() as u64;
+        for (number, place) in places.iter_mut().enumerate() {
+            let mut evaluator = Evaluator::new(scene, place.open(&scene.model)?);
+            let found = solve(&mut evaluator, &designs, &case.tuples)?;
+            place.keep(evaluator.into_method());
+            let mut census = Census::default();
+            for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {
+                census.push(compare::compare(scene, &facts(scene, design, t), e, f, place.bound), f.sweeps);
+            }
+            let at = (number, place.bound);
+            lines.push(census.close(&case.name, scene.drive, at, &case.tuples, (&expected, &found)));
+        }
+    }
+    Ok(lines)
+}
+
+fn solve(evaluator: &mut Evaluator<'_>, designs: &[Design], tuples: &[Tuple]) -> Result<Vec<Outcome>, Error> {
+    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
+    evaluator.run(designs, &tasks).map_err(Error::Run)
+}
+
+fn facts(scene: &Scene, design: &Design, tuple: &Tuple) -> compare::Tap {
+    let shared = design.shared.as_ref();
+    compare::Tap {
+        least: 1e-3 * shared.map_or(0.0, |s| s.peak) * amount(scene.drive, tuple.drive),
+        length: tuple.L_a,
+        near: shared.map_or(0.0, |s| s.gauge[0]),
+    }
+}

@@ -1,0 +1,177 @@
+//! Taps to verify: hard ones, random ones over wide ranges, and some of a scene's own.
+
+use std::collections::BTreeSet;
+
+use crate::design::{Design, amount};
+use crate::physics::rod::{RodError, RodProblem, RodTap};
+use crate::plan::Layout;
+use crate::scene::sampler::Sampler;
+use crate::scene::{Contact, Drive, Geometry, Model, Scene, Space, Tuple};
+
+use super::configuration::HUB;
+
+/// Base diameter of random whiskers before scaling, mm.
+const WIDE: f64 = 10.0;
+
+/// Coordinate `dimension` of random point `index` of `seed`, in [0, 1).
+fn unit(seed: u64, dimension: u32, index: u32) -> f64 {
+    f64::from(Sampler::Random.coordinate(seed, dimension, index)) / 2f64.powi(32)
+}
+
+/// `n` whiskers and taps over wide ranges: d/D from 0.05 to 1.3, gauges from the clamp on, contacts from the gauge's
+/// near end to the tip (a third of them next to the gauge) but not nearer to the clamp than D/4, where nothing is a beam,
+/// angles from 0.01° to 20° (displacements a times as much).
+/// With `hub` the lengths are scaled so that [`HUB`] is 0.03 to 3 distances.
+pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
+    let point = |index: u32| {
+        let unit = |dimension| unit(seed, dimension, index);
+        let log = |dimension, from: f64, to: f64| from * (to / from).powf(unit(dimension));
+        let length = log(0, 2.0, 20.0) * WIDE;
+        let place = if index.is_multiple_of(16) { 0.0 } else { log(1, 0.005, 0.7) * length };
+        let grid = log(2, 0.001, 0.2) * length;
+        let near = if index.is_multiple_of(3) {
+            log(3, 1e-3, 0.3) * (2.0 * grid)
+        } else {
+            unit(3) * (length - place)
+        };
+        let a = (place + near).clamp(0.25 * WIDE, length);
+        let angle = log(4, 0.01, 20.0);
+        let scale = if hub { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
+        let tip = WIDE * (0.05 + 1.25 * unit(6));
+        let lengths = [WIDE, tip, length, place, grid.min(length - place), a].map(|x| scale * x);
+        #[allow(non_snake_case)]
+        let [D, d, L_a, x_ss, l, a] = lengths;
+        let drive = if drive == Drive::Displacement { a * angle.to_radians() } else { angle };
+        Tuple { D, d, L_a, x_ss, l, a, drive }
+    };
+    (0..n).map(point).collect()
+}
+
+/// The hard cases of `scene`: whiskers of every taper, contacts on and next to the gauge, at and below the peak of the
+/// strain curve, near and past the tip, tiny and huge drives, tiny gauges, tiny and huge whiskers, and the drive at which a
+/// contact begins to slide.
+pub fn hard(scene: &Scene) -> Vec<Tuple> {
+    let base = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
+    let mut taps = Vec::new();
+    for d in [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0] {
+        taps.push(Tuple { d, ..base });
+    }
+    taps.push(Tuple { d: 0.2, a: 0.97 * base.L_a, drive: 1.0, ..base });
+    taps.push(Tuple { d: 2.0, a: 45.0, drive: 10.0, ..base });
+    for (d, drive) in [(4.0, 0.001), (10.0, 0.001), (4.0, 60.0), (10.0, 60.0), (7.0, 30.0)] {
+        taps.push(Tuple { d, drive, ..base });
+    }
+    taps.extend(near_gauge(scene, base));
+    taps.push(Tuple { l: 0.01, ..base });
+    taps.push(Tuple { x_ss: 0.0, ..base });
+    taps.push(Tuple { x_ss: 0.0, l: 0.01, a: 0.5, drive: 0.5, ..base });
+    for drive in [0.5, 10.0] {
+        taps.extend([0.999, 1.0].map(|share| Tuple { a: share * base.L_a, drive, ..base }));
+    }
+    let with_length = scene.model.pole_radius > 0.0 || (scene.hub > 0.0 && scene.drive == Drive::Angle);
+    if !with_length {
+        taps.extend([1e-3, 1e3].map(|k| scaled(base, k)));
+    }
+    if scene.drive == Drive::Displacement {
+        taps.iter_mut().for_each(|t| t.drive = t.a * t.drive.min(45.0).to_radians());
+    }
+    taps.extend(sliding_edge(scene, Tuple { drive: 0.0, ..base }));
+    taps
+}
+
+/// Contacts before, just before, just after and on the gauge, and around the peak of the strain curve.
+fn near_gauge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
+    let Some(shared) = Design::new(scene, base).shared else { return Vec::new() };
+    let ([x1, x2], peak) = (shared.gauge, shared.theory.peak().0);
+    let places = [
+        0.5 * x1,
+        x1 * (1.0 - 1e-6),
+        x1,
+        x1 * (1.0 + 1e-6),
+        0.5 * (x1 + x2),
+        x2 * (1.0 - 1e-6),
+        x2 * (1.0 + 1e-6),
+        0.9 * peak,
+        peak,
+    ];
+    let at = |drive: f64| places.map(|a| Tuple { a, drive, ..base });
+    [at(0.5), at(4.0)].concat().into_iter().filter(|t| t.a < t.L_a).collect()
+}
+
+fn scaled(t: Tuple, k: f64) -> Tuple {
+    Tuple { D: k * t.D, d: k * t.d, L_a: k * t.L_a, x_ss: k * t.x_ss, l: k * t.l, a: k * t.a, ..t }
+}
+
+/// Taps just before and just after the drive at which |T| = μP in the sticking contact; none where it never is.
+fn sliding_edge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
+    let Contact::Coulomb(mu) = scene.model.contact else { return Vec::new() };
+    let mut found = Vec::new();
+    for (d, a) in [(4.0, 33.0), (10.0, 20.0)] {
+        let tap = Tuple { d, a, ..base };
+        let full = if scene.drive == Drive::Displacement { a * 30f64.to_radians() } else { 30.0 };
+        let reserve = |drive: f64| {
+            let at = stuck(scene, Tuple { drive, ..tap }).ok()?;
+            Some(at.tangential_force.abs() - mu * at.normal_force)
+        };
+        let steps: Vec<f64> = (0..7).map(|k| full * 0.5f64.powi(6 - k)).collect();
+        let signs: Vec<Option<f64>> = steps.iter().map(|&x| reserve(x)).collect();
+        let crossing = (1..steps.len()).find(
+            |&k| matches!((signs[k - 1], signs[k]), (Some(below), Some(above)) if below < 0.0 && above > 0.0),
+        );
+        let Some(k) = crossing else { continue };
+        let (mut low, mut high) = (steps[k - 1], steps[k]);
+        for _ in 0..24 {
+            let middle = 0.5 * (low + high);
+            match reserve(middle) {
+                Some(r) if r > 0.0 => high = middle,
+                _ => low = middle,
+            }
+        }
+        found.extend([0.99, 1.0 - 1e-6, 1.0 + 1e-6, 1.01].map(|k| Tuple { drive: low * k, ..tap }));
+    }
+    found
+}
+
+/// The tap with a sticking contact, by the reference.
+fn stuck(scene: &Scene, tuple: Tuple) -> Result<RodTap, RodError> {
+    let shared = Design::new(scene, tuple).shared.ok_or(RodError::NotConverged)?;
+    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..scene.model.clone() };
+    let problem = RodProblem {
+        taper: shared.taper,
+        gauge: shared.gauge,
+        side: scene.gauge.side,
+        distance: tuple.a,
+        hub: scene.hub,
+        drive: scene.drive,
+        amount: amount(scene.drive, tuple.drive),
+        model: &model,
+    };
+    problem.solve()
+}
+
+/// About `samples` random taps of the space of `scene`, in its order, none twice; all of them where there are no more.
+pub fn of_space(scene: &Scene, samples: u32, seed: u64) -> Vec<Tuple> {
+    let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match &scene.space {
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            (layout.len(), Box::new(move |i| layout.tuple(i)))
+        }
+        Space::List(tuples) => (tuples.len() as u64, Box::new(|i| tuples[i as usize])),
+    };
+    if len <= u64::from(samples) {
+        return (0..len).map(at).collect();
+    }
+    let index = |k: u32| {
+        let [high, low] = [0, 1].map(|dimension| Sampler::Random.coordinate(seed, dimension, k));
+        let fraction = u128::from(high) << 32 | u128::from(low);
+        ((fraction * u128::from(len)) >> 64) as u64
+    };
+    let mut chosen = BTreeSet::new();
+    for k in 0..4 * u64::from(samples) {
+        if chosen.len() == samples as usize {
+            break;
+        }
+        chosen.insert(index(k as u32));
+    }
+    chosen.into_iter().map(at).collect()
+}

@@ -1,0 +1,87 @@
+//! Limits in which one model becomes another, and where there is no answer at all.
+
+use super::*;
+use vibrissa::status::Status;
+
+#[test]
+fn neo_hookean_becomes_hooke_as_the_angle_vanishes() {
+    let hooke = scene(common::all_effects(Material::Hooke(3.2)), Side::Contact);
+    let neo = scene(rubber(Contact::Frictionless), Side::Contact);
+    for place in ALL {
+        let apart = |degrees: f64| {
+            let tuples = grid(&[4.0, 10.0], &[21.0, 45.0], &[degrees]);
+            let (a, b) = (outcomes(&hooke, place, &tuples), outcomes(&neo, place, &tuples));
+            a.iter().zip(&b).map(|(a, b)| (a.deviation - b.deviation).abs()).collect::<Vec<_>>()
+        };
+        // To first order in the strain: ten times smaller at a tenth of the angle, in K − 1, which f32 keeps.
+        for (wide, narrow) in apart(0.1).iter().zip(apart(0.01)) {
+            assert!(*wide > 1e-5 && *wide < 1e-2, "{place:?}: {wide}");
+            assert!((wide / narrow / 10.0 - 1.0).abs() < 0.02, "{place:?}: {wide} {narrow}");
+        }
+    }
+}
+
+#[test]
+fn sides_mirror_each_other_for_hooke() {
+    let tuples = grid(&[4.0, 10.0], &[8.0, 21.0, 45.0], &[0.01, 3.0, 10.0]);
+    let hooke = common::model(Material::Hooke(3.2));
+    let thick = Model { surface: true, shear: true, pole_radius: 2.0, ..hooke.clone() };
+    let stretched = common::all_effects(Material::Hooke(3.2));
+    for place in ALL {
+        for model in [&hooke, &thick] {
+            let near = outcomes(&scene(model.clone(), Side::Contact), place, &tuples);
+            let far = outcomes(&scene(model.clone(), Side::Far), place, &tuples);
+            for (near, far) in near.iter().zip(&far) {
+                let mirrored = Outcome { strain: -far.strain, strain_linear: -far.strain_linear, ..*far };
+                assert_eq!(near.strain, mirrored.strain, "{place:?}");
+                assert_eq!(
+                    (near.normal_force, near.arc, near.deviation),
+                    (far.normal_force, far.arc, far.deviation)
+                );
+            }
+        }
+        // Extension adds the strain of the axial force to both: their mean is that of N, at most (|P| + |T|)/(E A) of the thinnest
+        // section of the gauge, and compressive here.
+        let near = outcomes(&scene(stretched.clone(), Side::Contact), place, &tuples);
+        let far = outcomes(&scene(stretched.clone(), Side::Far), place, &tuples);
+        for ((near, far), t) in near.iter().zip(&far).zip(&tuples) {
+            assert!((near.arc / far.arc - 1.0).abs() <= bound(place));
+            assert!((near.normal_force / far.normal_force - 1.0).abs() <= 5.0 * bound(place));
+            let axial = 0.5 * (near.strain + far.strain);
+            let radius = 0.5 * (t.D + (t.d - t.D) * (t.x_ss + t.l) / t.L_a);
+            let most = near.normal_force / (3.2 * std::f64::consts::PI * radius * radius);
+            let noise = bound(place) * near.strain.abs();
+            assert!(axial < noise && axial > -most - noise, "{place:?} {t:?}: {axial} {most}");
+        }
+    }
+}
+
+#[test]
+fn contacts_that_pass_the_tip_have_slipped_off_on_every_backend() {
+    let tuples = grid(&[4.0, 8.0], &[47.0, 49.0, 49.9, 50.0], &[5.0, 15.0, 25.0]);
+    for name in ["hooke", "timoshenko"] {
+        let exact = configuration_agrees(name, &tuples);
+        let off = exact.iter().filter(|o| o.status.has(Status::SLIPPED_OFF));
+        assert!(off.clone().count() >= 6, "{name}");
+        assert!(off.into_iter().all(|o| o.arc > 50.0 && o.strain.is_finite()));
+    }
+}
+
+#[test]
+fn softening_materials_end_with_a_status_on_every_backend() {
+    let materials = [
+        (Material::Yeoh([0.5, -0.5, 0.0]), "falling"),
+        (Material::Yeoh([0.5, -0.1, 0.0]), "falling late"),
+        (Material::Yeoh([0.5, -0.3, 0.1]), "falling, then rising"),
+        (Material::MooneyRivlin([0.9, -0.35]), "negative C01"),
+    ];
+    let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
+    for (material, name) in materials {
+        let model = common::all_effects(material);
+        let exact = agree(name, &scene(model, Side::Contact), &tuples);
+        let ended = exact.iter().filter(|o| o.status.has(Status::MATERIAL_LIMIT)).count();
+        let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
+        println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());
+        assert!(ended >= 2 && solved >= 8, "{name}: {ended} at the limit, {solved} solved");
+    }
+}
