@@ -91,6 +91,17 @@ impl Errors {
     }
 }
 
+/// Median; sorts `values`. NaN of nothing.
+pub fn median(values: &mut [f64]) -> f64 {
+    let n = values.len();
+    if n == 0 {
+        return f64::NAN;
+    }
+    let (low, mid, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
+    let mid = *mid;
+    if n % 2 == 1 { mid } else { 0.5 * (mid + low.iter().copied().fold(f64::NEG_INFINITY, f64::max)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -42,6 +42,8 @@ pub struct Scaled {
     pub solved: u64,
     /// Taps interpolated.
     pub interpolated: u64,
+    /// Taps that no solution was found for: what is fast because it fails.
+    pub failed: u64,
     /// Seconds, opening the device included.
     pub seconds: Times,
 }
@@ -90,7 +92,8 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);
-                found.push(Scaled { shape, place, taps, solved, interpolated, seconds });
+                let failed = c.status.get("not_converged").copied().unwrap_or(0);
+                found.push(Scaled { shape, place, taps, solved, interpolated, failed, seconds });
             }
         }
     }

@@ -19,6 +19,16 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
+    Calibrate(Calibrate),
+    /// Distances from readings, with their uncertainty: a file, or stdin line by line
+    Locate(Locate),
+    /// Synthetic measurements of one whisker from the exact model -> measurements.csv
+    Simulate(Simulate),
+    /// Search geometry and tap angle -> best design, Pareto front, history
+    Optimise(Optimise),
+    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    Tap(Tap),
     /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
@@ -32,6 +42,11 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Calibrate(_) => "calibrate",
+            Self::Locate(_) => "locate",
+            Self::Simulate(_) => "simulate",
+            Self::Optimise(_) => "optimise",
+            Self::Tap(_) => "tap",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
@@ -42,6 +57,11 @@ impl Command {
     pub fn common(&self) -> &Common {
         match self {
             Self::Sweep(s) => &s.common,
+            Self::Calibrate(c) => &c.common,
+            Self::Locate(l) => &l.common,
+            Self::Simulate(s) => &s.common,
+            Self::Optimise(o) => &o.common,
+            Self::Tap(t) => &t.common,
             Self::Verify(v) => &v.common,
             Self::Bench(b) => &b.common,
             Self::Devices(c) => c,
@@ -60,6 +80,100 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Calibrate a whisker from measured strains.
+#[derive(Debug, Flags)]
+pub struct Calibrate {
+    /// CSV with a_mm, theta_deg (or delta_mm) and one of strain, microstrain, bridge_mV_per_V, reading; rows with
+    /// theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    pub data: PathBuf,
+    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there
+    #[arg(long, value_name = "SPEC")]
+    pub whisker: PathBuf,
+    /// Tap angle of every row, degrees, where no column says
+    #[arg(long, value_name = "X", conflicts_with = "delta")]
+    pub theta: Option<f64>,
+    /// Displacement of every row, mm, where no column says
+    #[arg(long, value_name = "X")]
+    pub delta: Option<f64>,
+    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fit: Vec<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Distances from readings.
+#[derive(Debug, Flags)]
+pub struct Locate {
+    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
+    pub calibration: PathBuf,
+    /// CSV with theta_deg (or delta_mm) and strain (or microstrain, bridge_mV_per_V, reading); stdin if left out or -, where
+    /// the header may be missing and every line is answered at once on stdout
+    pub readings: Option<PathBuf>,
+    /// Answer by this instead of the one that won on distances left out
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub estimator: Option<vibrissa::locate::Estimator>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Synthetic measurements from the exact model.
+#[derive(Debug, Flags)]
+pub struct Simulate {
+    /// The spec: one whisker, its distances and drives, its model
+    pub spec: PathBuf,
+    /// Taps of each distance and drive
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub repeats: u64,
+    /// Standard deviation of one reading, in strain [default: gauge.noise_strain of the spec, else 0]
+    #[arg(long, value_name = "E")]
+    pub noise: Option<f64>,
+    /// Seed of everything random
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// A zero reading before every N taps, and one at the end
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub zero_every: Option<u64>,
+    /// Drift of the zero per row, in strain
+    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub drift: f64,
+    /// Share of taps that are wrong: another distance label, or a signal off by 20 to 100 %
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub outliers: f64,
+    /// |strain| at which the sensor stops
+    #[arg(long, value_name = "E")]
+    pub saturate: Option<f64>,
+    /// Share of the last tap's strain that is still there
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub hysteresis: f64,
+    /// Signal per strain
+    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub factor: f64,
+    /// Tap by this much more than the label says, degrees or mm
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub drive_offset: f64,
+    /// Tap this much farther out than the label says, mm
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub a_offset: f64,
+    /// What is recorded: strain, microstrain, bridge_mV_per_V or reading [default: strain]
+    #[arg(long, value_name = "NAME")]
+    pub signal: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Search for the best design.
+#[derive(Debug, Flags)]
+pub struct Optimise {
+    /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
+    pub spec: PathBuf,
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    #[arg(long)]
+    pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }
@@ -90,6 +204,27 @@ pub struct Bench {
     pub quick: bool,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Find the best tap angle.
+#[derive(Debug, Flags)]
+pub struct Tap {
+    /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
+    pub spec: PathBuf,
+    /// What to make small: total_rms_mm, or K_sd
+    #[arg(long, value_enum, value_name = "WORD", default_value = "distance")]
+    pub objective: TapObjective,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Words of `tap --objective`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TapObjective {
+    /// total_rms_mm: bias and noise of the distance
+    Distance,
+    /// K_sd: the spread of K
+    Sd,
 }
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.

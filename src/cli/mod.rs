@@ -2,11 +2,16 @@
 
 mod args;
 mod bench;
+mod calibrate;
 mod devices;
 mod explain;
+mod locate;
+mod optimise;
 mod progress;
 mod reply;
+mod simulate;
 mod sweep;
+mod tap;
 mod verify;
 
 use std::process::ExitCode;
@@ -23,6 +28,11 @@ pub fn quiet_driver() {
     }
 }
 
+/// Names of files in one line.
+fn listed(files: &[std::path::PathBuf]) -> String {
+    files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
 /// Runs the command line.
 pub fn run() -> ExitCode {
     let mut json = std::env::args().any(|a| a == "--json");
@@ -33,6 +43,11 @@ pub fn run() -> ExitCode {
     let (name, common) = (args.command.name(), args.command.common().clone());
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep, &mut json),
+        Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
+        Command::Locate(locate) => locate::run(locate),
+        Command::Simulate(simulate) => simulate::run(simulate, &mut json),
+        Command::Optimise(optimise) => optimise::run(optimise, &mut json),
+        Command::Tap(tap) => tap::run(tap, &mut json),
         Command::Verify(verify) => match verify::run(verify, &mut json) {
             Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
             Ok((reply, None)) => Ok(reply),

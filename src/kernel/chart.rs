@@ -118,7 +118,7 @@ impl Chart {
 }
 
 /// Points cos(π (i + ½)/n), ascending. n is even, so that none is 0.
-fn chebyshev_points(n: usize) -> Vec<f64> {
+pub(crate) fn chebyshev_points(n: usize) -> Vec<f64> {
     (0..n).map(|i| -(std::f64::consts::PI * (i as f64 + 0.5) / n as f64).cos()).collect()
 }
 
@@ -142,7 +142,7 @@ fn transpose(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..m[0].len()).map(|j| m.iter().map(|row| row[j]).collect()).collect()
 }
 
-fn transform2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub(crate) fn transform2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let rows: Vec<_> = values.iter().map(|row| transform(row)).collect();
     transpose(&transpose(&rows).iter().map(|column| transform(column)).collect::<Vec<_>>())
 }

@@ -30,6 +30,11 @@ impl Text {
 
     /// One row; `fields` is left empty for the next.
     pub fn row(&mut self, fields: &mut Vec<Field>) -> csv::Result<()> {
+        self.row_with(fields, &[])
+    }
+
+    /// One row that ends with `texts`; `fields` is left empty for the next.
+    pub fn row_with(&mut self, fields: &mut Vec<Field>, texts: &[&str]) -> csv::Result<()> {
         for field in fields.drain(..) {
             match field {
                 Field::Number(x) if x.is_finite() => {
@@ -43,7 +48,16 @@ impl Text {
                 Field::Status(s) => self.writer.write_field(s.to_string())?,
             }
         }
+        for text in texts {
+            self.writer.write_field(text)?;
+        }
         self.writer.write_record(None::<&[u8]>)
+    }
+
+    /// Bytes written so far, apart from what the writer still holds back.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.writer.get_ref().len()
     }
 
     /// What has been written.

@@ -9,11 +9,11 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 20] = [
+const OURS: [&str; 30] = [
+    "verify.csv",
     "tuples.csv",
     "designs.csv",
     "distances.csv",
-    "verify.csv",
     "work_precision.csv",
     "scaling.csv",
     "threads.csv",
@@ -29,6 +29,16 @@ const OURS: [&str; 20] = [
     "threads.png",
     "roofline.svg",
     "roofline.png",
+    "calibration.toml",
+    "K_table.csv",
+    "rows.csv",
+    "located.csv",
+    "measurements.csv",
+    "best.toml",
+    "history.csv",
+    "sensitivity.csv",
+    "pareto.csv",
+    "tap.csv",
     "run.json",
 ];
 
@@ -38,6 +48,18 @@ const PARTIAL: &str = ".vibrissa-";
 /// Hex SHA-256 of a spec text: the identity of a result.
 pub fn hash(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Hex SHA-256 of everything that `reader` gives, in constant memory.
+pub fn hash_all(reader: &mut impl std::io::Read) -> std::io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match reader.read(&mut buffer)? {
+            0 => return Ok(digest.finalize().iter().map(|b| format!("{b:02x}")).collect()),
+            n => digest.update(&buffer[..n]),
+        }
+    }
 }
 
 /// A result folder that is being written in or beside its final place.

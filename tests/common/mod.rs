@@ -2,9 +2,11 @@
 #![allow(dead_code, reason = "each test program uses its part")]
 
 pub mod cases;
+pub mod measuring;
 pub mod program;
 pub mod quadrature;
 pub mod recount;
+pub mod searching;
 pub mod sweeping;
 
 use vibrissa::physics::rod::RodProblem;

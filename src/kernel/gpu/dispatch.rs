@@ -46,14 +46,22 @@ impl Gpu {
         &self.adapter
     }
 
+    /// Handles of the device and its queue.
+    pub fn handles(&self) -> (wgpu::Device, wgpu::Queue) {
+        (self.device.clone(), self.queue.clone())
+    }
+
     /// Type of every number.
     pub fn precision(&self) -> Precision {
         self.precision
     }
 
-    /// Handles of the device and its queue.
-    pub fn device(&self) -> (wgpu::Device, wgpu::Queue) {
-        (self.device.clone(), self.queue.clone())
+    pub(super) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(super) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
     }
 
     /// Bytes of one number.

@@ -39,7 +39,7 @@ impl Gpu {
         let (word, copied) = (real.1 as u64, COPY.min(self.adapter().max_binding) / 16 * 16);
         let numbers = self.buffer(u64::from(INVOCATIONS) * word, wgpu::BufferUsages::STORAGE);
         let pipeline = self.compile("peak", &chains(real.0))?;
-        let bind = self.device().0.create_bind_group(&wgpu::BindGroupDescriptor {
+        let bind = self.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("peak"),
             layout: &pipeline.get_bind_group_layout(0),
             entries: &[entry(0, &numbers)],
@@ -70,7 +70,7 @@ impl Gpu {
     }
 
     fn buffer(&self, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        self.device().0.create_buffer(&wgpu::BufferDescriptor {
+        self.device().create_buffer(&wgpu::BufferDescriptor {
             label: Some("peak"),
             size: bytes,
             usage,
@@ -86,11 +86,11 @@ impl Gpu {
         encode: &dyn Fn(&mut wgpu::CommandEncoder, u32),
     ) -> Result<f64, String> {
         let timed = |times: u32| -> Result<f64, String> {
-            let mut encoder = self.device().0.create_command_encoder(&Default::default());
+            let mut encoder = self.device().create_command_encoder(&Default::default());
             encode(&mut encoder, times);
             let start = Instant::now();
-            self.device().1.submit([encoder.finish()]);
-            self.device().0.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
+            self.queue().submit([encoder.finish()]);
+            self.device().poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
             Ok(start.elapsed().as_secs_f64())
         };
         // The first time may pay for compilation and for pages of memory.

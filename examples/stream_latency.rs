@@ -1,0 +1,96 @@
+//! How fast `vibrissa locate` answers a robot: time to the first answer, latency of single lines, readings per second.
+//!
+//!     cargo run --release --example stream_latency -- target/release/vibrissa results/prototype-d10/calibration.toml
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Single questions, and readings of the long stream.
+const QUESTIONS: usize = 20_000;
+const READINGS: usize = 1_000_000;
+
+fn start(program: &str, calibration: &str) -> std::io::Result<Child> {
+    Command::new(program)
+        .args(["locate", calibration])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+}
+
+/// Tap angles in turn, so that no answer can use the one before.
+fn line(i: usize) -> String {
+    let theta = [1.0, 2.5, 4.0, 7.3][i % 4];
+    format!("{theta},{}\n", theta * (0.0048 + 1e-6 * (i % 997) as f64))
+}
+
+fn quantile(sorted: &[Duration], share: f64) -> f64 {
+    1e6 * sorted[((sorted.len() - 1) as f64 * share) as usize].as_secs_f64()
+}
+
+fn main() -> std::io::Result<()> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let [_, program, calibration] = arguments.as_slice() else {
+        eprintln!("usage: stream_latency PROGRAM CALIBRATION");
+        std::process::exit(2);
+    };
+    let mut text = String::new();
+    let mut firsts = Vec::new();
+    for _ in 0..20 {
+        let begin = Instant::now();
+        let mut child = start(program, calibration)?;
+        let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else { continue };
+        input.write_all(line(0).as_bytes())?;
+        let mut output = BufReader::new(output);
+        output.read_line(&mut text)?;
+        output.read_line(&mut text)?;
+        firsts.push(begin.elapsed());
+        drop(input);
+        child.wait()?;
+    }
+    firsts.sort();
+    println!(
+        "first answer after start: median {:.1} ms, worst {:.1} ms",
+        quantile(&firsts, 0.5) / 1e3,
+        quantile(&firsts, 1.0) / 1e3
+    );
+
+    let mut child = start(program, calibration)?;
+    let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else { return Ok(()) };
+    let mut output = BufReader::new(output);
+    output.read_line(&mut text)?;
+    let mut each = Vec::with_capacity(QUESTIONS);
+    for i in 0..QUESTIONS {
+        let question = line(i);
+        let begin = Instant::now();
+        input.write_all(question.as_bytes())?;
+        text.clear();
+        output.read_line(&mut text)?;
+        each.push(begin.elapsed());
+    }
+    drop(input);
+    child.wait()?;
+    each.sort();
+    println!(
+        "one line, there and back: median {:.1} µs, p99 {:.1} µs",
+        quantile(&each, 0.5),
+        quantile(&each, 0.99)
+    );
+
+    let all: String = (0..READINGS).map(line).collect();
+    let mut child = start(program, calibration)?;
+    let (Some(mut input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
+        return Ok(());
+    };
+    let begin = Instant::now();
+    let feed = std::thread::spawn(move || input.write_all(all.as_bytes()));
+    let mut bytes = Vec::new();
+    output.read_to_end(&mut bytes)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let _ = feed.join();
+    child.wait()?;
+    let answers = bytes.iter().filter(|b| **b == b'\n').count() - 1;
+    println!("{answers} readings in {seconds:.2} s: {:.0} readings/s on one core", answers as f64 / seconds);
+    Ok(())
+}

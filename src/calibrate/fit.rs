@@ -1,0 +1,298 @@
+//! Least squares for the parameters of `exact`: Levenberg and Marquardt's method over cells, standard errors, and which
+//! parameters the data determine at all.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::taps::Cell;
+use crate::error::{Error, InputError};
+use crate::locate::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use crate::measure::Rig;
+
+/// A parameter is determined where its standard error is below this share of its width.
+const DETERMINED: f64 = 0.1;
+/// Relative error of strains to which the model itself is solved, with a margin.
+const MODEL: f64 = 1e-7;
+/// And where, with no more error than [`MODEL`], it would be below this share.
+const SOLVABLE: f64 = 2e-3;
+
+/// A fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The model with its parameters.
+    pub exact: Exact,
+    /// Asked for, but not determined by the data: held at the spec's value.
+    pub undetermined: Vec<Parameter>,
+    /// Standard deviation of a cell beyond noise, relative to its signal.
+    pub misfit: f64,
+    /// χ² per degree of freedom with noise alone; NaN without noise or freedom.
+    pub chi2: f64,
+    /// d reading/dp of each cell.
+    pub slopes: DMatrix<f64>,
+    /// measured − expected of each cell.
+    pub residuals: DVector<f64>,
+    /// Standard deviation of each cell.
+    pub deviations: DVector<f64>,
+}
+
+/// What is fitted to.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// The whisker.
+    pub rig: &'a Rig,
+    /// Where the model is solved.
+    pub at: Extent,
+    /// The data.
+    pub cells: &'a [Cell],
+    /// Standard deviation of one reading.
+    pub noise: f64,
+    /// Solves models.
+    pub open: Opener<'a>,
+}
+
+/// Refuses parameters that the model of `rig` does not have.
+pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
+    let values = spec_values(&rig.scene);
+    for p in asked {
+        if values[*p as usize].is_nan() {
+            let allowed = match p {
+                Parameter::Nu => "shear = true in [model]",
+                Parameter::Mu => "contact = { coulomb = … } in [model]",
+                Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
+                Parameter::Hub => "an active whisker (theta_deg)",
+                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset => "",
+            };
+            let message = "the model of this spec has no such parameter, so that it cannot be fitted";
+            let name = p.name(rig.scene.drive);
+            return Err(InputError::new(message).key("--fit").value(name).allowed(allowed));
+        }
+    }
+    Ok(())
+}
+
+/// How much of a parameter is a lot: what it could plausibly be off by.
+fn width(p: Parameter, values: &Values, drives: [f64; 2]) -> f64 {
+    match p {
+        Parameter::Factor => values[0].abs(),
+        Parameter::DriveOffset => 0.1 * drives[1],
+        Parameter::DistanceOffset => 2.0,
+        Parameter::Hub => 5.0,
+        Parameter::Nu | Parameter::Mu => 0.5,
+        Parameter::Ratio => 1.0,
+    }
+}
+
+impl Task<'_> {
+    /// Fits factor, drive offset and whatever is `asked`.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, Error> {
+        let mut start = spec_values(&self.rig.scene);
+        let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), self.at, self.open)?;
+        let mut ratios: Vec<f64> =
+            self.cells.iter().map(|c| c.signal / exact.expected(c.a, c.drive)).collect();
+        ratios.retain(|r| r.is_finite());
+        start[0] = crate::reduce::median(&mut ratios);
+        if !start[0].is_finite() {
+            return Err(Error::Run("the model has no strain at any measured tap".to_owned()));
+        }
+        let mut free = vec![Parameter::Factor, Parameter::DriveOffset];
+        free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
+        let mut undetermined = Vec::new();
+        let mut misfit = 0.0;
+        let mut values = start;
+        loop {
+            let model = self.minimise(values, &free, misfit)?;
+            if let Some(worst) = self.worst(&model, &free, misfit) {
+                undetermined.push(free.remove(worst));
+                undetermined.sort_by_key(|p| *p as usize);
+                values = start;
+                misfit = 0.0;
+                continue;
+            }
+            values = model.values;
+            let next = self.misfit(&model);
+            if (next - misfit).abs() <= 0.05 * next.max(1e-12) || next <= MODEL {
+                return self.finish(model, free, undetermined, next);
+            }
+            misfit = next;
+            let again = self.minimise(values, &free, misfit)?;
+            return self.finish(again, free, undetermined, misfit);
+        }
+    }
+
+    /// Standard deviation of a cell's mean.
+    fn deviation(&self, c: &Cell, misfit: f64) -> f64 {
+        let noise = self.noise * self.noise * c.share;
+        (noise + (misfit * c.signal).powi(2) + (MODEL * c.signal).powi(2)).sqrt()
+    }
+
+    /// Relative standard deviation of residuals beyond noise.
+    fn misfit(&self, model: &Exact) -> f64 {
+        let excess = |c: &Cell| {
+            let e = c.signal - model.expected(c.a, c.drive);
+            ((e * e - self.noise * self.noise * c.share) / (c.signal * c.signal), e)
+        };
+        let (mut sum, mut n, mut chi2) = (0.0, 0.0, 0.0);
+        for c in self.cells {
+            let (x, e) = excess(c);
+            if x.is_finite() {
+                sum += x;
+                n += 1.0;
+                chi2 += e * e / (c.share * self.noise * self.noise);
+            }
+        }
+        // Within what noise does by itself there is no misfit.
+        let usual = n + 2.0 * (2.0f64 * n).sqrt();
+        if self.noise > 0.0 && chi2 <= usual { 0.0 } else { (sum / n).max(0.0).sqrt() }
+    }
+
+    /// Sets `free` by least squares, starting from `values`.
+    fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
+        let drives = self.at.drives;
+        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives)).collect();
+        let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
+        let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
+        let problem = Problem { task: *self, free: free.to_vec(), scale, exact, deviations, failed: None };
+        let (problem, _) = LevenbergMarquardt::new().with_patience(60).minimize(problem);
+        match problem.failed {
+            Some(e) => Err(e),
+            None => Ok(problem.exact),
+        }
+    }
+
+    fn slopes(&self, model: &Exact) -> DMatrix<f64> {
+        let rows: Vec<f64> = self.cells.iter().flat_map(|c| model.gradient(c.a, c.drive)).collect();
+        DMatrix::from_row_slice(self.cells.len(), model.fitted.len(), &rows)
+    }
+
+    /// Covariance for cells with these standard deviations; `None` where some combination is free.
+    fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
+        let scale: Vec<f64> = model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives)).collect();
+        let mut j = self.slopes(model);
+        for (i, c) in self.cells.iter().enumerate() {
+            for k in 0..scale.len() {
+                j[(i, k)] *= scale[k] / deviation(c);
+            }
+        }
+        if j.nrows() < j.ncols() {
+            return None;
+        }
+        let svd = j.svd(false, true);
+        let v = svd.v_t?.transpose();
+        let largest = svd.singular_values.max();
+        if svd.singular_values.min().partial_cmp(&(largest * 1e-11)) != Some(std::cmp::Ordering::Greater) {
+            return None;
+        }
+        let inverse = DMatrix::from_diagonal(&svd.singular_values.map(|s| 1.0 / (s * s)));
+        let c = &v * inverse * v.transpose();
+        Some(DMatrix::from_fn(scale.len(), scale.len(), |i, k| c[(i, k)] * scale[i] * scale[k]))
+    }
+
+    /// The parameter that the data determine least, if they do not determine it.
+    fn worst(&self, model: &Exact, free: &[Parameter], misfit: f64) -> Option<usize> {
+        let judged = |limit: f64, deviation: &dyn Fn(&Cell) -> f64| {
+            let Some(c) = self.covariance(model, deviation) else {
+                return (0..free.len()).map(|i| if i > 0 { f64::INFINITY } else { 0.0 }).collect::<Vec<_>>();
+            };
+            let share = |(i, p): (usize, &Parameter)| {
+                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives) / limit
+            };
+            free.iter().enumerate().map(share).collect()
+        };
+        let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit.max(self.misfit(model))));
+        let clean = judged(SOLVABLE, &|c| MODEL * c.signal);
+        // The gauge factor is always there: something has to carry the size of the signal.
+        let shares = noisy.iter().zip(&clean).map(|(a, b)| a.max(*b)).enumerate().skip(1);
+        shares.filter(|(_, s)| s.is_nan() || *s > 1.0).max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _)| i)
+    }
+
+    fn finish(
+        &self,
+        model: Exact,
+        free: Vec<Parameter>,
+        undetermined: Vec<Parameter>,
+        misfit: f64,
+    ) -> Result<Fit, Error> {
+        let noise_only = self.noise.max(0.0);
+        let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
+        let m = free.len();
+        let rows = covariance
+            .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
+        let slopes = self.slopes(&model);
+        let residuals = DVector::from_iterator(
+            self.cells.len(),
+            self.cells.iter().map(|c| c.signal - model.expected(c.a, c.drive)),
+        );
+        let deviations =
+            DVector::from_iterator(self.cells.len(), self.cells.iter().map(|c| self.deviation(c, misfit)));
+        let freedom = self.cells.len() as f64 - m as f64;
+        let chi2: f64 = self
+            .cells
+            .iter()
+            .zip(residuals.iter())
+            .map(|(c, e)| e * e / (c.share * noise_only * noise_only))
+            .sum();
+        let chi2 = if freedom > 0.0 && noise_only > 0.0 { chi2 / freedom } else { f64::NAN };
+        let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
+        Ok(Fit { exact, undetermined, misfit, chi2, slopes, residuals, deviations })
+    }
+}
+
+/// The least-squares problem in parameters divided by their widths.
+struct Problem<'a> {
+    task: Task<'a>,
+    free: Vec<Parameter>,
+    scale: Vec<f64>,
+    exact: Exact,
+    deviations: Vec<f64>,
+    failed: Option<Error>,
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        let mut values = self.exact.values;
+        for ((p, x), s) in self.free.iter().zip(x.iter()).zip(&self.scale) {
+            let [lo, hi] = p.domain();
+            values[*p as usize] = (x * s).clamp(lo, hi);
+        }
+        let same = (3..values.len()).all(|i| values[i].to_bits() == self.exact.values[i].to_bits());
+        if same {
+            self.exact.values = values;
+            return;
+        }
+        let t = &self.task;
+        match Exact::new(t.rig, values, self.free.clone(), Vec::new(), t.at, t.open) {
+            Ok(exact) => self.exact = exact,
+            Err(e) => self.failed = Some(e),
+        }
+    }
+
+    fn params(&self) -> DVector<f64> {
+        let entries = self.free.iter().zip(&self.scale).map(|(p, s)| self.exact.values[*p as usize] / s);
+        DVector::from_iterator(self.free.len(), entries)
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let cells = self.task.cells;
+        let residual = |(c, s): (&Cell, &f64)| (self.exact.expected(c.a, c.drive) - c.signal) / s;
+        let r = DVector::from_iterator(cells.len(), cells.iter().zip(&self.deviations).map(residual));
+        (self.failed.is_none() && r.iter().all(|r| r.is_finite())).then_some(r)
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let mut j = self.task.slopes(&self.exact);
+        for i in 0..j.nrows() {
+            for k in 0..j.ncols() {
+                j[(i, k)] *= self.scale[k] / self.deviations[i];
+            }
+        }
+        j.iter().all(|x| x.is_finite()).then_some(j)
+    }
+}

@@ -1,0 +1,332 @@
+//! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
+//!
+//! [`taps`] sorts the rows, [`suspects`] sets aside what should not be believed, [`fit`] fits the model, [`held_out`] judges
+//! every estimator on distances it has not seen, and [`side`] puts a side together.
+//!
+//! ```no_run
+//! use vibrissa::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
+//! let data = Data::read("rig.csv".as_ref())?;
+//! let found = calibrate(&data, &Rig::read("whisker.toml".as_ref(), data.drive)?, &Options::default())?;
+//! println!("{} wins; noise {:e}", found.calibration.estimator, found.calibration.noise);
+//! # Ok::<(), vibrissa::error::Error>(())
+//! ```
+
+pub mod drift;
+pub mod fit;
+pub mod held_out;
+pub mod noise;
+pub mod output;
+pub mod reason;
+pub mod report;
+pub mod side;
+pub mod suspects;
+pub mod taps;
+pub mod winner;
+
+pub use reason::Reason;
+pub use side::SideResult;
+
+use crate::error::{Error, InputError};
+use crate::locate::calibration::{Calibration, FORMAT, Source};
+use crate::locate::exact::{Exact, Extent, spec_values};
+use crate::locate::locator::opener;
+use crate::locate::{Estimator, Parameter};
+use crate::measure::{Data, Rig, zero::Zero};
+use crate::scene::{Drive, RunOptions, Side, Theory};
+use taps::{Tap, ZeroReading};
+
+/// A signal of the other sign is a side of its own where it has at least this share of the taps.
+const MINORITY: f64 = 0.1;
+/// Strains above this are no strains.
+const ABSURD: f64 = 0.5;
+
+/// What a user may say about a calibration.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Drive of every tap where no column says: degrees, or mm.
+    pub drive: Option<f64>,
+    /// Parameters of the model to fit beside factor and drive offset.
+    pub fit: Vec<Parameter>,
+    /// Where models are solved.
+    pub run: RunOptions,
+    /// SHA-256 of the data file, for the record.
+    pub hash: String,
+}
+
+/// A calibration and everything it was judged by.
+#[derive(Debug, Clone)]
+pub struct Calibrated {
+    /// What `locate` needs.
+    pub calibration: Calibration,
+    /// Every row with a drive.
+    pub taps: Vec<Tap>,
+    /// Every zero reading.
+    pub zeros: Vec<ZeroReading>,
+    /// The zero that was subtracted.
+    pub zero: Zero,
+    /// The drift that was subtracted for want of zero readings.
+    pub drift: Option<drift::Drift>,
+    /// One for each side.
+    pub sides: Vec<SideResult>,
+    /// The estimator that won.
+    pub winner: Estimator,
+    /// Things worth telling.
+    pub warnings: Vec<String>,
+}
+
+/// Calibrates the whisker of `rig` from `data`.
+///
+/// # Errors
+/// Data that no calibration can come from: no usable row, one distance only, units that cannot be; a backend that fails.
+pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
+    let mut rig = rig.clone();
+    let mut warnings = Vec::new();
+    check(data, &rig, options)?;
+    if let Some(k) = rig.scene.estimate.k.take() {
+        warnings.push(format!("estimate.K = {k} of the spec has no meaning here: K̄ comes from the data"));
+    }
+    if !data.ignored.is_empty() {
+        warnings.push(format!("{}: ignored columns {}", data.file, data.ignored.join(", ")));
+    }
+    let (mut taps, zeros, zero) = taps::taps(data, &rig, options.drive);
+    absurd(data, &taps)?;
+    let recorded = data.drive.is_some() || options.drive.is_some();
+    let signs = signs(data, &mut taps)?;
+    let drift = if zero.count == 0 { drift::of_all(&rig, &taps, &signs) } else { None };
+    if let Some(d) = &drift {
+        drift::remove(&mut taps, d);
+        let carried = d.slope * data.rows.len() as f64;
+        warnings.push(format!(
+            "{}: no zero was read, and repeats show that it drifts by {:.3e} ± {:.1e} a row, {carried:.3e} over the file; a straight \
+             drift from the first row on was subtracted. Read the zero now and then (rows with {} = 0)",
+            data.file,
+            d.slope,
+            d.error,
+            rig.scene.drive.column()
+        ));
+    }
+    let open = opener(&options.run);
+    let mut sides = Vec::new();
+    for &sign in &signs {
+        let gauge = gauge_side(data, &rig, sign, signs[0]);
+        let kind = rig.scene.drive;
+        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.scene.hub));
+        let [plain, sheared] =
+            closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
+        let model = if recorded { spec_model(&rig, &taps, sign, gauge, &open)? } else { None };
+        let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
+        let mut models: Vec<&suspects::Expected<'_>> = vec![&plain, &sheared];
+        if let Some(exact) = &exact {
+            models.insert(0, exact);
+        }
+        let scatter = suspects::flag(&mut taps, &rig, sign, &models);
+        sides.push((sign, gauge, scatter));
+    }
+    let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
+    let (noise, noise_from) = match found {
+        Some(found) => found,
+        None => noise::scatter(&rig, &taps, &sides, recorded, &options.fit, &open)?,
+    };
+    rig.scene.gauge.noise_strain = Some(noise);
+    let mut results = Vec::new();
+    for (sign, gauge, _) in sides {
+        let asked =
+            side::Ask { data, rig: &rig, taps: &taps, sign, gauge, noise, recorded, fit: &options.fit };
+        results.push(side::calibrate(&asked, &open)?);
+    }
+    let winner = winner::winner(&results);
+    warnings.extend(remarks(data, &taps, &results, winner));
+    let used = results.iter().map(|s| s.used).sum();
+    let calibration = Calibration {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        checksum: String::new(),
+        estimator: winner.name().to_owned(),
+        signal: data.unit.column().to_owned(),
+        drive_recorded: recorded,
+        noise,
+        noise_from,
+        data: Source {
+            file: data.file.clone(),
+            hash: options.hash.clone(),
+            rows: taps.len(),
+            used,
+            zeros: zeros.len(),
+        },
+        spec: rig.to_table(),
+        sides: results.iter().map(|s| s.record.clone()).collect(),
+    };
+    Ok(Calibrated { calibration, taps, zeros, zero, drift, sides: results, winner, warnings })
+}
+
+/// Refuses data and options that do not belong together.
+fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
+    let kind = rig.scene.drive;
+    let flag = if kind == Drive::Angle { "--theta" } else { "--delta" };
+    if let Some(found) = data.drive
+        && found != kind
+    {
+        let message = "the data are driven one way, the whisker of the spec another";
+        let allowed = format!("{}, or another drive in [tap] of the spec", kind.column());
+        return Err(InputError::new(message).at(&data.file, Some(1)).key(found.column()).allowed(allowed));
+    }
+    if let (Some(_), Some(x)) = (data.drive, options.drive) {
+        let message = format!("the data have a column {}", kind.column());
+        return Err(InputError::new(message).key(flag).value(x).allowed("nothing: the column says it"));
+    }
+    if let Some(x) = options.drive {
+        let (good, allowed) = match kind {
+            Drive::Angle => (x > 0.0 && x < 90.0, "0 < theta < 90 degrees"),
+            Drive::Displacement => (x > 0.0 && x.is_finite(), "> 0 mm"),
+        };
+        if !good {
+            return Err(InputError::new("this is no drive").key(flag).value(x).allowed(allowed));
+        }
+    }
+    if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
+        let message = "without the drive the model cannot be fitted; only table and paper are calibrated";
+        return Err(InputError::new(message)
+            .key("--fit")
+            .allowed(format!("a column {} or {flag}", kind.column())));
+    }
+    fit::check(rig, &options.fit)
+}
+
+/// Refuses a column whose unit cannot be what its name says.
+fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
+    let mut sizes: Vec<f64> = taps.iter().map(|t| t.signal.abs()).filter(|s| s.is_finite()).collect();
+    if sizes.is_empty() {
+        let message = "no row has a distance, a drive other than zero and a signal";
+        return Err(InputError::new(message).at(&data.file, None));
+    }
+    let middle = crate::reduce::median(&mut sizes);
+    if data.unit.is_strain() && middle > ABSURD {
+        let message = format!("half of all strains are above {middle:.3e}: this is another unit");
+        return Err(InputError::new(message).at(&data.file, None).key(data.unit.column()).allowed(
+            "strain (0.001 is 0.1 %), microstrain, bridge_mV_per_V, or reading for any other unit",
+        ));
+    }
+    Ok(())
+}
+
+/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.
+fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
+    let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let count = |sign: f64| taps.iter().filter(of(sign)).count();
+    let distances = |sign: f64| taps::Levels::of(taps.iter().filter(of(sign)).map(|t| t.a)).len();
+    let (plus, minus) = (count(1.0), count(-1.0));
+    let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
+    if plus + minus == 0 {
+        let reasons: std::collections::BTreeSet<String> =
+            taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();
+        let message = "no row can be used";
+        let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
+        return Err(InputError::new(message).at(&data.file, None).value(why).allowed(
+            "rows with a_mm beyond the gauge and within the whisker, a drive > 0 and a signal that is not zero",
+        ));
+    }
+    if distances(most) < 2 {
+        let a = taps.iter().find(of(most)).map_or(f64::NAN, |t| t.a);
+        let message = "all usable taps are at one distance: a calibration needs two or more";
+        return Err(InputError::new(message)
+            .at(&data.file, None)
+            .key("a_mm")
+            .value(a)
+            .allowed("two distances or more"));
+    }
+    let both = count(least) as f64 >= MINORITY * count(most) as f64 && distances(least) >= 2;
+    if both {
+        return Ok(vec![most, least]);
+    }
+    taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(Reason::OtherSide));
+    Ok(vec![most])
+}
+
+/// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its
+/// taps are on the side that the spec names.
+fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
+    if data.unit.is_strain() {
+        return if sign > 0.0 { Side::Contact } else { Side::Far };
+    }
+    match (rig.scene.gauge.side, sign == most) {
+        (side, true) => side,
+        (Side::Contact, false) => Side::Far,
+        (Side::Far, false) => Side::Contact,
+    }
+}
+
+/// Distances and drives of the taps of one side that can be used.
+fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
+    let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    let range = |f: fn(&Tap) -> f64| {
+        let values = here().map(f);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+    };
+    here().next()?;
+    Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive)))
+}
+
+fn spec_model(
+    rig: &Rig,
+    taps: &[Tap],
+    sign: f64,
+    gauge: Side,
+    open: crate::locate::exact::Opener<'_>,
+) -> Result<Option<Exact>, Error> {
+    let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
+    Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open).map(Some)
+}
+
+/// What a user should know before trusting the result.
+fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: Estimator) -> Vec<String> {
+    let mut all = Vec::new();
+    let lines = |wanted: &dyn Fn(&Tap) -> bool| {
+        let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
+        let shown = found[..found.len().min(8)].join(", ");
+        (found.len(), if found.len() > 8 { format!("{shown}, …") } else { shown })
+    };
+    let (n, shown) = lines(&|t| t.twin.is_some());
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
+             is understated (lines {shown})",
+            data.file
+        ));
+    }
+    let (n, shown) = lines(&|t| t.reason.is_some());
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
+            data.file,
+            taps.len()
+        ));
+    }
+    for s in sides {
+        if let Some(k) =
+            s.mean_k().filter(|k| data.unit.is_strain() && s.recorded && !(0.33..3.0).contains(k))
+        {
+            all.push(format!(
+                "K is {k:.3e} where theory expects about 1: check the unit of {} and the drive",
+                data.unit.column()
+            ));
+        }
+        if let Some(Fitted { chi2, misfit, .. }) = s.fitted() {
+            if misfit > 0.01 && winner == Estimator::Exact {
+                all.push(format!(
+                    "the model of the spec leaves {:.1} % of the strain unexplained (χ² per degree of freedom {chi2:.3}): \
+                     another material, contact or --fit may do better",
+                    100.0 * misfit
+                ));
+            }
+        }
+    }
+    all
+}
+
+/// What to say of a fit.
+pub struct Fitted {
+    /// χ² per degree of freedom with noise alone.
+    pub chi2: f64,
+    /// Misfit beyond noise, relative.
+    pub misfit: f64,
+}

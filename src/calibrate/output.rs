@@ -1,0 +1,238 @@
+//! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::side::KTable;
+use super::{Calibrated, Reason};
+use crate::error::Error;
+use crate::locate::{Estimator, Locator};
+use crate::measure::Data;
+use crate::scene::{Scene, Side};
+use crate::sink::csv::Text;
+use crate::sink::folder::Folder;
+use crate::sink::table::{Field, Table, distance_row, drive_row};
+
+/// Where and as what a result is written.
+#[derive(Debug, Clone, Copy)]
+pub struct Target<'a> {
+    /// Folder.
+    pub out: &'a Path,
+    /// Identity of the question: data and spec.
+    pub hash: &'a str,
+    /// Replace a result of another question.
+    pub force: bool,
+}
+
+/// Writes all files; `run` is run.json, `locator` answers with the estimator that won.
+///
+/// # Errors
+/// A folder that holds something else; a file that cannot be written.
+pub fn write(
+    found: &Calibrated,
+    data: &Data,
+    locator: &Locator,
+    run: &Value,
+    target: &Target<'_>,
+) -> Result<Vec<PathBuf>, Error> {
+    let mut folder = Folder::new(target.out, target.hash, target.force)?;
+    let mut put = |name: &str, bytes: &[u8]| {
+        let mut file = folder.file(name)?;
+        file.write(bytes)?;
+        file.close()
+    };
+    put("calibration.toml", found.calibration.to_text().as_bytes())?;
+    let scene = &locator.rig.scene;
+    let text = |e: csv::Error| Error::Run(e.to_string());
+    put("K_table.csv", &k_table(found, data, scene).map_err(text)?)?;
+    put("designs.csv", &designs(found, locator).map_err(text)?)?;
+    put("distances.csv", &distances(found, locator).map_err(text)?)?;
+    put("rows.csv", &rows(found, data, locator).map_err(text)?)?;
+    put("run.json", format!("{run:#}\n").as_bytes())?;
+    folder.finish()
+}
+
+/// Name of a side.
+pub fn side_name(side: Side) -> &'static str {
+    if side == Side::Far { "far" } else { "contact" }
+}
+
+fn k_table(found: &Calibrated, data: &Data, scene: &Scene) -> csv::Result<Vec<u8>> {
+    let mut text = Text::default();
+    let signal = data.unit.common();
+    let (sd, linear) = (format!("{signal}_sd"), "strain_linear");
+    let drive = scene.drive.column();
+    text.header(&[
+        "a_mm",
+        drive,
+        "n",
+        signal,
+        &sd,
+        linear,
+        "K",
+        "K_deviation",
+        "distance_mm",
+        "error_mm",
+        "sigma_mm",
+        "side",
+        "status",
+    ])?;
+    let mut row = Vec::new();
+    for side in &found.sides {
+        let t = &side.table;
+        for (c, e) in t.cells.iter().zip(&t.estimates) {
+            let sd = if c.n() > 1.0 { (c.squares / (c.n() - 1.0)).sqrt() } else { f64::NAN };
+            let k = c.linear / c.signal;
+            row.extend([c.a, c.drive].map(Field::Number));
+            row.push(Field::Count(c.taps.len() as u64));
+            let deviation = (c.linear - c.signal) / c.signal;
+            let numbers = [
+                side.sign * c.signal,
+                sd,
+                side.sign * c.linear,
+                k,
+                deviation,
+                e.distance,
+                e.distance - c.a,
+                e.sigma,
+            ];
+            row.extend(numbers.map(Field::Number));
+            row.extend([Field::Word(side_name(side.gauge)), Field::Status(e.status)]);
+            text.row(&mut row)?;
+        }
+    }
+    Ok(text.into_bytes())
+}
+
+fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
+    let rig = &locator.rig;
+    let mut text = Text::default();
+    let mut columns = Table::Designs.columns(&rig.scene);
+    columns.pop();
+    columns.extend(["held_out_rms_mm", "side", "status"]);
+    text.header(&columns)?;
+    let mut row = Vec::new();
+    for side in &found.sides {
+        let held = side.held_out(Estimator::Paper);
+        let held =
+            held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
+        for (j, drive) in side.drives.centres.iter().enumerate() {
+            drive_row(&rig.design.tuple, *drive, &side.table.tally.drives[j], rig.k_unit(), &mut row);
+            let status = row.pop();
+            row.push(held[j].into());
+            row.push(Field::Word(side_name(side.gauge)));
+            row.extend(status);
+            text.row(&mut row)?;
+        }
+    }
+    Ok(text.into_bytes())
+}
+
+fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
+    let rig = &locator.rig;
+    let mut text = Text::default();
+    let mut columns = Table::Distances.columns(&rig.scene);
+    columns.pop();
+    columns.extend(["side", "status"]);
+    text.header(&columns)?;
+    let mut row = Vec::new();
+    for side in &found.sides {
+        let KTable { tally, .. } = &side.table;
+        for (i, a) in side.distances.centres.iter().enumerate() {
+            distance_row(&rig.design, *a, &tally.distances[i], rig.k_unit(), &mut row);
+            let status = row.pop();
+            row.push(Field::Word(side_name(side.gauge)));
+            row.extend(status);
+            text.row(&mut row)?;
+        }
+    }
+    Ok(text.into_bytes())
+}
+
+fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u8>> {
+    let kind = locator.rig.scene.drive;
+    let signal = data.unit.common();
+    let recorded = format!("recorded_{}", data.unit.column());
+    let mut text = Text::default();
+    text.header(&[
+        "line",
+        "a_mm",
+        kind.column(),
+        &recorded,
+        "zero",
+        signal,
+        "expected",
+        "residual",
+        "distance_mm",
+        "sigma_mm",
+        "error_mm",
+        "held_out_error_mm",
+        "status",
+        "use",
+        "reason",
+    ])?;
+    let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
+    let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
+    let mut zeros = found.zeros.iter().peekable();
+    let mut row = Vec::new();
+    let zero_row = |text: &mut Text, z: &super::taps::ZeroReading| {
+        let r = &data.rows[z.place];
+        let mut row = vec![Field::Count(r.line as u64)];
+        row.extend(
+            [r.a, 0.0, r.value, found.zero.at(z.place), z.signal - found.zero.at(z.place)].map(Field::Number),
+        );
+        row.extend([f64::NAN; 6].map(Field::Number));
+        let (word, why) = match &z.reason {
+            Some(reason) => ("suspect", reason.text(kind)),
+            None => ("used", "zero_reading".to_owned()),
+        };
+        text.row_with(&mut row, &["", word, &why])
+    };
+    for (k, tap) in found.taps.iter().enumerate() {
+        while let Some(z) = zeros.next_if(|z| z.place < tap.place) {
+            zero_row(&mut text, z)?;
+        }
+        let expected = locator.expected(tap.a, tap.drive, tap.signal.signum());
+        let at = locator.locate(tap.drive, tap.signal);
+        row.push(Field::Count(tap.line as u64));
+        let drive =
+            if data.drive.is_some() || found.calibration.drive_recorded { tap.drive } else { f64::NAN };
+        let numbers = [
+            tap.a,
+            drive,
+            tap.value,
+            tap.zero + tap.drift,
+            tap.signal,
+            expected,
+            tap.signal - expected,
+            at.distance,
+            at.sigma,
+            at.distance - tap.a,
+            held_out(k),
+        ];
+        row.extend(numbers.map(Field::Number));
+        let carried = found.drift.filter(|d| tap.drift.abs() > d.least);
+        let carried = carried.map(|_| format!("drifting_zero: {:.3e} subtracted", tap.drift));
+        let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
+        let (word, why) = match &tap.reason {
+            Some(reason) => ("suspect", reason.text(kind)),
+            None => (
+                "used",
+                carried
+                    .into_iter()
+                    .chain(Some(twin))
+                    .filter(|w| !w.is_empty())
+                    .collect::<Vec<_>>()
+                    .join("; "),
+            ),
+        };
+        let unreadable = matches!(tap.reason, Some(Reason::NotANumber));
+        let status = if unreadable { "bad_input".to_owned() } else { at.status.to_string() };
+        text.row_with(&mut row, &[&status, word, &why])?;
+    }
+    for z in zeros {
+        zero_row(&mut text, z)?;
+    }
+    Ok(text.into_bytes())
+}

@@ -1,0 +1,295 @@
+//! What a calibration says of itself: the JSON result, and the text for people.
+
+use std::fmt::Write;
+
+use serde_json::{Value, json};
+
+use super::output::side_name;
+use super::side::{KTable, SideResult};
+use super::{Calibrated, Reason};
+use crate::locate::{Estimator, Parameter};
+use crate::measure::{Data, Rig};
+use crate::scene::Drive;
+
+/// Suspect rows listed one by one; the rest stands in rows.csv.
+const LISTED: usize = 100;
+
+/// The result object.
+pub fn result(found: &Calibrated, rig: &Rig) -> Value {
+    let kind = rig.scene.drive;
+    let c = &found.calibration;
+    let suspect: Vec<Value> = found
+        .taps
+        .iter()
+        .filter_map(|t| Some((t, t.reason.as_ref()?)))
+        .take(LISTED)
+        .map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }))
+        .collect();
+    json!({
+        "estimator": c.estimator,
+        "noise": c.noise,
+        "noise_from": c.noise_from,
+        "signal": c.signal,
+        "drive_recorded": c.drive_recorded,
+        "zero": { "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
+                  "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
+        "suspects": suspect,
+        "sides": found.sides.iter().map(|s| side(s, rig)).collect::<Vec<_>>(),
+        "warnings": found.warnings,
+    })
+}
+
+/// Counts of rows.
+pub fn counts(found: &Calibrated, data: &Data) -> Value {
+    let mut reasons = std::collections::BTreeMap::<&str, usize>::new();
+    let all = found.taps.iter().map(|t| &t.reason).chain(found.zeros.iter().map(|z| &z.reason));
+    all.flatten().for_each(|r: &Reason| *reasons.entry(r.word()).or_default() += 1);
+    json!({
+        "rows": data.rows.len(),
+        "taps": found.taps.len(),
+        "used": found.sides.iter().map(|s| s.used).sum::<usize>(),
+        "zero_readings": found.zeros.len(),
+        "suspect": reasons,
+        "repeated_lines": found.taps.iter().filter(|t| t.twin.is_some()).count(),
+    })
+}
+
+fn side(s: &SideResult, rig: &Rig) -> Value {
+    let kind = rig.scene.drive;
+    let one = |e: Estimator| {
+        let candidates: Vec<Estimator> =
+            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+        let held = s.held_out(e);
+        let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
+        let shared = s.answered_by_all(&candidates);
+        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
+        let asked = s.used;
+        json!({ "calibrated": s.has(e), "held_out_rms_mm": rms, "answered": answered, "asked": asked,
+                "held_out_rms_common_mm": common, "common": n })
+    };
+    let estimators: serde_json::Map<String, Value> =
+        Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
+    let best = if s.drives.len() > 1 { best(s, kind) } else { Value::Null };
+    json!({
+        "side": side_name(s.gauge),
+        "sign": s.sign,
+        "used": s.used,
+        "estimators": estimators,
+        "best": best,
+        "drives": drives(&s.table, Some(s), rig),
+        "distances": distances(&s.table, rig),
+        "with_suspects": s.with_suspects.as_ref().map(|t| json!({
+            "drives": drives(t, None, rig), "distances": distances(t, rig)
+        })),
+        "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
+    })
+}
+
+/// Statistics of one drive that the choice of the best rests on.
+struct AtDrive {
+    drive: f64,
+    k_sd: Option<f64>,
+    error_rms: Option<f64>,
+    noise_rms: Option<f64>,
+    bias: Option<f64>,
+    total: Option<f64>,
+    k_noise: f64,
+}
+
+fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
+    let at = |(j, drive): (usize, &f64)| {
+        let row = &t.tally.drives[j];
+        let cells = || t.cells.iter().filter(|c| c.j == j);
+        let m = cells().count() as f64;
+        // What the noise of the cells' means does to the spread of K and to the estimates.
+        let k_noise = (cells()
+            .map(|c| noise * noise * c.share * (c.linear / (c.signal * c.signal)).powi(2))
+            .sum::<f64>()
+            / m)
+            .sqrt();
+        let left: f64 = cells().map(|c| c.share).sum::<f64>() / m;
+        let (error_rms, noise_rms) = (row.error_rms(), row.noise_rms());
+        let bias = error_rms.zip(noise_rms).map(|(e, n)| (e * e - n * n * left).max(0.0).sqrt());
+        let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
+        AtDrive { drive: *drive, k_sd: row.deviation.sd(), error_rms, noise_rms, bias, total, k_noise }
+    };
+    t.levels[1].centres.iter().enumerate().map(at).collect()
+}
+
+/// Best drive of the paper's procedure: without noise, and with that of one reading.
+fn best(s: &SideResult, kind: Drive) -> Value {
+    let all = at_drives(&s.table, s.noise);
+    let least = |f: &dyn Fn(&AtDrive) -> Option<f64>| {
+        let known = all.iter().filter_map(|d| Some((d, f(d)?)));
+        known.min_by(|x, y| x.1.total_cmp(&y.1)).map(|(d, _)| d)
+    };
+    let say = |d: Option<&AtDrive>| {
+        d.map(|d| {
+            let mut v = json!({ "K_sd": d.k_sd, "error_rms_mm": d.error_rms, "bias_rms_mm": d.bias,
+                                "noise_rms_mm": d.noise_rms, "total_rms_mm": d.total });
+            v[kind.column()] = d.drive.into();
+            v
+        })
+    };
+    let clean = |d: &AtDrive| d.k_sd.map(|k| (k * k - d.k_noise * d.k_noise).max(0.0).sqrt());
+    json!({ "by_K_sd": say(least(&clean)), "without_noise": say(least(&|d| d.bias)), "with_noise": say(least(&|d| d.total)) })
+}
+
+fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
+    let unit = rig.k_unit();
+    let noise = of.map_or(0.0, |s| s.noise);
+    let held: Vec<(&str, Vec<Option<f64>>)> = Estimator::ALL
+        .into_iter()
+        .filter_map(|e| {
+            let s = of?;
+            Some((e.name(), s.held_out(e)?.rms_by_drive(&s.cells, s.drives.len())))
+        })
+        .collect();
+    let row = |(j, d): (usize, AtDrive)| {
+        let row = &t.tally.drives[j];
+        let mut v = json!({
+            "n": row.deviation.n,
+            "K_mean": row.deviation.mean().map(|m| (1.0 + m) * unit),
+            "K_sd": d.k_sd.map(|k| k * unit),
+            "error_rms_mm": d.error_rms,
+            "error_max_mm": row.error_max(),
+            "error_mean_mm": row.error_mean(),
+            "status": row.status.to_string(),
+        });
+        v[rig.scene.drive.column()] = d.drive.into();
+        if of.is_some() {
+            v["noise_rms_mm"] = json!(d.noise_rms);
+            v["bias_rms_mm"] = json!(d.bias);
+            v["total_rms_mm"] = json!(d.total);
+            let each: serde_json::Map<String, Value> =
+                held.iter().map(|(name, rms)| ((*name).to_owned(), json!(rms[j]))).collect();
+            v["held_out_rms_mm"] = each.into();
+        }
+        v
+    };
+    at_drives(t, noise).into_iter().enumerate().map(row).collect()
+}
+
+fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
+    let unit = rig.k_unit();
+    let row = |(i, a): (usize, &f64)| {
+        let row = &t.tally.distances[i].deviation;
+        json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) })
+    };
+    t.levels[0].centres.iter().enumerate().map(row).collect()
+}
+
+fn parameters(f: &super::fit::Fit, kind: Drive) -> Value {
+    let e = &f.exact;
+    let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
+    let fitted: Vec<Value> = e
+        .fitted
+        .iter()
+        .enumerate()
+        .map(|(i, p)| {
+            let other = |k: usize| e.covariance[i][k] / (error(i) * error(k));
+            let correlations: serde_json::Map<String, Value> = (0..e.fitted.len())
+                .filter(|k| *k != i)
+                .map(|k| (e.fitted[k].name(kind).to_owned(), json!(Some(other(k)).filter(|c| c.is_finite()))))
+                .collect();
+            let [lo, hi] = p.domain();
+            let value = e.values[*p as usize];
+            json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": error(i),
+                    "correlations": correlations, "at_bound": value == lo || value == hi })
+        })
+        .collect();
+    let held: Vec<Value> = f
+        .undetermined
+        .iter()
+        .map(|p| json!({ "name": p.name(kind), "unit": p.unit(kind), "held_at": e.values[*p as usize] }))
+        .collect();
+    json!({ "fitted": fitted, "undetermined": held, "chi2_per_freedom": Some(f.chi2).filter(|c| c.is_finite()),
+            "misfit": f.misfit, "interpolation_error": e.error() })
+}
+
+/// A few lines for people.
+pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
+    let mut t = String::new();
+    let kind = rig.scene.drive;
+    let (symbol, degree) = crate::sink::table::drive_unit(kind);
+    let unit = match data.unit.is_strain() {
+        true => format!("{:.3} µε", 1e6 * found.calibration.noise),
+        false => format!("{:.4e}", found.calibration.noise),
+    };
+    let used: usize = found.sides.iter().map(|s| s.used).sum();
+    let _ = writeln!(
+        t,
+        "{used} of {} taps used, {} zero readings; noise of one reading {unit} from {}",
+        found.taps.len(),
+        found.zeros.len(),
+        found.calibration.noise_from
+    );
+    for s in &found.sides {
+        let _ = writeln!(
+            t,
+            "{} side: {} distances {} … {} mm, {} {symbol} values {} … {}{degree}",
+            side_name(s.gauge),
+            s.distances.len(),
+            s.record.distances_mm[0],
+            s.record.distances_mm[1],
+            s.drives.len(),
+            s.drives.centres[0],
+            s.drives.centres[s.drives.len() - 1],
+        );
+        let candidates: Vec<Estimator> =
+            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+        let shared = s.answered_by_all(&candidates);
+        let n = shared.iter().filter(|x| **x).count();
+        let _ = writeln!(
+            t,
+            "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
+        );
+        for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
+            let Some(held) = s.held_out(e) else {
+                let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
+                continue;
+            };
+            let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
+            let ((all, answered), (common, _)) = (held.rms(|_| true), held.rms(|k| shared[k]));
+            let mark = if e == found.winner { "  <- default" } else { "" };
+            let _ =
+                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
+        }
+        if let Some(f) = &s.fit {
+            for (i, p) in f.exact.fitted.iter().enumerate() {
+                let (value, error) = (f.exact.values[*p as usize], f.exact.covariance[i][i].sqrt());
+                let _ = writeln!(t, "  {:<13} {value:.6} ± {error:.1e} {}", p.name(kind), p.unit(kind));
+            }
+            for p in &f.undetermined {
+                let value = f.exact.values[*p as usize];
+                let _ = writeln!(
+                    t,
+                    "  {:<13} not determined by these data, held at {value} {}",
+                    p.name(kind),
+                    p.unit(kind)
+                );
+            }
+        }
+        if s.drives.len() > 1 {
+            let b = best(s, kind);
+            let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
+            let say = |k: &str| {
+                let at = &b[k];
+                let number = |x: &Value| x.as_f64().map_or("?".to_owned(), |x| format!("{x:.4}"));
+                format!("{}{degree} ({} mm rms)", drive(at), number(&at["total_rms_mm"]))
+            };
+            let _ = writeln!(
+                t,
+                "  best {symbol} of the paper's procedure: {} without noise, {} with it",
+                drive(&b["without_noise"]),
+                say("with_noise")
+            );
+        }
+    }
+    t
+}
+
+/// Names of parameters on the command line.
+pub fn parameter(name: &str, kind: Drive) -> Option<Parameter> {
+    Parameter::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
+}

@@ -1,0 +1,270 @@
+//! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
+
+use super::fit::{Fit, Task};
+use super::held_out::{HeldOut, Side as Held, held_out};
+use super::taps::{Cell, Levels, Tap, cells};
+use super::{Fitted, Reason};
+use crate::error::{Error, InputError};
+use crate::estimate::{Estimated, Estimator as Classic};
+use crate::evaluate::Outcome;
+use crate::locate::Estimator;
+use crate::locate::calibration::{CurveRecord, ExactRecord, FactorRecord, SideRecord, TableRecord};
+use crate::locate::exact::{Opener, Parameter, spec_values};
+use crate::locate::paper::Factors;
+use crate::measure::{Data, Rig};
+use crate::scene::{Side, Theory};
+use crate::statistics::Tally;
+use crate::status::Status;
+
+/// What one side is calibrated from.
+#[derive(Clone, Copy)]
+pub struct Ask<'a> {
+    /// The file, for messages.
+    pub data: &'a Data,
+    /// The whisker; the noise of its gauge is the measured one.
+    pub rig: &'a Rig,
+    /// All taps of the file.
+    pub taps: &'a [Tap],
+    /// Sign of the signals of this side.
+    pub sign: f64,
+    /// Side of the gauge that it means.
+    pub gauge: Side,
+    /// Standard deviation of one reading.
+    pub noise: f64,
+    /// Whether the drive is known.
+    pub recorded: bool,
+    /// Parameters to fit on request.
+    pub fit: &'a [Parameter],
+}
+
+/// A calibrated side.
+#[derive(Debug, Clone)]
+pub struct SideResult {
+    /// Sign of its signals.
+    pub sign: f64,
+    /// Side of the gauge.
+    pub gauge: Side,
+    /// Calibrated distances and drives.
+    pub distances: Levels,
+    /// Calibrated drives.
+    pub drives: Levels,
+    /// Cells of the used taps.
+    pub cells: Vec<Cell>,
+    /// Number of used taps.
+    pub used: usize,
+    /// The paper's statistics of the used taps, and estimates of their cells.
+    pub table: KTable,
+    /// The same with every tap of this side that has a signal, suspect or not.
+    pub with_suspects: Option<KTable>,
+    /// What `locate` needs.
+    pub record: SideRecord,
+    /// The fit of the model.
+    pub fit: Option<Fit>,
+    /// Whether the drive is known.
+    pub recorded: bool,
+    /// Standard deviation of one reading.
+    pub noise: f64,
+    held: Vec<(Estimator, HeldOut)>,
+}
+
+/// K and distances by the paper's procedure, in the terms of a sweep.
+#[derive(Debug, Clone)]
+pub struct KTable {
+    /// Distances and drives.
+    pub levels: [Levels; 2],
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// Statistics per drive and per distance.
+    pub tally: Tally,
+    /// Estimate of each cell.
+    pub estimates: Vec<Estimated>,
+}
+
+impl KTable {
+    fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
+        let levels = |f: fn(&Tap) -> f64| Levels::of(ask.taps.iter().filter(|t| wanted(t)).map(f));
+        let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
+        if distances.len() == 0 {
+            return None;
+        }
+        let cells = cells(ask.taps, ask.rig, &distances, &drives, wanted);
+        let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
+        let classic = Classic::new(&ask.rig.scene, ask.rig.shared(), ends);
+        let mut tally = Tally::new(distances.len(), drives.len());
+        let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
+        for (c, o) in cells.iter().zip(&outcomes) {
+            tally.count(c.i, c.j, o);
+        }
+        tally.calibrate(Some(&classic));
+        let kind = ask.rig.scene.drive;
+        let estimate =
+            |(c, o): (&Cell, &Outcome)| tally.estimate((c.i, c.j), (c.a, kind, c.drive), o, Some(&classic));
+        let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
+        Some(Self { levels: [distances, drives], cells, tally, estimates })
+    }
+}
+
+/// A cell as a tap of a sweep: forces and arc are not measured.
+fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
+    let limit = ask.rig.scene.gauge.strain_limit;
+    let beyond = ask.data.unit.is_strain() && c.signal > limit;
+    Outcome {
+        strain: ask.sign * c.signal,
+        strain_linear: ask.sign * c.linear,
+        deviation: (c.linear - c.signal) / c.signal,
+        normal_force: f64::NAN,
+        tangential_force: f64::NAN,
+        arc: f64::NAN,
+        sticking: false,
+        sweeps: 0.0,
+        interpolated: false,
+        status: if beyond { Status::STRAIN_LIMIT } else { Status::OK },
+    }
+}
+
+/// Calibrates every estimator that the data allow.
+///
+/// # Errors
+/// Fewer than two distances after suspect rows are left out; a backend that fails.
+pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
+    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
+    let table = KTable::new(ask, here).filter(|t| t.levels[0].len() >= 2).ok_or_else(|| {
+        let message = "after suspect rows are left out, fewer than two distances remain";
+        let n = ask.taps.iter().filter(|t| t.reason.is_some()).count();
+        InputError::new(message).at(&ask.data.file, None).key("a_mm").value(format!("{n} suspect rows"))
+    })?;
+    let signal = |t: &Tap| t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
+    let labelled =
+        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.scene.drive, t.a, t.drive);
+    let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
+    let with_suspects = ask.taps.iter().any(changed).then(|| {
+        // As recorded: neither rows nor drift taken out.
+        let back = |t: &Tap| Tap { signal: t.signal + t.drift, ..t.clone() };
+        let all: Vec<Tap> = ask.taps.iter().map(back).collect();
+        KTable::new(&Ask { taps: &all, ..*ask }, |t| signal(t) && labelled(t))
+    });
+    let with_suspects = with_suspects.flatten();
+    let [distances, drives] = table.levels.clone();
+    let cells = table.cells.clone();
+    let held_side = Held {
+        rig: ask.rig,
+        taps: ask.taps,
+        cells: &cells,
+        drives: &drives.centres,
+        distances: distances.len(),
+        noise: ask.noise,
+    };
+    let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
+    let fit = match ask.recorded {
+        true => {
+            let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
+            Some(Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, open }.fit(ask.fit)?)
+        }
+        false => None,
+    };
+    let mut held = Vec::new();
+    for e in Estimator::ALL {
+        if e != Estimator::Timoshenko || ask.recorded {
+            held.extend(held_out(&held_side, e, fit.as_ref()).map(|h| (e, h)));
+        }
+    }
+    let judged = |e: Estimator| held.iter().find(|(x, _)| *x == e).map(|(_, h)| h);
+    // Where a distance is left out, the knots of the table are twice as far apart; the error of its interpolation falls with the
+    // square of their distance or faster.
+    let share = |e: Estimator| if e == Estimator::Table { 0.25 } else { 1.0 };
+    let bias = |e: Estimator| {
+        let known = judged(e).map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
+        known.into_iter().map(|b| b * share(e)).collect::<Vec<_>>()
+    };
+    let rms = |e: Estimator| judged(e).and_then(|h| h.rms(|_| true).0);
+    let factors = |e: Estimator, theory: Theory| {
+        let Factors { k, variance } = held_side.factors(theory, 1, |_| true)?;
+        Some(FactorRecord { held_out_rms_mm: rms(e), K: k, K_variance: variance, bias_mm: bias(e) })
+    };
+    let curves = held_side.table(|_| true).map(|t| TableRecord {
+        held_out_rms_mm: rms(Estimator::Table),
+        bias_mm: bias(Estimator::Table),
+        curves: t.curves().map(|(drive, c)| CurveRecord::new(drive, c)).collect(),
+    });
+    let record = SideRecord {
+        sign: ask.sign as i8,
+        gauge_side: if ask.gauge == Side::Far { "far" } else { "contact" }.to_owned(),
+        distances_mm: ends(&distances),
+        drives: drives.centres.clone(),
+        end_stop: end_stop(ask),
+        paper: factors(Estimator::Paper, Theory::EulerBernoulli),
+        timoshenko: if ask.recorded { factors(Estimator::Timoshenko, Theory::Timoshenko) } else { None },
+        exact: fit.as_ref().map(|f| exact_record(ask.rig, f, rms(Estimator::Exact), bias(Estimator::Exact))),
+        table: curves,
+    };
+    let used = cells.iter().map(|c| c.taps.len()).sum();
+    Ok(SideResult {
+        sign: ask.sign,
+        gauge: ask.gauge,
+        distances,
+        drives,
+        cells,
+        used,
+        table,
+        with_suspects,
+        record,
+        fit,
+        recorded: ask.recorded,
+        noise: ask.noise,
+        held,
+    })
+}
+
+/// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.
+fn end_stop(ask: &Ask<'_>) -> Option<f64> {
+    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == ask.sign;
+    ask.taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min)
+}
+
+fn exact_record(rig: &Rig, fit: &Fit, rms: Option<f64>, bias: Vec<f64>) -> ExactRecord {
+    let kind = rig.scene.drive;
+    let known = |p: &Parameter| spec_values(&rig.scene)[*p as usize].is_finite();
+    let value = |p: Parameter| (p.name(kind).to_owned(), toml::Value::from(fit.exact.values[p as usize]));
+    ExactRecord {
+        held_out_rms_mm: rms,
+        bias_mm: bias,
+        fitted: fit.exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
+        values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
+        covariance: fit.exact.covariance.clone(),
+    }
+}
+
+impl SideResult {
+    /// Whether `estimator` is calibrated.
+    pub fn has(&self, estimator: Estimator) -> bool {
+        match estimator {
+            Estimator::Paper => self.record.paper.is_some(),
+            Estimator::Timoshenko => self.record.timoshenko.is_some(),
+            Estimator::Exact => self.record.exact.is_some(),
+            Estimator::Table => self.record.table.is_some(),
+        }
+    }
+
+    /// What `estimator` makes of distances it has not seen.
+    pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
+        self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
+    }
+
+    /// For each tap of the file, whether all of `candidates` answer it when it is held out.
+    pub fn answered_by_all(&self, candidates: &[Estimator]) -> Vec<bool> {
+        let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
+        let n = held.first().map_or(0, |h| h.taps.len());
+        (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()
+    }
+
+    /// Mean of K̄ over the drives.
+    pub fn mean_k(&self) -> Option<f64> {
+        let k = &self.record.paper.as_ref()?.K;
+        Some(k.iter().sum::<f64>() / k.len() as f64)
+    }
+
+    /// Quality of the fit.
+    pub fn fitted(&self) -> Option<Fitted> {
+        self.fit.as_ref().map(|f| Fitted { chi2: f.chi2, misfit: f.misfit })
+    }
+}

@@ -1,0 +1,75 @@
+//! Which estimator to believe: the one with the smallest error on distances left out, where the data can tell them apart.
+
+use std::collections::HashMap;
+
+use super::held_out::HeldOut;
+use super::side::SideResult;
+use crate::locate::Estimator;
+
+/// Of estimators that the data cannot tell apart the first is taken: the model needs the fewest numbers, and knows both sides and
+/// all drives between.
+const PREFERENCE: [Estimator; 4] =
+    [Estimator::Exact, Estimator::Timoshenko, Estimator::Paper, Estimator::Table];
+
+/// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
+const TOLD_APART: f64 = 2.0;
+
+/// The winner. Candidates are compared on the held-out taps that all of them answer; one that answers less than half of what
+/// another does is none.
+pub fn winner(sides: &[SideResult]) -> Estimator {
+    let answered = |e: Estimator| -> usize {
+        let on = |s: &SideResult| s.held_out(e).map_or(0, HeldOut::answered);
+        sides.iter().map(on).sum()
+    };
+    let everywhere = |e: &Estimator| sides.iter().all(|s| s.has(*e));
+    let known: Vec<Estimator> = PREFERENCE.into_iter().filter(everywhere).collect();
+    let most = known.iter().map(|e| answered(*e)).max().unwrap_or(0);
+    let candidates: Vec<Estimator> =
+        known.iter().copied().filter(|e| answered(*e) > 0 && 2 * answered(*e) >= most).collect();
+    let squares: Vec<HashMap<(usize, usize), (f64, f64)>> =
+        candidates.iter().map(|e| per_distance(sides, *e, &candidates)).collect();
+    let mean = |k: usize| {
+        let (sum, n) = squares[k].values().fold((0.0, 0.0), |(s, n), (q, m)| (s + q, n + m));
+        sum / n
+    };
+    let Some(best) = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b))) else {
+        return known.first().copied().unwrap_or(Estimator::Paper);
+    };
+    let as_good = |k: &usize| *k == best || !worse(&squares[*k], &squares[best]);
+    (0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k])
+}
+
+/// Sum of squared errors and number of taps at each (side, distance).
+fn per_distance(
+    sides: &[SideResult],
+    estimator: Estimator,
+    candidates: &[Estimator],
+) -> HashMap<(usize, usize), (f64, f64)> {
+    let mut sums = HashMap::new();
+    for (k, side) in sides.iter().enumerate() {
+        let shared = side.answered_by_all(candidates);
+        let Some(held) = side.held_out(estimator) else { continue };
+        for cell in &side.cells {
+            for tap in cell.taps.iter().filter(|t| shared[**t]) {
+                let sum: &mut (f64, f64) = sums.entry((k, cell.i)).or_default();
+                *sum = (sum.0 + held.taps[*tap].powi(2), sum.1 + 1.0);
+            }
+        }
+    }
+    sums
+}
+
+/// Whether `a` is worse than `b` beyond chance: differences at distances are taken as independent.
+fn worse(a: &HashMap<(usize, usize), (f64, f64)>, b: &HashMap<(usize, usize), (f64, f64)>) -> bool {
+    let mut spread = crate::reduce::Spread::default();
+    for (key, (sum, n)) in a {
+        if let Some((other, _)) = b.get(key) {
+            spread.push((sum - other) / n);
+        }
+    }
+    match (spread.mean(), spread.sd()) {
+        (Some(mean), Some(sd)) => mean > TOLD_APART * sd / (spread.n as f64).sqrt(),
+        (Some(mean), None) => mean > 0.0,
+        (None, _) => false,
+    }
+}

@@ -1,0 +1,126 @@
+//! `vibrissa calibrate DATA.csv --whisker SPEC.toml`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::calibrate::{self, Options, output, report};
+use vibrissa::error::{Error, InputError};
+use vibrissa::locate::{Estimator, Locator, locator::opener};
+use vibrissa::measure::{Data, Rig};
+use vibrissa::scene::{Drive, RunOptions};
+use vibrissa::sink::folder::hash;
+use vibrissa::sink::run_json;
+
+use super::args::{Calibrate, Common};
+use super::reply::Reply;
+
+/// Reads data and whisker, calibrates, writes the files.
+pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let data = Data::read(&args.data)?;
+    let said = match (args.theta, args.delta) {
+        (Some(_), _) => Some(Drive::Angle),
+        (None, Some(_)) => Some(Drive::Displacement),
+        (None, None) => None,
+    };
+    let rig = Rig::read(&args.whisker, data.drive.or(said))?;
+    let options = prepared(&args.common, &rig, json)?;
+    let quiet = options.quiet == Some(true);
+    let kind = rig.scene.drive;
+    if let Some(said) = said.filter(|s| *s != kind) {
+        let (key, allowed) =
+            if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
+        let message = "the whisker of the spec is driven another way";
+        return Err(InputError::new(message).key(key).allowed(allowed).into());
+    }
+    let mut fit = Vec::new();
+    for name in &args.fit {
+        let known: Vec<&str> = vibrissa::locate::Parameter::ALL.iter().map(|p| p.name(kind)).collect();
+        let parameter = report::parameter(name, kind).ok_or_else(|| {
+            InputError::new("there is no such parameter").key("--fit").value(name).allowed(known.join(", "))
+        })?;
+        fit.push(parameter);
+    }
+    let bytes = std::fs::read(&args.data).map_err(|e| Error::io(&args.data, e))?;
+    let digest = hash_bytes(&bytes)?;
+    drop(bytes);
+    let identity =
+        hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", rig.scene.text, args.theta, args.delta, args.fit));
+    let stem =
+        args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
+    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&stem));
+    if options.plan == Some(true) {
+        return Ok(planned(&data, &rig, &out));
+    }
+    if !quiet {
+        rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
+    let found = calibrate::calibrate(&data, &rig, &asked)?;
+    if !quiet {
+        found.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let label = out.join("calibration.toml").display().to_string();
+    let locator = Locator::new(&found.calibration, &label, None::<Estimator>, &opener(&options))?;
+    let result = report::result(&found, &rig);
+    let counts = report::counts(&found, &data);
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let document = json!({
+        "format": run_json::FORMAT,
+        "command": "calibrate",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": rig.scene.name, "hash": identity, "text": rig.scene.text },
+        "data": { "file": data.file, "hash": asked.hash },
+        "in_force": run_json::in_force(&rig.scene),
+        "material_fit": run_json::material_fit(&rig.scene, None),
+        "counts": counts,
+        "seconds": seconds,
+        "result": result,
+    });
+    let target = output::Target { out: &out, hash: &identity, force: options.force == Some(true) };
+    let files = output::write(&found, &data, &locator, &document, &target)?;
+    let mut text = report::text(&found, &data, &rig);
+    text += &format!("wrote {} in {:.2} s\n", super::listed(&files), start.elapsed().as_secs_f64());
+    Ok(Reply { text, out: Some(out), files, counts, seconds, backend: Value::Null, result, quiet })
+}
+
+fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
+    vibrissa::sink::folder::hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()))
+}
+
+/// Options of spec and command line; starts the threads they ask for and says whether JSON is wanted.
+pub(super) fn prepared(common: &Common, rig: &Rig, json: &mut bool) -> Result<RunOptions, Error> {
+    let options = common.over(&rig.scene.run);
+    *json |= options.json == Some(true);
+    if let Some(n) = options.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build_global()
+            .map_err(|e| Error::Run(e.to_string()))?;
+    }
+    Ok(options)
+}
+
+fn planned(data: &Data, rig: &Rig, out: &Path) -> Reply {
+    let text = format!(
+        "{}: {} rows, {}, {}; whisker {}; would write to {}; nothing was run\n",
+        data.file,
+        data.rows.len(),
+        data.drive.map_or("no drive column", Drive::column),
+        data.unit.column(),
+        rig.scene.name,
+        out.display()
+    );
+    Reply {
+        text,
+        out: Some(out.to_owned()),
+        files: Vec::new(),
+        counts: json!({ "rows": data.rows.len() }),
+        seconds: Value::Null,
+        backend: Value::Null,
+        result: json!({ "in_force": run_json::in_force(&rig.scene), "signal": data.unit.column() }),
+        quiet: false,
+    }
+}

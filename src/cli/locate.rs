@@ -1,0 +1,170 @@
+//! `vibrissa locate CAL.toml [READINGS.csv]`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::error::{Error, InputError};
+use vibrissa::locate::{Calibration, Locator, locator::opener, stream};
+use vibrissa::scene::RunOptions;
+use vibrissa::sink::folder::{Folder, hash, hash_all};
+use vibrissa::sink::run_json;
+
+use super::args::Locate;
+use super::reply::Reply;
+
+/// Answers a file into `located.csv`, or a stream on stdout.
+pub fn run(args: &Locate) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let options = args.common.over(&RunOptions::default());
+    // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
+    let pool = rayon::ThreadPoolBuilder::new();
+    let pool = match options.threads {
+        Some(n) => pool.num_threads(n),
+        None => pool.num_threads(1).use_current_thread(),
+    };
+    pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
+    let calibration = Calibration::read(&args.calibration, args.common.force)?;
+    let label = args.calibration.display().to_string();
+    let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
+    if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
+        eprintln!("warning: {label} was written by version {} of this program", calibration.version);
+    }
+    let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
+    if options.plan == Some(true) {
+        return Ok(planned(&calibration, &locator, readings));
+    }
+    // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
+    if readings.is_none() && !args.common.json && args.common.out.is_none() {
+        return streamed(&locator, start);
+    }
+    filed(args, &calibration, &locator, readings, start)
+}
+
+fn streamed(locator: &Locator, start: Instant) -> Result<Reply, Error> {
+    let mut stdout = std::io::stdout().lock();
+    let mut gone = false;
+    let mut write = |bytes: &[u8], waiting: bool| {
+        let mut put = || {
+            stdout.write_all(bytes)?;
+            if waiting { stdout.flush() } else { Ok(()) }
+        };
+        match put() {
+            // Whoever read the answers has left: there is nobody to answer.
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {
+                gone = true;
+                Err(Error::Run("nobody reads".to_owned()))
+            }
+            other => other.map_err(|e| Error::io("stdout", e)),
+        }
+    };
+    let answered = stream::answer(locator, std::io::stdin().lock(), None, &mut write);
+    let counts = match answered {
+        Err(_) if gone => stream::Counts::default(),
+        other => other?,
+    };
+    Ok(reply(String::new(), None, Vec::new(), &counts, locator, start))
+}
+
+fn filed(
+    args: &Locate,
+    calibration: &Calibration,
+    locator: &Locator,
+    readings: Option<&Path>,
+    start: Instant,
+) -> Result<Reply, Error> {
+    let (label, digest) = match readings {
+        Some(path) => {
+            let mut file = open(path)?;
+            (path.display().to_string(), hash_all(&mut file).map_err(|e| Error::io(path, e))?)
+        }
+        None => ("stdin".to_owned(), String::new()),
+    };
+    let identity = hash(&format!("{digest}\n{}\n{}", calibration.checksum, locator.estimator.name()));
+    let stem = readings
+        .and_then(Path::file_stem)
+        .map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
+    let out = args.common.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{stem}-located")));
+    let mut folder = Folder::new(&out, &identity, args.common.force)?;
+    let mut file = folder.file("located.csv")?;
+    let mut write = |bytes: &[u8], _: bool| file.write(bytes);
+    let counts = match readings {
+        Some(path) => stream::answer(locator, open(path)?, Some(&label), &mut write)?,
+        None => stream::answer(locator, std::io::stdin().lock(), None, &mut write)?,
+    };
+    file.close()?;
+    let document = json!({
+        "format": run_json::FORMAT,
+        "command": "locate",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": stem, "hash": identity },
+        "calibration": { "file": args.calibration.display().to_string(), "checksum": calibration.checksum },
+        "readings": { "file": label, "hash": digest },
+        "estimator": locator.estimator.name(),
+        "counts": counted(&counts),
+        "seconds": { "total": start.elapsed().as_secs_f64() },
+    });
+    let mut run = folder.file("run.json")?;
+    run.write(format!("{document:#}\n").as_bytes())?;
+    run.close()?;
+    let files = folder.finish()?;
+    let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
+    let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+    let text = format!(
+        "{} readings located by {}: {words}\nwrote {} in {:.2} s\n",
+        counts.lines,
+        locator.estimator.name(),
+        super::listed(&files),
+        start.elapsed().as_secs_f64()
+    );
+    Ok(reply(text, Some(out), files, &counts, locator, start))
+}
+
+fn open(path: &Path) -> Result<std::fs::File, Error> {
+    let label = path.display().to_string();
+    if path.is_dir() {
+        return Err(InputError::new("this is a folder; a file of readings is needed").at(label, None).into());
+    }
+    std::fs::File::open(path).map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => {
+            InputError::new("there is no such file of readings").at(label, None).into()
+        }
+        _ => Error::io(path, e),
+    })
+}
+
+fn counted(counts: &stream::Counts) -> Value {
+    json!({ "readings": counts.lines, "status": counts.status })
+}
+
+fn reply(
+    text: String,
+    out: Option<PathBuf>,
+    files: Vec<PathBuf>,
+    counts: &stream::Counts,
+    locator: &Locator,
+    start: Instant,
+) -> Reply {
+    Reply {
+        text,
+        out,
+        files,
+        counts: counted(counts),
+        seconds: json!({ "total": start.elapsed().as_secs_f64() }),
+        backend: Value::Null,
+        result: json!({ "estimator": locator.estimator.name() }),
+        quiet: false,
+    }
+}
+
+fn planned(calibration: &Calibration, locator: &Locator, readings: Option<&Path>) -> Reply {
+    let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
+    let text = format!(
+        "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
+        locator.estimator.name(),
+        calibration.data.file
+    );
+    reply(text, None, Vec::new(), &stream::Counts::default(), locator, Instant::now())
+}

@@ -1,0 +1,136 @@
+//! `vibrissa simulate SPEC.toml`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::error::{Error, InputError};
+use vibrissa::locate::locator::opener;
+use vibrissa::measure::{Rig, Unit};
+use vibrissa::scene::Drive;
+use vibrissa::simulate::{self, Settings};
+use vibrissa::sink::folder::Folder;
+use vibrissa::sink::run_json;
+use vibrissa::spec;
+
+use super::args::Simulate;
+use super::calibrate::prepared;
+use super::reply::Reply;
+
+/// Simulates the taps of a spec into `measurements.csv`.
+pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let label = args.spec.display().to_string();
+    let rig = Rig::of_scene(spec::read(&args.spec)?, &label)?;
+    let options = prepared(&args.common, &rig, json)?;
+    let quiet = options.quiet == Some(true);
+    let settings = settings(args, &rig)?;
+    let (distances, drives) = simulate::axes(&rig.scene);
+    let taps = distances.len().saturating_mul(drives.len()).saturating_mul(settings.repeats);
+    if taps >= 1 << 32 {
+        let error =
+            InputError::new("these are too many taps for one file").key("--repeats").value(settings.repeats);
+        return Err(error.allowed("fewer than 2^32 rows").into());
+    }
+    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&rig.scene.name));
+    let result = described(&settings, rig.scene.drive);
+    if options.plan == Some(true) {
+        let text =
+            format!("{}: {taps} synthetic taps to {}; nothing was run\n", rig.scene.name, out.display());
+        return Ok(Reply {
+            text,
+            out: Some(out),
+            files: Vec::new(),
+            counts: json!({ "taps": taps }),
+            seconds: Value::Null,
+            backend: Value::Null,
+            result: json!({ "settings": result, "in_force": run_json::in_force(&rig.scene) }),
+            quiet: false,
+        });
+    }
+    if !quiet {
+        rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let method = opener(&options)(&rig.scene.model)?;
+    let hash = vibrissa::sink::folder::hash(&rig.scene.text);
+    let mut folder = Folder::new(&out, &hash, options.force == Some(true))?;
+    let mut file = folder.file("measurements.csv")?;
+    let counts = simulate::simulate(&rig, &settings, method, &mut |bytes| file.write(bytes))?;
+    file.close()?;
+    let counted = json!({ "taps": counts.taps, "zero_readings": counts.zeros, "unsolved": counts.unsolved, "faults": counts.faults });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let document = json!({
+        "format": run_json::FORMAT,
+        "command": "simulate",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": rig.scene.name, "hash": hash, "text": rig.scene.text },
+        "in_force": run_json::in_force(&rig.scene),
+        "source": simulate::SOURCE,
+        "settings": result,
+        "counts": counted,
+        "seconds": seconds,
+    });
+    let mut run = folder.file("run.json")?;
+    run.write(format!("{document:#}\n").as_bytes())?;
+    run.close()?;
+    let files = folder.finish()?;
+    let empty = match counts.unsolved {
+        0 => String::new(),
+        n => format!(", {n} of them without a solution and empty"),
+    };
+    let text = format!(
+        "{} synthetic taps{empty}, {} zero readings\nwrote {} in {:.2} s\n",
+        counts.taps,
+        counts.zeros,
+        super::listed(&files),
+        start.elapsed().as_secs_f64()
+    );
+    Ok(Reply {
+        text,
+        out: Some(out),
+        files,
+        counts: counted,
+        seconds,
+        backend: Value::Null,
+        result: json!({ "settings": result }),
+        quiet,
+    })
+}
+
+fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
+    let unit = match &args.signal {
+        None => Unit::Strain,
+        Some(name) => Unit::of_column(name).ok_or_else(|| {
+            let known = Unit::ALL.map(Unit::column).join(", ");
+            InputError::new("there is no such signal").key("--signal").value(name).allowed(known)
+        })?,
+    };
+    let settings = Settings {
+        repeats: args.repeats,
+        noise: args.noise.or(rig.scene.gauge.noise_strain).unwrap_or(0.0),
+        seed: args.seed,
+        zero_every: args.zero_every,
+        drift: args.drift,
+        outliers: args.outliers,
+        saturate: args.saturate,
+        hysteresis: args.hysteresis,
+        factor: args.factor,
+        drive_offset: args.drive_offset,
+        a_offset: args.a_offset,
+        unit,
+    };
+    settings.check()?;
+    Ok(settings)
+}
+
+fn described(s: &Settings, kind: Drive) -> Value {
+    let offset = if kind == Drive::Angle { "theta_offset_deg" } else { "delta_offset_mm" };
+    let mut v = json!({
+        "repeats": s.repeats, "noise_strain": s.noise, "seed": s.seed, "zero_every": s.zero_every,
+        "drift_strain_per_row": s.drift, "outliers": s.outliers, "saturate_strain": s.saturate,
+        "hysteresis": s.hysteresis, "factor": s.factor, "a_offset_mm": s.a_offset, "signal": s.unit.column(),
+    });
+    v[offset] = s.drive_offset.into();
+    v
+}

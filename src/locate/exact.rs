@@ -1,0 +1,277 @@
+//! `exact`: the whole configured model, inverted for a, with the parameters that calibration fitted.
+//!
+//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10). E is no parameter: strain does not depend on it.
+
+use super::Found;
+use super::surface::{Slice, Surface};
+use crate::error::Error;
+use crate::evaluate::Method;
+use crate::measure::Rig;
+use crate::scene::{Contact, Drive, Material, Model, Scene, Side};
+
+/// A parameter of the model that can be fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parameter {
+    /// s: reading per strain; 1 for an ideal gauge, in the unit of the reading otherwise.
+    Factor,
+    /// θ₀ in degrees, or δ₀ in mm: what the motor turned before it touched, taken negative, and the error of its zero.
+    DriveOffset,
+    /// a₀, mm: error of the distance labels.
+    DistanceOffset,
+    /// r₀, mm.
+    Hub,
+    /// ν.
+    Nu,
+    /// μ.
+    Mu,
+    /// C01/C10.
+    Ratio,
+}
+
+impl Parameter {
+    /// All, in the order of [`Values`].
+    pub const ALL: [Self; 7] =
+        [Self::Factor, Self::DriveOffset, Self::DistanceOffset, Self::Hub, Self::Nu, Self::Mu, Self::Ratio];
+
+    /// Name in files and on the command line.
+    pub fn name(self, kind: Drive) -> &'static str {
+        match (self, kind) {
+            (Self::Factor, _) => "factor",
+            (Self::DriveOffset, Drive::Angle) => "theta_offset",
+            (Self::DriveOffset, Drive::Displacement) => "delta_offset",
+            (Self::DistanceOffset, _) => "a_offset",
+            (Self::Hub, _) => "hub",
+            (Self::Nu, _) => "nu",
+            (Self::Mu, _) => "mu",
+            (Self::Ratio, _) => "C01/C10",
+        }
+    }
+
+    /// Unit, for people.
+    pub fn unit(self, kind: Drive) -> &'static str {
+        match (self, kind) {
+            (Self::DriveOffset, Drive::Angle) => "degrees",
+            (Self::DriveOffset, Drive::Displacement) | (Self::DistanceOffset | Self::Hub, _) => "mm",
+            _ => "",
+        }
+    }
+
+    /// Range of values that mean something.
+    pub fn domain(self) -> [f64; 2] {
+        match self {
+            Self::Factor => [f64::MIN_POSITIVE, f64::INFINITY],
+            Self::DriveOffset | Self::DistanceOffset => [f64::NEG_INFINITY, f64::INFINITY],
+            Self::Hub => [0.0, 1e3],
+            Self::Nu => [0.0, 0.5],
+            Self::Mu => [0.0, 2.0],
+            Self::Ratio => [-0.9, 1e2],
+        }
+    }
+
+    /// Whether another value needs the model to be solved again.
+    pub fn is_physical(self) -> bool {
+        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio)
+    }
+
+    /// Step of difference quotients over a physical parameter.
+    pub fn step(self) -> f64 {
+        match self {
+            Self::Hub => 0.02,
+            _ => 2e-3,
+        }
+    }
+}
+
+/// Values of all parameters, by [`Parameter`].
+pub type Values = [f64; 7];
+
+/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10 as they stand; NaN where the model has no such thing.
+pub fn spec_values(scene: &Scene) -> Values {
+    let mu = match scene.model.contact {
+        Contact::Coulomb(mu) => mu,
+        Contact::Frictionless | Contact::Stick => f64::NAN,
+    };
+    let ratio = match scene.model.material {
+        Material::NeoHookean(_) => 0.0,
+        Material::MooneyRivlin([c10, c01]) => c01 / c10,
+        Material::Hooke(_) | Material::Yeoh(_) => f64::NAN,
+    };
+    let hub = if scene.drive == Drive::Angle { scene.hub } else { f64::NAN };
+    let nu = if scene.model.shear { scene.model.nu } else { f64::NAN };
+    [1.0, 0.0, 0.0, hub, nu, mu, ratio]
+}
+
+/// `scene` with the physical parameters of `values`.
+pub fn scene_with(scene: &Scene, values: &Values) -> Scene {
+    let [_, _, _, hub, nu, mu, ratio] = *values;
+    let mut scene = scene.clone();
+    if hub.is_finite() {
+        scene.hub = hub;
+    }
+    if nu.is_finite() {
+        scene.model.nu = nu;
+    }
+    if mu.is_finite() {
+        scene.model.contact = Contact::Coulomb(mu);
+    }
+    // A ratio that nobody changed leaves the material as it was written, to the last digit.
+    if ratio.is_finite() && ratio != spec_values(&scene)[6] {
+        let c10 = scene.model.material.e0() / (6.0 * (1.0 + ratio));
+        scene.model.material = Material::MooneyRivlin([c10, ratio * c10]);
+    }
+    scene
+}
+
+/// Opens what solves a model.
+pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
+
+/// Where a surface is wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    /// Side of the gauge.
+    pub side: Side,
+    /// Distances, mm.
+    pub reach: [f64; 2],
+    /// Drives, degrees or mm, offsets included.
+    pub drives: [f64; 2],
+}
+
+impl Extent {
+    /// Around calibrated `distances` and `drives`: distances as far as the tip and a little beyond, as noise leads there; drives
+    /// with room for an offset where there is more than one.
+    pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2]) -> Self {
+        let [lo, hi] = distances;
+        let margin = 0.15 * (hi - lo) + 0.02 * hi;
+        let reach = [lo - margin, (hi + margin).max(1.1 * rig.design.tuple.L_a)];
+        let [first, last] = drives;
+        let drives = if first < last { [0.02 * first, last + first.max(0.1 * last)] } else { drives };
+        Self { side, reach, drives }
+    }
+}
+
+/// The surface of `values`.
+pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, Error> {
+    let scene = scene_with(&rig.scene, values);
+    let method = open(&scene.model)?;
+    Surface::build(rig, &scene, at.side, at.reach, at.drives, method).map_err(Error::Run)
+}
+
+/// The model with fitted parameters, solved over the range of interest.
+#[derive(Debug, Clone)]
+pub struct Exact {
+    /// Values of all parameters.
+    pub values: Values,
+    /// Those that were fitted.
+    pub fitted: Vec<Parameter>,
+    /// Their covariance.
+    pub covariance: Vec<Vec<f64>>,
+    surface: Surface,
+    /// For each fitted physical parameter the surfaces on both sides of its value, and their distance.
+    sides: Vec<Option<(Surface, Surface, f64)>>,
+}
+
+impl Exact {
+    /// Solves the model. A run error where the backend fails.
+    pub fn new(
+        rig: &Rig,
+        values: Values,
+        fitted: Vec<Parameter>,
+        covariance: Vec<Vec<f64>>,
+        at: Extent,
+        open: Opener<'_>,
+    ) -> Result<Self, Error> {
+        let beside = |p: &Parameter| -> Result<_, Error> {
+            if !p.is_physical() {
+                return Ok(None);
+            }
+            let i = *p as usize;
+            let [lo, hi] = p.domain();
+            let [lo, hi] = [(values[i] - p.step()).max(lo), (values[i] + p.step()).min(hi)];
+            let moved = |x: f64| {
+                let mut values = values;
+                values[i] = x;
+                surface(rig, &values, at, open)
+            };
+            Ok(Some((moved(lo)?, moved(hi)?, hi - lo)))
+        };
+        let sides = fitted.iter().map(beside).collect::<Result<_, _>>()?;
+        Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides })
+    }
+
+    fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
+        (a + self.values[2], drive + self.values[1])
+    }
+
+    /// The curve at one drive.
+    pub fn slice(&self, drive: f64) -> Slice {
+        self.surface.slice(drive + self.values[1])
+    }
+
+    /// Reading expected at a, mm.
+    pub fn expected(&self, a: f64, drive: f64) -> f64 {
+        let (a, drive) = self.moved(a, drive);
+        self.values[0] * self.surface.value(a, drive)
+    }
+
+    /// d reading/da, 1/mm.
+    pub fn slope(&self, a: f64, drive: f64) -> f64 {
+        self.values[0] * self.slice(drive).slope(a + self.values[2])
+    }
+
+    /// d reading/dp for the fitted parameters.
+    pub fn gradient(&self, a: f64, drive: f64) -> Vec<f64> {
+        let factor = self.values[0];
+        let (a, drive) = self.moved(a, drive);
+        let quotient = |lo: f64, hi: f64, width: f64| factor * (hi - lo) / width;
+        let entry = |(p, beside): (&Parameter, &Option<(Surface, Surface, f64)>)| match (p, beside) {
+            (Parameter::Factor, _) => self.surface.value(a, drive),
+            (Parameter::DriveOffset, _) => {
+                let h = 1e-4 * drive;
+                quotient(self.surface.value(a, drive - h), self.surface.value(a, drive + h), 2.0 * h)
+            }
+            (Parameter::DistanceOffset, _) => {
+                let h = 1e-4 * a;
+                quotient(self.surface.value(a - h, drive), self.surface.value(a + h, drive), 2.0 * h)
+            }
+            (_, Some((lo, hi, width))) => quotient(lo.value(a, drive), hi.value(a, drive), *width),
+            (_, None) => 0.0,
+        };
+        self.fitted.iter().zip(&self.sides).map(entry).collect()
+    }
+
+    /// Variance of the expected reading that the fit leaves.
+    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+        let g = self.gradient(a, drive);
+        let row = |(gi, row): (&f64, &Vec<f64>)| gi * row.iter().zip(&g).map(|(c, gj)| c * gj).sum::<f64>();
+        g.iter().zip(&self.covariance).map(row).sum::<f64>().max(0.0)
+    }
+
+    /// Distance at which the model gives `reading` > 0 at `drive`, whose [`Self::slice`] is `slice`.
+    pub fn find_in(&self, slice: &Slice, drive: f64, reading: f64) -> Option<Found> {
+        let (far, near) = slice.roots(reading / self.values[0])?;
+        let a = far - self.values[2];
+        let slope = self.values[0] * slice.slope(far);
+        let near = near.map(|n| n - self.values[2]);
+        Some(Found { a, near, slope, variance: self.variance(a, drive) })
+    }
+
+    /// As [`Self::find_in`].
+    pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
+        self.find_in(&self.slice(drive), drive, reading)
+    }
+
+    /// Smallest reading within reach beyond the peak: a smaller one comes from farther out.
+    pub fn weakest(&self, slice: &Slice) -> f64 {
+        self.values[0] * slice.value(self.surface.reach[1])
+    }
+
+    /// Distances covered, mm, as labelled.
+    pub fn reach(&self) -> [f64; 2] {
+        self.surface.reach.map(|a| a - self.values[2])
+    }
+
+    /// Error of the interpolation of the model, relative to the strain.
+    pub fn error(&self) -> f64 {
+        self.surface.error
+    }
+}

@@ -1,0 +1,90 @@
+//! From a reading to a distance, with its uncertainty and a warning where it should not be trusted.
+//!
+//! A [`Calibration`] is what a file holds, a [`Locator`] is what answers. Four estimators answer in the same terms
+//! ([`Found`]): [`paper`] (also with the theory of Timoshenko), [`table`] and [`exact`].
+//!
+//! ```no_run
+//! let locator = vibrissa::locate::Locator::open("results/rig/calibration.toml")?;
+//! let tap = locator.locate(4.0, 1.23e-3); // tap angle in degrees, strain
+//! println!("{:.2} ± {:.2} mm, {}", tap.distance, tap.sigma, tap.status);
+//! # Ok::<(), vibrissa::error::Error>(())
+//! ```
+
+pub mod calibration;
+pub mod exact;
+pub mod locator;
+pub mod paper;
+pub mod stream;
+pub mod surface;
+pub mod table;
+
+pub use calibration::Calibration;
+pub use exact::{Exact, Parameter};
+pub use locator::{Located, Locator};
+
+/// Ways to a distance, by the names users know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, clap::ValueEnum)]
+pub enum Estimator {
+    /// The closed form f and one K̄ per drive.
+    Paper,
+    /// The same with shear: f_T.
+    Timoshenko,
+    /// The configured model, inverted.
+    Exact,
+    /// Interpolation of the data.
+    Table,
+}
+
+impl Estimator {
+    /// All, simplest first: of equals the first is taken.
+    pub const ALL: [Self; 4] = [Self::Paper, Self::Timoshenko, Self::Exact, Self::Table];
+
+    /// Name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Timoshenko => "timoshenko",
+            Self::Exact => "exact",
+            Self::Table => "table",
+        }
+    }
+}
+
+/// What an estimator makes of a reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// The largest distance with this reading, mm.
+    pub a: f64,
+    /// The next one, mm.
+    pub near: Option<f64>,
+    /// d reading/da there, 1/mm.
+    pub slope: f64,
+    /// Variance of the expected reading that the noise of the calibration leaves, reading².
+    pub variance: f64,
+}
+
+/// Relative slack with which a recorded drive equals a calibrated one.
+pub(crate) const SAME: f64 = 1e-9;
+
+/// Place of `x` among ascending `values`: index of the one before and weight of the one after; `None` outside.
+pub(crate) fn bracket(values: &[f64], x: f64) -> Option<(usize, f64)> {
+    let (first, last) = (*values.first()?, *values.last()?);
+    if x < first * (1.0 - SAME) || x > last * (1.0 + SAME) || x.is_nan() {
+        return None;
+    }
+    let j = values.partition_point(|v| *v <= x).saturating_sub(1).min(values.len().saturating_sub(2));
+    match values.get(j + 1) {
+        Some(next) => Some((j, ((x - values[j]) / (next - values[j])).clamp(0.0, 1.0))),
+        None => Some((j, 0.0)),
+    }
+}
+
+/// Linear interpolation of `ys` over ascending `xs`, held at both ends.
+pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
+    let x = x.clamp(xs[0], xs[xs.len() - 1]);
+    match bracket(xs, x) {
+        Some((j, w)) if w > 0.0 => ys[j] + w * (ys[j + 1] - ys[j]),
+        Some((j, _)) => ys[j],
+        None => f64::NAN,
+    }
+}

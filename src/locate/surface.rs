@@ -1,0 +1,313 @@
+//! Strain of a whisker over (a, θ) as polynomials: the exact model, solved once, read many times.
+//!
+//! What is interpolated is ε/(θ f), which is smooth and near 1, in u = 1/a and the drive, at Chebyshev points of pieces
+//! that are halved until their last coefficients vanish. f itself is a closed form and is not interpolated, so that
+//! neither its peak nor its kink at the gauge's far end costs anything.
+
+use crate::design::{Design, amount};
+use crate::evaluate::{Evaluator, Method, Task};
+use crate::kernel::chart::{chebyshev_points, transform2};
+use crate::measure::Rig;
+use crate::physics::linear::StrainCurve;
+use crate::physics::root::bracketed;
+use crate::scene::{Drive, Scene, Side, Tuple};
+
+/// Chebyshev points of a piece over u and over the drive.
+const NODES: [usize; 2] = [16, 10];
+/// Relative size of the last coefficients below which a piece is fine enough.
+const FINE: f64 = 1e-8;
+/// Most halvings of u and of the drive: a boundary between sticking and sliding is no polynomial anywhere.
+const HALVINGS: [u32; 2] = [4, 3];
+/// Points of a slice's piece between which roots are looked for.
+const LOOKS: usize = 12;
+
+/// |ε| over contact distance and drive, positive on the side of the gauge.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    curve: StrainCurve,
+    kind: Drive,
+    /// Distances covered, mm.
+    pub reach: [f64; 2],
+    /// Drives covered, degrees or mm.
+    pub drives: [f64; 2],
+    strips: Vec<Strip>,
+    /// What the last coefficients of the worst piece sum to, relative to the strain.
+    pub error: f64,
+}
+
+/// Pieces over one interval of the drive.
+#[derive(Debug, Clone)]
+struct Strip {
+    drives: [f64; 2],
+    pieces: Vec<Piece>,
+}
+
+/// ε/(θ f) over one interval of u.
+#[derive(Debug, Clone)]
+struct Piece {
+    u: [f64; 2],
+    /// Rows over u, columns over the drive.
+    coefficients: Vec<Vec<f64>>,
+    /// Size of the last two rows and of the last two columns.
+    tails: [f64; 2],
+}
+
+impl Surface {
+    /// Solves the model of `scene`, whose whisker is that of `rig`, with the gauge on `side`. Distances beyond the tip are those of a
+    /// continued taper; `reach` is cut at the gauge's near end and short of the apex. Errors are those of the backend.
+    pub fn build(
+        rig: &Rig,
+        scene: &Scene,
+        side: Side,
+        reach: [f64; 2],
+        drives: [f64; 2],
+        method: Method,
+    ) -> Result<Self, String> {
+        let mut scene = scene.clone();
+        scene.gauge.side = side;
+        let shared = rig.shared();
+        let tau = shared.taper.tau;
+        let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
+        let reach = [reach[0].max(shared.gauge[0] * 1.02 + 1e-3), reach[1].min(apex)];
+        if reach[0].partial_cmp(&reach[1]) != Some(std::cmp::Ordering::Less) {
+            return Err("all distances lie at or inside the gauge".to_owned());
+        }
+        let t = rig.design.tuple;
+        let length = t.L_a.max(reach[1]);
+        let tuple =
+            if length > t.L_a { Tuple { L_a: length, d: t.D * (1.0 - tau * length), ..t } } else { t };
+        let design = Design::new(&scene, tuple);
+        let Some(curve) = design.shared.as_ref().map(|s| s.model) else {
+            return Err("the whisker cannot be continued so far".to_owned());
+        };
+        let kind = scene.drive;
+        let mut solver = Solve { curve, kind, designs: [design], evaluator: Evaluator::new(&scene, method) };
+        let mut strips = Vec::new();
+        // A contact on the gauge is another branch of f.
+        let edge = 1.0 / curve.gauge[1];
+        let whole = [1.0 / reach[1], 1.0 / reach[0]];
+        let cut = if edge > whole[0] && edge < whole[1] {
+            vec![[whole[0], edge], [edge, whole[1]]]
+        } else {
+            vec![whole]
+        };
+        let mut open = vec![(drives, 0)];
+        while let Some((drives, depth)) = open.pop() {
+            let pieces = solver.pieces(&cut, drives)?;
+            let coarse = pieces.iter().any(|p| !p.is_fine(1));
+            if coarse && depth < HALVINGS[1] && drives[0] < drives[1] {
+                let mid = 0.5 * (drives[0] + drives[1]);
+                open.extend([([mid, drives[1]], depth + 1), ([drives[0], mid], depth + 1)]);
+            } else {
+                strips.push(Strip { drives, pieces });
+            }
+        }
+        let tails = strips.iter().flat_map(|s| &s.pieces).map(|p| p.tails[0] + p.tails[1]);
+        let error = tails.filter(|t| t.is_finite()).fold(0.0, f64::max);
+        Ok(Self { curve, kind, reach, drives, strips, error })
+    }
+
+    /// Strain at a (mm) and drive; NaN where the model has none.
+    pub fn value(&self, a: f64, drive: f64) -> f64 {
+        let drive = drive.clamp(self.drives[0], self.drives[1]);
+        let (u, strip) = (1.0 / a, self.strip(drive));
+        let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
+        let Some(piece) = piece else { return f64::NAN };
+        let y = scaled(drive, strip.drives);
+        let mut c = [0.0; NODES[0]];
+        c.iter_mut().zip(&piece.coefficients).for_each(|(c, row)| *c = clenshaw(row, y).0);
+        amount(self.kind, drive) * self.curve.value(a) * clenshaw(&c, scaled(u, piece.u)).0
+    }
+
+    fn strip(&self, drive: f64) -> &Strip {
+        self.strips.iter().find(|s| drive <= s.drives[1]).unwrap_or(&self.strips[self.strips.len() - 1])
+    }
+
+    /// The curve over a at one drive, which is clamped to [`Self::drives`].
+    pub fn slice(&self, drive: f64) -> Slice {
+        let drive = drive.clamp(self.drives[0], self.drives[1]);
+        let strip = self.strip(drive);
+        let y = scaled(drive, strip.drives);
+        let contract = |p: &Piece| {
+            let mut c = [0.0; NODES[0]];
+            for (c, row) in c.iter_mut().zip(&p.coefficients) {
+                *c = clenshaw(row, y).0;
+            }
+            (p.u, c)
+        };
+        let pieces = strip.pieces.iter().map(contract).collect();
+        Slice::new(self.curve, amount(self.kind, drive), pieces)
+    }
+}
+
+impl Piece {
+    fn is_fine(&self, along: usize) -> bool {
+        self.tails[along] <= FINE
+    }
+}
+
+/// What solves the model at the points of a piece.
+struct Solve<'a> {
+    curve: StrainCurve,
+    kind: Drive,
+    designs: [Design; 1],
+    evaluator: Evaluator<'a>,
+}
+
+impl Solve<'_> {
+    /// Pieces over the intervals `cut` of u, ascending, halved where that is needed.
+    fn pieces(&mut self, cut: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, String> {
+        let mut done = Vec::new();
+        let mut open: Vec<_> = cut.iter().map(|u| (*u, 0)).collect();
+        while !open.is_empty() {
+            let solved = self.solve(&open.iter().map(|(u, _)| *u).collect::<Vec<_>>(), drives)?;
+            let mut next = Vec::new();
+            for (piece, (u, depth)) in solved.into_iter().zip(open) {
+                if piece.is_fine(0) || depth >= HALVINGS[0] {
+                    done.push(piece);
+                } else {
+                    let mid = 0.5 * (u[0] + u[1]);
+                    next.extend([([u[0], mid], depth + 1), ([mid, u[1]], depth + 1)]);
+                }
+            }
+            open = next;
+        }
+        done.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
+        Ok(done)
+    }
+
+    fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, String> {
+        let columns = if drives[0] < drives[1] { NODES[1] } else { 1 };
+        let (xs, ys) = (chebyshev_points(NODES[0]), chebyshev_points(columns));
+        let mut tasks = Vec::with_capacity(us.len() * NODES[0] * columns);
+        for u in us {
+            for x in &xs {
+                let a = 1.0 / placed(*x, *u);
+                tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(*y, drives) }));
+            }
+        }
+        let outcomes = self.evaluator.run(&self.designs, &tasks)?;
+        let ratios: Vec<f64> = outcomes
+            .iter()
+            .zip(&tasks)
+            .map(|(o, t)| o.strain.abs() / (amount(self.kind, t.drive) * self.curve.value(t.a)))
+            .collect();
+        let piece = |(u, ratios): (&[f64; 2], &[f64])| {
+            let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
+            let c = transform2(&rows);
+            let size = |x: f64| x.abs();
+            let rows: f64 = c[NODES[0] - 2..].iter().flatten().copied().map(size).sum();
+            let last = |row: &Vec<f64>| {
+                row[columns.saturating_sub(2).max(1)..].iter().copied().map(size).sum::<f64>()
+            };
+            let columns = c.iter().map(last).sum::<f64>();
+            let scale = c[0][0].abs();
+            Piece { u: *u, tails: [rows / scale, columns / scale], coefficients: c }
+        };
+        Ok(us.iter().zip(ratios.chunks(NODES[0] * columns)).map(piece).collect())
+    }
+}
+
+/// |ε| over a at one drive.
+#[derive(Debug, Clone)]
+pub struct Slice {
+    curve: StrainCurve,
+    amount: f64,
+    pieces: Vec<([f64; 2], [f64; NODES[0]])>,
+    /// (u, ε) at points between which there is at most one extremum.
+    looks: Vec<(f64, f64)>,
+}
+
+impl Slice {
+    fn new(curve: StrainCurve, amount: f64, pieces: Vec<([f64; 2], [f64; NODES[0]])>) -> Self {
+        let mut slice = Self { curve, amount, pieces, looks: Vec::new() };
+        let mut looks = Vec::with_capacity(LOOKS * slice.pieces.len() + 1);
+        for (i, (u, _)) in slice.pieces.iter().enumerate() {
+            let from = usize::from(i > 0);
+            looks.extend((from..=LOOKS).map(|k| {
+                let u = u[0] + (u[1] - u[0]) * (k as f64 / LOOKS as f64);
+                (u, slice.at(u).0)
+            }));
+        }
+        slice.looks = looks;
+        slice
+    }
+
+    /// ε and dε/du.
+    fn at(&self, u: f64) -> (f64, f64) {
+        let piece = self.pieces.iter().find(|(range, _)| u <= range[1]).or(self.pieces.last());
+        let Some((range, c)) = piece else { return (f64::NAN, f64::NAN) };
+        let (r, dr) = clenshaw(c, scaled(u, *range));
+        let dr = dr * 2.0 / (range[1] - range[0]);
+        let (f, df) = self.curve.at_inverse(u);
+        (self.amount * f * r, self.amount * (df * r + f * dr))
+    }
+
+    /// Strain at a, mm.
+    pub fn value(&self, a: f64) -> f64 {
+        self.at(1.0 / a).0
+    }
+
+    /// dε/da, 1/mm.
+    pub fn slope(&self, a: f64) -> f64 {
+        -self.at(1.0 / a).1 / (a * a)
+    }
+
+    /// The largest distance with this strain, and the next one; `None` where there is none within reach.
+    pub fn roots(&self, strain: f64) -> Option<(f64, Option<f64>)> {
+        let mut found = [None; 2];
+        let mut next = 0;
+        let mut take = |lo: f64, hi: f64| {
+            if next < 2 {
+                found[next] = Some(1.0 / bracketed(|u| self.at(u).0 - strain, lo, hi));
+                next += 1;
+            }
+        };
+        for (i, w) in self.looks.windows(2).enumerate() {
+            let ((lo, e), (hi, f)) = (w[0], w[1]);
+            if (e <= strain) != (f <= strain) {
+                take(lo, hi);
+            } else if e < strain && self.may_peak(i) {
+                // Both ends lie below; the peak between them may lie above.
+                let (slope_lo, slope_hi) = (self.at(lo).1, self.at(hi).1);
+                if slope_lo > 0.0 && slope_hi < 0.0 {
+                    let peak = bracketed(|u| self.at(u).1, lo, hi);
+                    if self.at(peak).0 >= strain {
+                        take(lo, peak);
+                        take(peak, hi);
+                    }
+                }
+            }
+        }
+        found[0].map(|far| (far, found[1]))
+    }
+
+    /// Whether the strain may have a maximum after look `i`.
+    fn may_peak(&self, i: usize) -> bool {
+        let at = |k: usize| self.looks.get(k).map_or(f64::NEG_INFINITY, |l| l.1);
+        let before = if i == 0 { f64::NEG_INFINITY } else { at(i - 1) };
+        at(i).max(at(i + 1)) >= before.max(at(i + 2))
+    }
+}
+
+/// Place of `x` in [−1, 1] within `range`.
+fn placed(x: f64, range: [f64; 2]) -> f64 {
+    0.5 * (range[0] + range[1]) + 0.5 * (range[1] - range[0]) * x
+}
+
+/// `x` of `range` in [−1, 1]; 0 for a range that is a point.
+fn scaled(x: f64, range: [f64; 2]) -> f64 {
+    let width = range[1] - range[0];
+    if width > 0.0 { (2.0 * x - range[0] - range[1]) / width } else { 0.0 }
+}
+
+/// Σ c_k T_k(x) and its derivative (Clenshaw 1955, and its derivative line by line).
+fn clenshaw(c: &[f64], x: f64) -> (f64, f64) {
+    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
+    for c in c[1..].iter().rev() {
+        let b = 2.0 * x * b1 - b2 + c;
+        let d = 2.0 * b1 + 2.0 * x * d1 - d2;
+        (b2, b1, d2, d1) = (b1, b, d1, d);
+    }
+    (c[0] + x * b1 - b2, b1 + x * d1 - d2)
+}

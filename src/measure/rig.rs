@@ -1,0 +1,174 @@
+//! The whisker on its rig: what calibrate, locate and simulate know of it, read from a spec or from a calibration.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::design::Design;
+use crate::error::InputError;
+use crate::physics::linear::{StrainCurve, shear_length2};
+use crate::scene::{Contact, Convention, Drive, Geometry, Material, Scene, Side, Space, Theory, Tuple};
+use crate::spec;
+
+/// One whisker with its gauge and its model.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    /// What the spec says; its tuples are not used.
+    pub scene: Scene,
+    /// The whisker; distance and drive of its tuple are not used.
+    pub design: Design,
+}
+
+impl Rig {
+    /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
+    pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
+        let scene = spec::read_with(path, fallback(drive.unwrap_or(Drive::Angle)))?;
+        Self::of_scene(scene, &path.display().to_string())
+    }
+
+    /// From a scene with one whisker; `label` names its spec.
+    pub fn of_scene(scene: Scene, label: &str) -> Result<Self, InputError> {
+        let several = |key: &str, n: u64| {
+            InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l")
+                .at(label, None)
+                .key(key)
+                .value(format!("{n} values"))
+                .allowed("one number")
+        };
+        let Space::Grid(factors) = &scene.space else {
+            let error =
+                InputError::new("the whisker comes from [whisker] and [gauge], not from a tuple file");
+            return Err(error
+                .at(label, None)
+                .key("tuples.file")
+                .allowed("D, d, L_a, x_ss, l as one number each"));
+        };
+        let mut values = [1.0; 7];
+        for (column, axis) in factors.iter().flat_map(|f| &f.axes) {
+            let place = *column as usize;
+            if place < 5 && axis.len() != 1 {
+                let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];
+                return Err(several(names[place], axis.len()));
+            }
+            values[place] = axis.at(0);
+        }
+        Self::with(scene, Tuple::from_array(values), label)
+    }
+
+    fn with(scene: Scene, tuple: Tuple, label: &str) -> Result<Self, InputError> {
+        let design = Design::new(&scene, tuple);
+        match design.shared {
+            Some(_) => Ok(Self { scene, design }),
+            None => Err(InputError::new("these numbers are no whisker with a gauge on it")
+                .at(label, None)
+                .key("whisker")
+                .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
+        }
+    }
+
+    /// Closed form of a theory for this whisker, with another hub if `hub` says so.
+    pub fn curve(&self, theory: Theory, hub: f64) -> StrainCurve {
+        let shared = self.shared();
+        let shear = match theory {
+            Theory::EulerBernoulli => 0.0,
+            Theory::Timoshenko => shear_length2(&shared.taper, self.scene.model.nu),
+        };
+        StrainCurve::new(shared.taper, shared.gauge, hub, self.scene.drive, shear)
+    }
+
+    /// Curves of the whisker.
+    pub fn shared(&self) -> &crate::design::Shared {
+        self.design.shared.as_ref().expect("checked when the rig was made")
+    }
+
+    /// Length by which K is multiplied in tables: 1, or x2 − x1 for elongation.
+    pub fn k_unit(&self) -> f64 {
+        match self.scene.estimate.convention {
+            Convention::Mean => 1.0,
+            Convention::Elongation => self.shared().gauge[1] - self.shared().gauge[0],
+        }
+    }
+
+    /// Everything in force as a spec: tables that [`Self::from_table`] reads back, no file needed.
+    pub fn to_table(&self) -> Table {
+        let (s, t, m) = (&self.scene, &self.design.tuple, &self.scene.model);
+        let word = |w: &str| Value::from(w);
+        let table = |entries: Vec<(&str, Value)>| -> Value {
+            Value::Table(entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())
+        };
+        let list = |v: &[f64]| Value::Array(v.iter().map(|x| Value::from(*x)).collect());
+        let material = match &m.material {
+            Material::Hooke(e) => ("hooke", Value::from(*e)),
+            Material::NeoHookean(e) => ("neo-hookean", Value::from(*e)),
+            Material::MooneyRivlin(c) => ("mooney-rivlin", list(c)),
+            Material::Yeoh(c) => ("yeoh", list(c)),
+        };
+        let contact = match m.contact {
+            Contact::Frictionless => word("frictionless"),
+            Contact::Stick => word("stick"),
+            Contact::Coulomb(mu) => table(vec![("coulomb", mu.into())]),
+        };
+        let mut gauge = vec![
+            ("x_ss", t.x_ss.into()),
+            ("l", t.l.into()),
+            ("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })),
+            ("strain_limit", s.gauge.strain_limit.into()),
+            ("factor", s.gauge.factor.into()),
+        ];
+        gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
+        let theory = if s.estimate.theory == Theory::Timoshenko { "timoshenko" } else { "euler-bernoulli" };
+        let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
+        let mut estimate = vec![("theory", word(theory)), ("convention", word(convention))];
+        estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
+        let entries = [
+            (
+                "whisker",
+                table(vec![
+                    ("D", t.D.into()),
+                    ("d", t.d.into()),
+                    ("L_a", t.L_a.into()),
+                    ("hub", s.hub.into()),
+                ]),
+            ),
+            ("gauge", table(gauge)),
+            (
+                "tap",
+                table(vec![("drive", word(if s.drive == Drive::Angle { "angle" } else { "displacement" }))]),
+            ),
+            (
+                "model",
+                table(vec![
+                    ("geometry", word(if m.geometry == Geometry::Linear { "linear" } else { "exact" })),
+                    ("shear", m.shear.into()),
+                    ("extension", m.extension.into()),
+                    ("surface", m.surface.into()),
+                    ("pole_radius", m.pole_radius.into()),
+                    ("nu", m.nu.into()),
+                    ("contact", contact),
+                    ("material", table(vec![material])),
+                ]),
+            ),
+            ("estimate", table(estimate)),
+        ];
+        entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
+    }
+
+    /// Reads what [`Self::to_table`] wrote; `label` names the file it stands in.
+    pub fn from_table(label: &str, table: &Table) -> Result<Self, InputError> {
+        let displaced =
+            table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str) == Some("displacement");
+        let drive = if displaced { Drive::Displacement } else { Drive::Angle };
+        let scene = spec::parse_with(label, &table.to_string(), Path::new(""), fallback(drive))
+            // Line numbers would be those of the tables alone.
+            .map_err(|e| InputError { line: None, snippet: None, ..e })?;
+        Self::of_scene(scene, label)
+    }
+}
+
+/// Values for the keys of `[tap]` that a rig does not need; they satisfy every whisker.
+fn fallback(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Angle => "[tap]\na = 1e-6\ntheta = 1\n",
+        Drive::Displacement => "[tap]\ndrive = \"displacement\"\na = 1e-6\ndelta = 1\n",
+    }
+}

@@ -1,0 +1,94 @@
+//! What the signal column holds.
+
+/// Unit of the recorded signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// Strain, dimensionless.
+    Strain,
+    /// Strain in 1e-6.
+    Microstrain,
+    /// Output of a quarter bridge over its supply, mV/V.
+    Bridge,
+    /// Any signal proportional to the bending at one place; the factor is unknown.
+    Reading,
+}
+
+impl Unit {
+    /// All, by column name.
+    pub const ALL: [Self; 4] = [Self::Strain, Self::Microstrain, Self::Bridge, Self::Reading];
+
+    /// Name of the column that holds it.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Strain => "strain",
+            Self::Microstrain => "microstrain",
+            Self::Bridge => "bridge_mV_per_V",
+            Self::Reading => "reading",
+        }
+    }
+
+    /// The unit of a column, if it is a signal.
+    pub fn of_column(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|u| u.column() == name)
+    }
+
+    /// Whether the signal says how large the strain is.
+    pub fn is_strain(self) -> bool {
+        self != Self::Reading
+    }
+
+    /// Column in which every table gives the signal: strain, or the reading as it is.
+    pub fn common(self) -> &'static str {
+        if self.is_strain() { "strain" } else { "reading" }
+    }
+
+    /// Strain of a recorded value, tension positive; a `reading` stays as it is. NaN where the bridge cannot give `value`.
+    pub fn strain(self, value: f64, gauge_factor: f64) -> f64 {
+        match self {
+            Self::Strain | Self::Reading => value,
+            Self::Microstrain => value * 1e-6,
+            Self::Bridge => quarter_bridge_strain(value, gauge_factor),
+        }
+    }
+
+    /// The value that is recorded at a strain: the inverse of [`Self::strain`].
+    pub fn value(self, strain: f64, gauge_factor: f64) -> f64 {
+        match self {
+            Self::Strain | Self::Reading => strain,
+            Self::Microstrain => strain * 1e6,
+            Self::Bridge => quarter_bridge_output(strain, gauge_factor),
+        }
+    }
+}
+
+/// Strain of the one active gauge of a bridge whose output is `mv_per_v`, mV/V: ε = 4v/(GF (1 − 2v)), v = mV/V/1000. The
+/// supply sees R(1 + GF ε) beside three R, so that v = GF ε/(4 + 2 GF ε). NaN at v ≥ 1/2, which no bridge gives.
+pub fn quarter_bridge_strain(mv_per_v: f64, gauge_factor: f64) -> f64 {
+    let v = mv_per_v / 1000.0;
+    if v < 0.5 { 4.0 * v / (gauge_factor * (1.0 - 2.0 * v)) } else { f64::NAN }
+}
+
+/// Output in mV/V of a quarter bridge at `strain`: v = GF ε/(4 + 2 GF ε).
+pub fn quarter_bridge_output(strain: f64, gauge_factor: f64) -> f64 {
+    let x = gauge_factor * strain;
+    1000.0 * x / (4.0 + 2.0 * x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bridge_is_not_linear() {
+        // R = 120 Ω, GF 2.21, 5 %: R' = 133.26 Ω; v = R'/(R + R') − 1/2.
+        let v = 133.26 / 253.26 - 0.5;
+        assert!((quarter_bridge_strain(1000.0 * v, 2.21) - 0.05).abs() < 1e-15);
+        for strain in [-0.05, -1e-6, 0.0, 1e-5, 0.2] {
+            for unit in [Unit::Strain, Unit::Microstrain, Unit::Bridge] {
+                let back = unit.strain(unit.value(strain, 2.21), 2.21);
+                assert!((back - strain).abs() <= 1e-15, "{unit:?} {strain} {back}");
+            }
+        }
+        assert!(quarter_bridge_strain(500.0, 2.21).is_nan());
+    }
+}

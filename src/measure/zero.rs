@@ -1,0 +1,108 @@
+//! The sensor's zero: readings without contact, taken now and then, joined by straight lines in file order.
+
+/// Zero readings of a file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Zero {
+    /// (place in the file, value) of each run of zero readings: means over the run, in file order.
+    runs: Vec<(f64, f64)>,
+    /// Readings of each run.
+    sizes: Vec<usize>,
+    /// Zero readings that were used.
+    pub count: usize,
+}
+
+impl Zero {
+    /// From (place in the file, value), in file order. Readings that follow each other with no tap between are one run.
+    pub fn new(readings: &[(usize, f64)]) -> Self {
+        let mut runs: Vec<(f64, f64, usize)> = Vec::new();
+        let mut last = None;
+        for &(place, value) in readings {
+            match runs.last_mut() {
+                Some((p, v, n)) if last == Some(place.wrapping_sub(1)) => {
+                    *n += 1;
+                    *p += (place as f64 - *p) / *n as f64;
+                    *v += (value - *v) / *n as f64;
+                }
+                _ => runs.push((place as f64, value, 1)),
+            }
+            last = Some(place);
+        }
+        Self {
+            sizes: runs.iter().map(|r| r.2).collect(),
+            runs: runs.into_iter().map(|(p, v, _)| (p, v)).collect(),
+            count: readings.len(),
+        }
+    }
+
+    /// Zero at a place in the file; held before the first and after the last reading; 0 without any.
+    pub fn at(&self, place: usize) -> f64 {
+        self.weights(place).iter().filter(|(_, w)| *w != 0.0).map(|(r, w)| w * self.runs[*r].1).sum()
+    }
+
+    /// The runs that make the zero at a place, and their weights.
+    pub fn weights(&self, place: usize) -> [(usize, f64); 2] {
+        let x = place as f64;
+        let next = self.runs.partition_point(|(p, _)| *p < x);
+        match (next.checked_sub(1).map(|i| self.runs[i].0), self.runs.get(next)) {
+            (Some(p), Some(&(q, _))) => {
+                let w = (x - p) / (q - p);
+                [(next - 1, 1.0 - w), (next, w)]
+            }
+            (Some(_), None) => [(next - 1, 1.0), (0, 0.0)],
+            (None, Some(_)) => [(next, 1.0), (0, 0.0)],
+            (None, None) => [(0, 0.0); 2],
+        }
+    }
+
+    /// Number of readings in each run.
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// Largest zero less smallest.
+    pub fn drift(&self) -> f64 {
+        let values = || self.runs.iter().map(|(_, v)| *v);
+        (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)).max(0.0)
+    }
+
+    /// Places of readings that lie off the line through their neighbours by more than 8 times what is usual, and by more
+    /// than a tenth of `scale`: taps recorded as zero, most likely. Five readings or more are needed to say so.
+    pub fn outliers(readings: &[(usize, f64)], scale: f64) -> Vec<usize> {
+        if readings.len() < 5 {
+            return Vec::new();
+        }
+        let off: Vec<f64> = (0..readings.len())
+            .map(|i| {
+                let from = i.saturating_sub(2).min(readings.len() - 5);
+                let mut near: Vec<f64> = readings[from..from + 5].iter().map(|r| r.1).collect();
+                (readings[i].1 - crate::reduce::median(&mut near)).abs()
+            })
+            .collect();
+        let usual = crate::reduce::median(&mut off.clone());
+        let far = |&i: &usize| off[i] > 8.0 * 1.4826 * usual && off[i] > 0.1 * scale;
+        (0..readings.len()).filter(far).map(|i| readings[i].0).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Zero;
+
+    #[test]
+    fn a_straight_drift_is_removed_exactly() {
+        let drift = |place: usize| 1e-3 + 2e-6 * place as f64;
+        let readings: Vec<_> = [0, 1, 2, 20, 55, 56, 99].map(|p| (p, drift(p))).to_vec();
+        let zero = Zero::new(&readings);
+        for place in 3..99 {
+            assert!((zero.at(place) - drift(place)).abs() < 1e-15);
+        }
+        assert_eq!(zero.at(100), drift(99));
+        assert_eq!(Zero::new(&[]).at(7), 0.0);
+        assert_eq!(Zero::new(&[(4, 2.0)]).at(0), 2.0);
+        assert!((zero.drift() - (drift(99) - drift(1))).abs() < 1e-15);
+        assert_eq!(Zero::outliers(&readings, 1e-2), [] as [usize; 0]);
+        let mut wrong = readings;
+        wrong[4].1 += 5e-3;
+        assert_eq!(Zero::outliers(&wrong, 1e-2), [55]);
+    }
+}

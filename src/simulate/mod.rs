@@ -1,0 +1,284 @@
+//! Synthetic measurements: what a rig would record of a whisker that is exactly the model. They are examples and tests, no
+//! evidence about a real sensor; a column says so in every row.
+
+use crate::error::{Error, InputError};
+use crate::evaluate::{Evaluator, Method, Task};
+use crate::measure::{Rig, Unit};
+use crate::scene::sampler::Sampler;
+use crate::scene::{Axis, Column, Scene, Space};
+use crate::sink::csv::Text;
+use crate::sink::table::Field;
+use crate::status::Status;
+
+/// What the `source` column holds.
+pub const SOURCE: &str = "synthetic";
+
+/// Taps solved at a time.
+const BATCH: usize = 1 << 14;
+
+/// What a rig adds to the model; all but noise is off by default.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Taps of each distance and drive.
+    pub repeats: u64,
+    /// Standard deviation of one reading, in strain.
+    pub noise: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// A zero reading before every so many taps.
+    pub zero_every: Option<u64>,
+    /// Drift of the zero per row, in strain.
+    pub drift: f64,
+    /// Share of taps that are wrong: half of them labelled with another distance, half off by 20 … 100 %.
+    pub outliers: f64,
+    /// |strain| at which the sensor stops.
+    pub saturate: Option<f64>,
+    /// Share of the last tap's strain that is still there.
+    pub hysteresis: f64,
+    /// Signal per strain.
+    pub factor: f64,
+    /// Added to every labelled drive before the whisker is tapped, degrees or mm.
+    pub drive_offset: f64,
+    /// Added to every labelled distance before the whisker is tapped, mm.
+    pub a_offset: f64,
+    /// What is recorded.
+    pub unit: Unit,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            repeats: 1,
+            noise: 0.0,
+            seed: 1,
+            zero_every: None,
+            drift: 0.0,
+            outliers: 0.0,
+            saturate: None,
+            hysteresis: 0.0,
+            factor: 1.0,
+            drive_offset: 0.0,
+            a_offset: 0.0,
+            unit: Unit::Strain,
+        }
+    }
+}
+
+impl Settings {
+    /// Refuses values that mean nothing.
+    ///
+    /// # Errors
+    /// The option at fault.
+    pub fn check(&self) -> Result<(), InputError> {
+        let at_least_zero =
+            [("--noise", self.noise), ("--hysteresis", self.hysteresis), ("--outliers", self.outliers)];
+        for (key, x) in at_least_zero {
+            if !(x >= 0.0 && x.is_finite()) {
+                return Err(InputError::new("this must be a number that is not negative")
+                    .key(key)
+                    .value(x)
+                    .allowed("≥ 0"));
+            }
+        }
+        if self.outliers > 1.0 || self.hysteresis >= 1.0 {
+            let (key, x) = if self.outliers > 1.0 {
+                ("--outliers", self.outliers)
+            } else {
+                ("--hysteresis", self.hysteresis)
+            };
+            return Err(InputError::new("this is a share").key(key).value(x).allowed("0 … 1"));
+        }
+        let finite = [
+            ("--drift", self.drift),
+            ("--factor", self.factor),
+            ("--drive-offset", self.drive_offset),
+            ("--a-offset", self.a_offset),
+        ];
+        if let Some((key, x)) = finite.into_iter().find(|(_, x)| !x.is_finite()) {
+            return Err(InputError::new("this must be a finite number").key(key).value(x));
+        }
+        if self.factor == 0.0 {
+            return Err(InputError::new("a sensor without response measures nothing")
+                .key("--factor")
+                .value(0)
+                .allowed("a number other than 0"));
+        }
+        match self.saturate {
+            Some(x) if !(x > 0.0 && x.is_finite()) => {
+                Err(InputError::new("this is no strain limit").key("--saturate").value(x).allowed("> 0"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Distances and drives of a spec with one whisker.
+pub fn axes(scene: &Scene) -> (Axis, Axis) {
+    let Space::Grid(factors) = &scene.space else { unreachable!("a rig has no tuple file") };
+    let of = |column: Column| {
+        let mut all = factors.iter().flat_map(|f| &f.axes);
+        all.find(|(c, _)| *c == column).map(|(_, axis)| axis.clone()).expect("every column has an axis")
+    };
+    (of(Column::Distance), of(Column::Drive))
+}
+
+/// Random numbers of one row.
+struct Dice {
+    seed: u64,
+    row: u32,
+}
+
+impl Dice {
+    /// Uniform in (0, 1).
+    fn uniform(&self, dimension: u32) -> f64 {
+        (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
+    }
+
+    /// Standard normal (Box and Muller 1958).
+    fn normal(&self) -> f64 {
+        (-2.0 * self.uniform(0).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(1)).cos()
+    }
+}
+
+/// How many rows were written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Taps.
+    pub taps: u64,
+    /// Zero readings.
+    pub zeros: u64,
+    /// Taps that the model has no answer to: their signal is empty.
+    pub unsolved: u64,
+    /// Taps with a deliberate fault.
+    pub faults: u64,
+}
+
+/// Simulates the taps of `scene`, whose whisker is that of `rig`: for every distance, for every repeat, all drives in turn. `write`
+/// takes the bytes of the table.
+///
+/// # Errors
+/// A backend or a file that fails.
+pub fn simulate(
+    rig: &Rig,
+    settings: &Settings,
+    method: Method,
+    write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
+) -> Result<Counts, Error> {
+    let scene = &rig.scene;
+    let (distances, drives) = axes(scene);
+    let text_error = |e: csv::Error| Error::Run(e.to_string());
+    let mut text = Text::default();
+    let columns =
+        ["a_mm", scene.drive.column(), settings.unit.column(), "repeat", "source", "fault", "status"];
+    text.header(&columns).map_err(text_error)?;
+    let mut evaluator = Evaluator::new(scene, method);
+    let designs = [rig.design.clone()];
+    let mut counts = Counts::default();
+    let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
+    let per = (BATCH as u64 / drives.len().max(1)).max(1);
+    let mut from = 0;
+    while from < distances.len() {
+        let to = (from + per).min(distances.len());
+        let labels: Vec<f64> = (from..to).map(|i| distances.at(i)).collect();
+        let task = |a: &f64, drive: f64| Task {
+            design: 0,
+            a: a + settings.a_offset,
+            drive: drive + settings.drive_offset,
+        };
+        let tasks: Vec<Task> = labels.iter().flat_map(|a| drives.iter().map(move |d| task(a, d))).collect();
+        let outcomes = evaluator.run(&designs, &tasks).map_err(Error::Run)?;
+        for (k, a) in labels.iter().enumerate() {
+            let here = &outcomes[k * drives.len() as usize..][..drives.len() as usize];
+            let other = distances.at((from + k as u64 + 1) % distances.len());
+            for repeat in 1..=settings.repeats {
+                for (drive, tap) in drives.iter().zip(here) {
+                    state.tap(&mut text, &mut counts, (*a, other), drive, repeat, tap).map_err(text_error)?;
+                }
+                if text.len() > 1 << 20 {
+                    write(&std::mem::take(&mut text).into_bytes())?;
+                }
+            }
+        }
+        from = to;
+    }
+    if settings.zero_every.is_some() {
+        state.zero(&mut text, &mut counts, distances.at(distances.len() - 1)).map_err(text_error)?;
+    }
+    write(&text.into_bytes())?;
+    Ok(counts)
+}
+
+/// What one row hands to the next.
+struct State<'a> {
+    settings: &'a Settings,
+    rig: &'a Rig,
+    row: u32,
+    since_zero: u64,
+    last: f64,
+}
+
+impl State<'_> {
+    /// Random numbers of the row that is next.
+    fn dice(&self) -> Dice {
+        Dice { seed: self.settings.seed, row: self.row }
+    }
+
+    /// The recorded value of a strain (zero, noise, end stop, factor, unit), and whether the sensor stopped.
+    fn record(&mut self, strain: f64) -> (f64, bool) {
+        let s = self.settings;
+        let noise = if s.noise > 0.0 { s.noise * self.dice().normal() } else { 0.0 };
+        let strain = strain + s.drift * f64::from(self.row) + noise;
+        self.row = self.row.wrapping_add(1);
+        let stop = s.saturate.unwrap_or(f64::INFINITY);
+        let value = s.unit.value(s.factor * strain.clamp(-stop, stop), self.rig.scene.gauge.factor);
+        (value, strain.abs() > stop)
+    }
+
+    fn zero(&mut self, text: &mut Text, counts: &mut Counts, a: f64) -> csv::Result<()> {
+        let (value, _) = self.record(0.0);
+        counts.zeros += 1;
+        self.since_zero = 0;
+        let mut row =
+            vec![Field::Number(a), Field::Number(0.0), Field::Number(value), Field::Number(f64::NAN)];
+        text.row_with(&mut row, &[SOURCE, "", "ok"])
+    }
+
+    fn tap(
+        &mut self,
+        text: &mut Text,
+        counts: &mut Counts,
+        (a, other): (f64, f64),
+        drive: f64,
+        repeat: u64,
+        tap: &crate::evaluate::Outcome,
+    ) -> csv::Result<()> {
+        if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
+            self.zero(text, counts, a)?;
+        }
+        self.since_zero = self.since_zero.saturating_add(1);
+        let memory = self.settings.hysteresis * self.last;
+        let dice = self.dice();
+        let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
+        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != a;
+        let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
+        let (value, stopped) = self.record(spike * (tap.strain + memory));
+        if tap.strain.is_finite() {
+            self.last = tap.strain;
+        } else {
+            counts.unsolved += 1;
+        }
+        let label = if mislabelled { other } else { a };
+        let fault = match (stopped, mislabelled, wrong) {
+            (true, ..) => "saturated",
+            (_, true, _) => "mislabelled",
+            (.., true) => "spike",
+            _ => "",
+        };
+        counts.faults += u64::from(!fault.is_empty());
+        counts.taps += 1;
+        let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
+        let mut row: Vec<Field> = [label, drive, value].map(Field::Number).to_vec();
+        row.push(Field::Count(repeat));
+        text.row_with(&mut row, &[SOURCE, fault, &status])
+    }
+}
