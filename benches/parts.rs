@@ -1,7 +1,7 @@
 //! Micro-benchmarks of the parts a tap goes through: `cargo bench --bench parts`. For speed against error see `vibrissa bench`.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
-use vibrissa::bench::taps::{Configuration, EXACT, LINEAR, Taps};
+use vibrissa::bench::taps::{Taps, exact, linear};
 use vibrissa::design::{Design, amount};
 use vibrissa::estimate::Estimator;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
@@ -12,6 +12,7 @@ use vibrissa::reduce::Spread;
 use vibrissa::scene::Precision;
 use vibrissa::sink::{csv::Text, table};
 use vibrissa::statistics::Tally;
+use vibrissa::verify::configuration::Configuration;
 
 fn main() {
     divan::main();
@@ -48,17 +49,17 @@ mod kernel {
 
     #[divan::bench(args = [0, 3, 5])]
     fn exact_f32(bencher: Bencher<'_, '_>, configuration: usize) {
-        run(bencher, &EXACT[configuration], Precision::F32, 1e-5);
+        run(bencher, &exact()[configuration], Precision::F32, 1e-5);
     }
 
     #[divan::bench(args = [0, 3, 5])]
     fn exact_f64(bencher: Bencher<'_, '_>, configuration: usize) {
-        run(bencher, &EXACT[configuration], Precision::F64, 1e-8);
+        run(bencher, &exact()[configuration], Precision::F64, 1e-8);
     }
 
     #[divan::bench]
     fn linear_f32(bencher: Bencher<'_, '_>) {
-        run(bencher, &LINEAR, Precision::F32, 1e-5);
+        run(bencher, &linear(), Precision::F32, 1e-5);
     }
 }
 
@@ -78,7 +79,7 @@ mod reduction {
 
     #[divan::bench]
     fn tally(bencher: Bencher<'_, '_>) {
-        let taps = Taps::new(&EXACT[0], 1000).expect("valid taps");
+        let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
         let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
         let shared = design.shared.as_ref().expect("a whisker");
         let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);
@@ -102,7 +103,7 @@ mod inverse {
     use super::*;
 
     fn run(bencher: Bencher<'_, '_>, shear: f64) {
-        let taps = Taps::new(&EXACT[0], TAPS).expect("valid taps");
+        let taps = Taps::new(&exact()[0], TAPS).expect("valid taps");
         let shared = taps.designs[0].shared.as_ref().expect("a whisker");
         let curve = vibrissa::physics::linear::StrainCurve { shear, ..shared.model };
         let inverse = Inverse::new(curve);
@@ -126,7 +127,7 @@ mod inverse {
 /// Rows of tuples.csv as text.
 #[divan::bench]
 fn csv(bencher: Bencher<'_, '_>) {
-    let taps = Taps::new(&EXACT[0], 1000).expect("valid taps");
+    let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
     let shared = design.shared.as_ref().expect("a whisker");
     let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);

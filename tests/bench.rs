@@ -120,6 +120,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
 
     let scaling = table(&desk, "scaling.csv");
     positive(&scaling, &["taps", "solved", "seconds", "taps_per_second", "ns_per_tap"]);
+    assert!(scaling.rows.iter().all(|r| r["failed"] == "0"), "a sweep that fails is no speed");
     let sizes: Vec<f64> = scaling
         .rows
         .iter()

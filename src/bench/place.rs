@@ -2,7 +2,7 @@
 
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
-use crate::kernel::{Solver, cpu::Cpu, gpu, gpu::Gpu};
+use crate::kernel::{Solver, gpu};
 use crate::scene::{BackendChoice, Precision, RunOptions};
 
 /// One backend in one precision.
@@ -46,11 +46,7 @@ impl Place {
     /// # Errors
     /// A device that does not open.
     pub fn solver(&self) -> Result<Option<Box<dyn Solver>>, Error> {
-        Ok(match (self.backend, &self.adapter) {
-            (BackendChoice::Reference, _) => None,
-            (_, Some(a)) => Some(Box::new(Gpu::new(a.clone(), self.precision).map_err(Error::Run)?)),
-            (_, None) => Some(Box::new(Cpu::new(self.precision))),
-        })
+        if self.is_reference() { Ok(None) } else { self.choice.solver().map(Some) }
     }
 
     /// Whether this is the reference.

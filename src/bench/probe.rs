@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use crate::kernel::gpu::Gpu;
 use crate::kernel::{Job, Solution, Solver, Tap};
 
 /// What a probed solver has spent.
@@ -63,6 +64,10 @@ impl Solver for Probe {
             out.iter_mut().for_each(|s| s.error = 0.0);
         }
         Ok(())
+    }
+
+    fn gpu(&self) -> Option<&Gpu> {
+        self.inner.gpu()
     }
 
     fn batch_limit(&self) -> usize {

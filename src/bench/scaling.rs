@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::place::Place;
 use super::stopwatch::{Times, repeat};
-use super::taps::{EXACT, Taps, gridded, independent, scene};
+use super::taps::{Taps, exact, gridded, independent, scene};
 use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::Evaluator;
@@ -42,6 +42,8 @@ pub struct Scaled {
     pub solved: u64,
     /// Taps interpolated.
     pub interpolated: u64,
+    /// Taps that no solution was found for: what is fast because it fails.
+    pub failed: u64,
     /// Seconds, opening the device included.
     pub seconds: Times,
 }
@@ -70,14 +72,14 @@ impl Progress for Silent {
 /// # Errors
 /// A device or a temporary folder that fails, or a request to stop.
 pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Scaled>, Error> {
-    let mut found = Vec::new();
+    let (hooke, mut found) = (exact()[0], Vec::new());
     for (place, p) in places.iter().enumerate() {
         for shape in [Shape::Independent, Shape::Gridded] {
             for taps in settings.sizes(p) {
                 watch.next(&format!("sweep of {taps} {} taps on {}", shape.name(), p.name))?;
                 let text = match shape {
-                    Shape::Independent => independent(&EXACT[0], taps as usize / super::taps::DISTANCES),
-                    Shape::Gridded => gridded(&EXACT[0], taps),
+                    Shape::Independent => independent(&hooke, taps as usize / super::taps::DISTANCES),
+                    Shape::Gridded => gridded(&hooke, taps),
                 };
                 let scene = scene(&text)?;
                 // Long runs vary little; short ones are repeated.
@@ -90,7 +92,8 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);
-                found.push(Scaled { shape, place, taps, solved, interpolated, seconds });
+                let failed = c.status.get("not_converged").copied().unwrap_or(0);
+                found.push(Scaled { shape, place, taps, solved, interpolated, failed, seconds });
             }
         }
     }
@@ -102,10 +105,10 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
 /// # Errors
 /// Threads that do not start, or a request to stop.
 pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Threaded>, Error> {
-    let mut found: Vec<Threaded> = Vec::new();
+    let (hooke, mut found) = (exact()[0], Vec::<Threaded>::new());
     for (place, p) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {
         let count = if p.is_reference() { settings.compared.min(1000) } else { settings.timed };
-        let taps = Taps::new(&EXACT[0], count)?;
+        let taps = Taps::new(&hooke, count)?;
         let mut alone = f64::NAN;
         for &threads in &settings.threads {
             watch.next(&format!("{} on {threads} threads", p.name))?;

@@ -26,7 +26,7 @@ pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>
         (words, point(p))
     });
     let scaling = m.scaled.iter().map(|s| {
-        let counts = [s.taps, s.solved, s.interpolated].map(Field::Count).to_vec();
+        let counts = [s.taps, s.solved, s.interpolated, s.failed].map(Field::Count).to_vec();
         let rate = s.taps as f64 / s.seconds.best;
         let times = numbers(&[s.seconds.best, s.seconds.median, rate, 1e9 / rate]);
         (with(s.shape.name(), s.place), [counts, times].concat())
@@ -82,7 +82,7 @@ const WORK: [&str; 16] = [
     "strain_error_max",
 ];
 
-const SCALING: [&str; 11] = [
+const SCALING: [&str; 12] = [
     "shape",
     "backend",
     "precision",
@@ -90,6 +90,7 @@ const SCALING: [&str; 11] = [
     "taps",
     "solved",
     "interpolated",
+    "failed",
     "seconds",
     "seconds_median",
     "taps_per_second",

@@ -3,7 +3,7 @@
 use super::place::Place;
 use super::probe::{Account, Probe, Spent};
 use super::stopwatch::{Times, repeat};
-use super::taps::{Configuration, LINEAR, Taps};
+use super::taps::{self, Taps};
 use super::{Settings, Watch};
 use crate::backend::Choice;
 use crate::error::Error;
@@ -13,6 +13,7 @@ use crate::kernel::{
     rule::{chart_range, every_rule, smallest_tolerance},
 };
 use crate::scene::{Model, Precision};
+use crate::verify::configuration::Configuration;
 
 /// Which kernel solved a point's taps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,7 +119,7 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
             }
             if i == 0 {
                 // The same taps by the linear theory: what leaving the rod out costs.
-                let taps = Taps::new(&LINEAR, timed.tasks.len())?;
+                let taps = Taps::new(&taps::linear(), timed.tasks.len())?;
                 let run = linear(&taps, p, settings, watch)?;
                 points.push(judge.point((c, place, Solved::Linear, None), run));
             }
@@ -126,9 +127,9 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
     }
     let judge = Judge::closed(settings)?;
     for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
-        let taps = Taps::new(&LINEAR, settings.timed.max(settings.compared))?;
+        let taps = Taps::new(&taps::linear(), settings.timed.max(settings.compared))?;
         let run = linear(&taps, p, settings, watch)?;
-        points.push(judge.point((&LINEAR, place, Solved::Linear, None), run));
+        points.push(judge.point((&taps::linear(), place, Solved::Linear, None), run));
     }
     Ok(points)
 }
@@ -191,10 +192,10 @@ impl Judge {
 
     /// The linear theory's closed forms in f64.
     fn closed(settings: &Settings) -> Result<Self, Error> {
-        let compared = Taps::new(&LINEAR, settings.compared)?;
+        let compared = Taps::new(&taps::linear(), settings.compared)?;
         let (answers, whole) = reference(&compared, 1)?;
         let point = Point {
-            configuration: LINEAR.name,
+            configuration: taps::linear().name,
             place: 0,
             solved: Solved::Reference,
             tolerance: None,
