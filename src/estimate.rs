@@ -47,6 +47,11 @@ impl<'a> Estimator<'a> {
         }
     }
 
+    /// Largest strain per unit of drive that has a distance.
+    pub fn peak(&self) -> f64 {
+        self.shared.theory.peak().1
+    }
+
     /// K̄ of a row from the mean of its K − 1: the given K, else the mean of two or more taps.
     pub fn calibration(&self, n: u64, mean_deviation: Option<f64>) -> Option<f64> {
         self.fixed.or(mean_deviation.filter(|_| n >= 2).map(|m| 1.0 + m))

@@ -2,12 +2,14 @@
 //!
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes
-//! synthetic ones; [`sweep`] drives it all; [`explain`] compares the effects of a model,
-//! [`verify`] the backends with the reference. [`physics`] is pure; wgpu is used only in `kernel::gpu`; files are written only in
-//! [`sink`].
+//! tables; [`sweep`] drives it all, and [`smooth`] spares it most taps; [`explain`] compares the effects of a model,
+//! [`verify`] the backends with the reference, [`bench`] speed with error. [`optimise`] searches designs, [`tap`] the angle of one
+//! whisker. [`measure`] reads what a rig recorded,
+//! [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones. [`physics`] is pure; wgpu is
+//! used only in `kernel::gpu` and `smooth::device`; files are written only in [`sink`].
 
 pub mod backend;
+pub mod bench;
 pub mod calibrate;
 pub mod design;
 pub mod error;
@@ -17,6 +19,7 @@ pub mod explain;
 pub mod kernel;
 pub mod locate;
 pub mod measure;
+pub mod optimise;
 pub mod physics;
 pub mod plan;
 pub mod reduce;
@@ -28,4 +31,5 @@ pub mod spec;
 pub mod statistics;
 pub mod status;
 pub mod sweep;
+pub mod tap;
 pub mod verify;

@@ -49,6 +49,11 @@ impl Status {
         self.0 & other.0 != 0
     }
 
+    /// This set less the words of `other`.
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Whether the tap enters the statistics of its row.
     pub fn counts(self) -> bool {
         !self.has(

@@ -116,7 +116,7 @@ fn other_ways_to_write_it() {
     let one_line = "whisker = { D = 10, d = 4, L_a = 96 }\ngauge.x_ss = 6\ngauge.l = 2\ntap = { a = 0x1e, theta = 1_0e-1 }\n";
     assert_eq!(tuples(&parse(one_line).unwrap()), [[10.0, 4.0, 96.0, 6.0, 2.0, 30.0, 1.0]]);
     parse(&format!("\u{feff}{}", GOOD.replace('\n', "\r\n"))).unwrap();
-    parse(&format!("{GOOD}[optimise]\nobjective = \"sd\"\nanything = 1\n")).unwrap();
+    parse(&format!("{GOOD}[optimise]\nobjective = \"sd\"\nseed = 3\n")).unwrap();
 }
 
 /// A folder with a tuple file, and a spec that names it.

@@ -25,8 +25,14 @@ pub enum Command {
     Locate(Locate),
     /// Synthetic measurements of one whisker from the exact model -> measurements.csv
     Simulate(Simulate),
+    /// Search geometry and tap angle -> best design, Pareto front, history
+    Optimise(Optimise),
+    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    Tap(Tap),
     /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
     Verify(Verify),
+    /// Speed against error of every kernel, backend and configuration -> tables, figures
+    Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
 }
@@ -39,7 +45,10 @@ impl Command {
             Self::Calibrate(_) => "calibrate",
             Self::Locate(_) => "locate",
             Self::Simulate(_) => "simulate",
+            Self::Optimise(_) => "optimise",
+            Self::Tap(_) => "tap",
             Self::Verify(_) => "verify",
+            Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
         }
     }
@@ -51,7 +60,10 @@ impl Command {
             Self::Calibrate(c) => &c.common,
             Self::Locate(l) => &l.common,
             Self::Simulate(s) => &s.common,
+            Self::Optimise(o) => &o.common,
+            Self::Tap(t) => &t.common,
             Self::Verify(v) => &v.common,
+            Self::Bench(b) => &b.common,
             Self::Devices(c) => c,
         }
     }
@@ -154,6 +166,18 @@ pub struct Simulate {
     pub common: Common,
 }
 
+/// Search for the best design.
+#[derive(Debug, Flags)]
+pub struct Optimise {
+    /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
+    pub spec: PathBuf,
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    #[arg(long)]
+    pub resume: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
 /// Compare every backend with the reference.
 #[derive(Debug, Flags)]
 pub struct Verify {
@@ -170,6 +194,37 @@ pub struct Verify {
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+#[derive(Debug, Flags)]
+pub struct Bench {
+    /// Few configurations, few taps: seconds instead of minutes
+    #[arg(long)]
+    pub quick: bool,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Find the best tap angle.
+#[derive(Debug, Flags)]
+pub struct Tap {
+    /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
+    pub spec: PathBuf,
+    /// What to make small: total_rms_mm, or K_sd
+    #[arg(long, value_enum, value_name = "WORD", default_value = "distance")]
+    pub objective: TapObjective,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Words of `tap --objective`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TapObjective {
+    /// total_rms_mm: bias and noise of the distance
+    Distance,
+    /// K_sd: the spread of K
+    Sd,
 }
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.

@@ -1,14 +1,17 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
 mod args;
+mod bench;
 mod calibrate;
 mod devices;
 mod explain;
 mod locate;
+mod optimise;
 mod progress;
 mod reply;
 mod simulate;
 mod sweep;
+mod tap;
 mod verify;
 
 use std::process::ExitCode;
@@ -43,11 +46,14 @@ pub fn run() -> ExitCode {
         Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
         Command::Locate(locate) => locate::run(locate),
         Command::Simulate(simulate) => simulate::run(simulate, &mut json),
+        Command::Optimise(optimise) => optimise::run(optimise, &mut json),
+        Command::Tap(tap) => tap::run(tap, &mut json),
         Command::Verify(verify) => match verify::run(verify, &mut json) {
             Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
             Ok((reply, None)) => Ok(reply),
             Err(e) => Err(e),
         },
+        Command::Bench(args) => bench::run(args),
         Command::Devices(common) => devices::run(common),
     };
     match result {

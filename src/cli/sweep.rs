@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
-use vibrissa::scene::{Geometry, Scene};
+use vibrissa::scene::{Geometry, RunOptions, Scene};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -27,12 +27,7 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     let options = args.common.over(&scene.run);
     let quiet = options.quiet == Some(true);
     *json |= options.json == Some(true);
-    if let Some(n) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|e| Error::Run(e.to_string()))?;
-    }
+    threads(&options)?;
     if !quiet {
         scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
@@ -49,10 +44,7 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     if !quiet {
         eprintln!("{}", headline(&scene, &plan, &choice.backend));
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let stop = stop_on_interrupt();
     let mut progress = Shown::new(plan.taps, quiet);
     let target = Target { out: &out, force: options.force == Some(true), stop: &stop };
     let report = vibrissa::sweep::run(&scene, &choice, &target, &mut progress);
@@ -71,6 +63,21 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
         files: report.files,
         quiet,
     })
+}
+
+/// Sets the number of CPU threads that was asked for.
+pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
+    let Some(n) = options.threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
+}
+
+/// A flag that Ctrl-C sets.
+pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    stop
 }
 
 fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {

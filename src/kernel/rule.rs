@@ -139,7 +139,7 @@ pub mod limits {
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
     /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
-    pub const FULL_STOP: f64 = 0.2;
+    pub const FULL_STOP: f64 = 0.5;
     /// Error from which on an iteration has not come near any equilibrium.
     pub const ASTRAY: f64 = 1e-2;
     /// Error of a tap whose angle lies outside the range of the series.

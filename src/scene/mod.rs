@@ -8,6 +8,7 @@ pub mod even;
 pub mod model;
 pub mod run;
 pub mod sampler;
+pub mod search;
 pub mod space;
 
 pub use axis::Axis;
@@ -15,6 +16,7 @@ pub use model::{
     Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
 };
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, TableFormat, Written};
+pub use search::Search;
 pub use space::{Column, Factor, Space, Tuple};
 
 /// Everything one sweep needs to know.

@@ -22,6 +22,12 @@ impl Text {
         self.writer.write_record(columns)
     }
 
+    /// One row that starts with `words`; `fields` is left empty for the next.
+    pub fn named_row(&mut self, words: &[&str], fields: &mut Vec<Field>) -> csv::Result<()> {
+        words.iter().try_for_each(|w| self.writer.write_field(w))?;
+        self.row(fields)
+    }
+
     /// One row; `fields` is left empty for the next.
     pub fn row(&mut self, fields: &mut Vec<Field>) -> csv::Result<()> {
         self.row_with(fields, &[])

@@ -9,16 +9,36 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
-const OURS: [&str; 10] = [
+const OURS: [&str; 30] = [
+    "verify.csv",
     "tuples.csv",
     "designs.csv",
     "distances.csv",
+    "work_precision.csv",
+    "scaling.csv",
+    "threads.csv",
+    "peaks.csv",
+    "roofline.csv",
+    "work_precision.svg",
+    "work_precision.png",
+    "configurations.svg",
+    "configurations.png",
+    "scaling.svg",
+    "scaling.png",
+    "threads.svg",
+    "threads.png",
+    "roofline.svg",
+    "roofline.png",
     "calibration.toml",
     "K_table.csv",
     "rows.csv",
     "located.csv",
     "measurements.csv",
-    "verify.csv",
+    "best.toml",
+    "history.csv",
+    "sensitivity.csv",
+    "pareto.csv",
+    "tap.csv",
     "run.json",
 ];
 

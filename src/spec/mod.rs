@@ -1,17 +1,19 @@
 //! The spec: a TOML file read into a [`Scene`], or an [`InputError`] that says where and why not.
 //!
 //! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
-//! `model`, `sections`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
+//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
 
 mod axis;
 mod check;
 mod curve;
 mod model;
+mod optimise;
 mod reader;
 mod schema;
 mod sections;
 mod space;
 mod table;
+mod tap;
 mod tuple_file;
 
 use std::path::Path;
@@ -19,7 +21,7 @@ use std::path::Path;
 use toml::de::DeTable;
 
 use crate::error::InputError;
-use crate::scene::{Drive, Scene};
+use crate::scene::{Drive, Scene, Search};
 use reader::{Document, Result};
 use schema::Sections;
 pub(crate) use schema::nearest;
@@ -85,6 +87,47 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
         in_force: sections.in_force(),
         warnings,
     })
+}
+
+/// Reads the spec at `path` with its `[optimise]`.
+pub fn read_search(path: &Path) -> Result<(Scene, Search)> {
+    let label = path.display().to_string();
+    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
+    parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))
+}
+
+/// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
+pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Scene, Search)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    let defaults = schema::defaults(optimise::DEFAULTS);
+    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
+    let mut search = optimise::read(&sections)?;
+    let mut scene = parse_with(label, text, base, &optimise::fallback(&search))?;
+    scene.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
+    optimise::check(&sections, &scene, &mut search)?;
+    Ok((scene, search))
+}
+
+/// Reads the spec at `path` for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its
+/// objective needs the noise of the gauge.
+pub fn read_tap(path: &Path, noisy: bool) -> Result<(Scene, [f64; 2])> {
+    let label = path.display().to_string();
+    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
+    parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)
+}
+
+/// As [`read_tap`], from `text`.
+pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Scene, [f64; 2])> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let scene = parse_with(label, text, base, tap::FALLBACK)?;
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    let defaults = schema::defaults(tap::FALLBACK);
+    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
+    let ends = tap::check(&sections, &scene, noisy)?;
+    Ok((scene, ends))
 }
 
 /// Text of a file without byte order mark; `what` says what the file is.

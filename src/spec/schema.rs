@@ -9,13 +9,14 @@ use super::reader::{Document, Item, Result, Section};
 pub(super) const FORMAT: u64 = 1;
 
 /// Sections and their keys, in the order in which values in force are listed.
-const SECTIONS: [(&str, &[&str]); 8] = [
+const SECTIONS: [(&str, &[&str]); 9] = [
     ("whisker", &["D", "d", "L_a", "hub"]),
     ("gauge", &["x_ss", "l", "side", "noise_strain", "strain_limit", "factor"]),
     ("tap", &["drive", "a", "theta", "delta"]),
     ("tuples", &["file"]),
     ("model", &["geometry", "shear", "extension", "surface", "pole_radius", "nu", "contact", "material"]),
     ("estimate", &["theory", "convention", "range", "K"]),
+    ("optimise", &["objective", "weights", "seed", "budget", "variables", "limits", "robust"]),
     ("output", &["tuples", "designs", "distances", "format", "top", "by", "per"]),
     (
         "run",
@@ -47,6 +48,7 @@ material = { hooke = 3.2 }
 [estimate]
 theory = "euler-bernoulli"
 convention = "mean"
+[optimise]
 [output]
 tuples = true
 designs = true
@@ -85,6 +87,8 @@ pub(super) fn example(key: &str) -> &'static str {
         "a" => "[30, 50, 70] (contact distances, mm)",
         "theta" => "[2, 4, 6] (tap angles, degrees)",
         "delta" => "[1, 2, 3] (displacements, mm)",
+        "objective" => "\"sd\", \"distance\", \"weighted\" or \"pareto\"",
+        "variables" => "{ d = [2, 10], theta = [0.5, 10] }",
         _ => "\"…\"",
     }
 }
@@ -100,7 +104,7 @@ impl<'a> Sections<'a> {
     /// Checks the names of all sections and keys.
     pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, defaults: &'a DeTable<'a>) -> Result<Self> {
         let mut top: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
-        top.extend(["optimise", "format"]);
+        top.push("format");
         for (key, value) in user {
             let name: &str = key.get_ref();
             let item = Item::written(document, name.to_owned(), value);

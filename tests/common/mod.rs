@@ -6,6 +6,7 @@ pub mod measuring;
 pub mod program;
 pub mod quadrature;
 pub mod recount;
+pub mod searching;
 pub mod sweeping;
 
 use vibrissa::physics::rod::RodProblem;

@@ -3,15 +3,20 @@
 // Index loops are what the lanes vectorise on, and they read like their WGSL twins.
 #![allow(clippy::needless_range_loop)]
 
+mod count;
 mod exact;
 mod linear;
 pub(crate) mod pack;
+mod peak;
 
 use rayon::prelude::*;
 
+use count::Counted;
+pub use count::{Counter, Operations};
 use exact::Tables;
 pub use exact::series;
 use pack::{Pack, Scalar};
+pub use peak::{bandwidth, flops};
 
 use super::{Job, Kernel, Solution, Solver, Tap};
 use crate::scene::Precision;
@@ -69,13 +74,13 @@ impl Solver for Cpu {
 
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
-    ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
+    ($name:ident, $t:ty, $lanes:literal, $run:ident, $($n:literal)*) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
             match (job.kernel, job.rule.nodes) {
-                (Kernel::Linear, _) => parallel(taps, out, |t, o| block::<$t, 2, $lanes>(None, job, t, o)),
+                (Kernel::Linear, _) => $run(taps, out, |t, o| block::<$t, 2, $lanes>(None, job, t, o)),
                 $((Kernel::Exact(_), $n) => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), job, t, o));
+                    $run(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), job, t, o));
                 })*
                 (_, n) => return Err(format!("no CPU kernel with {n} nodes")),
             }
@@ -83,8 +88,14 @@ macro_rules! by_nodes {
         }
     };
 }
-by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
-by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
+by_nodes!(by_nodes_f32, f32, 16, parallel, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, parallel, 10 16 24);
+by_nodes!(by_nodes_counted, Counted, 1, serial, 6 10 16 24);
+
+/// On the calling thread, whose operations are counted.
+fn serial(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>])) {
+    f(taps, out);
+}
 
 fn parallel(
     taps: &[Tap<f64>],

@@ -47,8 +47,21 @@ impl Gpu {
     }
 
     /// Handles of the device and its queue.
-    pub fn device(&self) -> (wgpu::Device, wgpu::Queue) {
+    pub fn handles(&self) -> (wgpu::Device, wgpu::Queue) {
         (self.device.clone(), self.queue.clone())
+    }
+
+    /// Type of every number.
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    pub(super) fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    pub(super) fn queue(&self) -> &wgpu::Queue {
+        &self.queue
     }
 
     /// Bytes of one number.
@@ -65,18 +78,23 @@ impl Gpu {
         if let Some(found) = self.pipelines.get(&wgsl) {
             return Ok(found.clone());
         }
-        validate(&name, &wgsl)?;
+        let pipeline = self.compile(&name, &wgsl)?;
+        self.pipelines.insert(wgsl, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
+    pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, String> {
+        validate(name, wgsl)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let source = wgpu::ShaderModuleDescriptor {
-            label: Some(&name),
-            source: wgpu::ShaderSource::Wgsl(wgsl.as_str().into()),
-        };
+        let source =
+            wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
         // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
         let module = unsafe {
             self.device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked())
         };
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(&name),
+            label: Some(name),
             layout: None,
             module: &module,
             entry_point: Some("main"),
@@ -86,7 +104,6 @@ impl Gpu {
         if let Some(e) = pollster::block_on(scope.pop()) {
             return Err(format!("shader {name} on {}: {e}", self.adapter.name));
         }
-        self.pipelines.insert(wgsl, pipeline.clone());
         Ok(pipeline)
     }
 
@@ -201,6 +218,6 @@ fn read(
     Ok(())
 }
 
-fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
+pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
     wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }

@@ -2,7 +2,9 @@
 
 mod adapter;
 mod dispatch;
+mod peak;
 pub mod shader;
 
 pub use adapter::{Adapter, adapters, pick};
 pub use dispatch::Gpu;
+pub use peak::Peaks;

@@ -71,7 +71,7 @@ impl Ranker {
     /// The pipeline of `scope` over `layout` on the device of `gpu`; `None` where the scope does not fit a device.
     pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, String> {
         let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
-        let (device, queue) = gpu.device();
+        let (device, queue) = gpu.handles();
         validate("smooth", &shader.wgsl)?;
         let source = wgpu::ShaderModuleDescriptor {
             label: Some("smooth"),

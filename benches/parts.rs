@@ -1,0 +1,148 @@
+//! Micro-benchmarks of the parts a tap goes through: `cargo bench --bench parts`. For speed against error see `vibrissa bench`.
+
+use divan::{Bencher, black_box, counter::ItemsCount};
+use vibrissa::bench::taps::{Configuration, EXACT, LINEAR, Taps};
+use vibrissa::design::{Design, amount};
+use vibrissa::estimate::Estimator;
+use vibrissa::evaluate::{Evaluator, Method, Outcome};
+use vibrissa::kernel::{Chart, Rung, Solver, rule::chart_range};
+use vibrissa::kernel::{cpu::Cpu, rule::ladder};
+use vibrissa::physics::inverse::Inverse;
+use vibrissa::reduce::Spread;
+use vibrissa::scene::Precision;
+use vibrissa::sink::{csv::Text, table};
+use vibrissa::statistics::Tally;
+
+fn main() {
+    divan::main();
+}
+
+/// Taps of one measurement.
+const TAPS: usize = 1 << 13;
+
+fn method(taps: &Taps, precision: Precision, tolerance: f64) -> Method {
+    let rung = |rule| {
+        let (axial, bending) = chart_range(precision, &rule);
+        Rung { rule, chart: Chart::new(&taps.scene.model.material, axial, bending, 0.02 * tolerance) }
+    };
+    let solver: Box<dyn Solver> = Box::new(Cpu::new(precision));
+    Method::Fast { solver, rungs: ladder(precision, tolerance).into_iter().map(rung).collect(), tolerance }
+}
+
+fn outcomes(taps: &Taps) -> Vec<Outcome> {
+    let mut evaluator = Evaluator::new(&taps.scene, method(taps, Precision::F32, 1e-5));
+    evaluator.run(&taps.designs, &taps.tasks).expect("the CPU answers")
+}
+
+/// From tuple to outcome on all cores: hooke, neo, stick, linear.
+mod kernel {
+    use super::*;
+
+    fn run(bencher: Bencher<'_, '_>, c: &Configuration, precision: Precision, tolerance: f64) {
+        let taps = Taps::new(c, TAPS).expect("valid taps");
+        let mut evaluator = Evaluator::new(&taps.scene, method(&taps, precision, tolerance));
+        bencher
+            .counter(ItemsCount::new(TAPS))
+            .bench_local(|| evaluator.run(&taps.designs, &taps.tasks).expect("the CPU answers"));
+    }
+
+    #[divan::bench(args = [0, 3, 5])]
+    fn exact_f32(bencher: Bencher<'_, '_>, configuration: usize) {
+        run(bencher, &EXACT[configuration], Precision::F32, 1e-5);
+    }
+
+    #[divan::bench(args = [0, 3, 5])]
+    fn exact_f64(bencher: Bencher<'_, '_>, configuration: usize) {
+        run(bencher, &EXACT[configuration], Precision::F64, 1e-8);
+    }
+
+    #[divan::bench]
+    fn linear_f32(bencher: Bencher<'_, '_>) {
+        run(bencher, &LINEAR, Precision::F32, 1e-5);
+    }
+}
+
+/// K statistics and distance estimates of one design with 10 distances and 100 drives.
+mod reduction {
+    use super::*;
+
+    #[divan::bench]
+    fn spread(bencher: Bencher<'_, '_>) {
+        let values: Vec<f64> = (0..TAPS).map(|i| 1e-5 * (i as f64).sin()).collect();
+        bencher.counter(ItemsCount::new(TAPS)).bench(|| {
+            let mut s = Spread::default();
+            black_box(&values).iter().for_each(|x| s.push(*x));
+            s
+        });
+    }
+
+    #[divan::bench]
+    fn tally(bencher: Bencher<'_, '_>) {
+        let taps = Taps::new(&EXACT[0], 1000).expect("valid taps");
+        let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
+        let shared = design.shared.as_ref().expect("a whisker");
+        let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);
+        bencher.counter(ItemsCount::new(1000usize)).bench(|| {
+            let mut tally = Tally::new(10, 100);
+            for (k, o) in outcomes.iter().enumerate() {
+                tally.count(k % 10, k / 10, black_box(o));
+            }
+            tally.calibrate(Some(&estimator));
+            for (k, o) in outcomes.iter().enumerate() {
+                let tap = (taps.tasks[k].a, taps.scene.drive, taps.tasks[k].drive);
+                black_box(tally.estimate((k % 10, k / 10), tap, o, Some(&estimator)));
+            }
+            tally
+        });
+    }
+}
+
+/// Distance from a reading: the closed form (Euler–Bernoulli), and the pieces of the curve with shear.
+mod inverse {
+    use super::*;
+
+    fn run(bencher: Bencher<'_, '_>, shear: f64) {
+        let taps = Taps::new(&EXACT[0], TAPS).expect("valid taps");
+        let shared = taps.designs[0].shared.as_ref().expect("a whisker");
+        let curve = vibrissa::physics::linear::StrainCurve { shear, ..shared.model };
+        let inverse = Inverse::new(curve);
+        let readings: Vec<f64> = (0..1000).map(|i| curve.value(20.0 + 0.028 * f64::from(i))).collect();
+        bencher.counter(ItemsCount::new(readings.len())).bench(|| {
+            readings.iter().filter_map(|f| inverse.roots(*black_box(f))).map(|r| r.far).sum::<f64>()
+        });
+    }
+
+    #[divan::bench]
+    fn closed_form(bencher: Bencher<'_, '_>) {
+        run(bencher, 0.0);
+    }
+
+    #[divan::bench]
+    fn with_shear(bencher: Bencher<'_, '_>) {
+        run(bencher, 60.0);
+    }
+}
+
+/// Rows of tuples.csv as text.
+#[divan::bench]
+fn csv(bencher: Bencher<'_, '_>) {
+    let taps = Taps::new(&EXACT[0], 1000).expect("valid taps");
+    let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
+    let shared = design.shared.as_ref().expect("a whisker");
+    let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);
+    let mut tally = Tally::new(1, 1);
+    outcomes.iter().for_each(|o| tally.count(0, 0, o));
+    tally.calibrate(Some(&estimator));
+    let task = &taps.tasks[0];
+    let tap = (task.a, taps.scene.drive, task.drive);
+    assert!(amount(taps.scene.drive, task.drive) > 0.0);
+    let estimated = tally.estimate((0, 0), tap, &outcomes[0], Some(&estimator));
+    bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
+        let (mut text, mut fields) = (Text::default(), Vec::new());
+        for (o, t) in outcomes.iter().zip(&taps.tasks) {
+            table::tuple_row(design, (t.a, t.drive), black_box(o), &estimated, None, &mut fields);
+            text.row(&mut fields).expect("memory");
+        }
+        text.into_bytes()
+    });
+}

@@ -1,0 +1,131 @@
+//! How much of the machine the kernels use: counted operations and bytes of a tap against measured peaks.
+
+use super::place::Place;
+use super::probe::Probe;
+use super::stopwatch::{Times, repeat};
+use super::taps::{Configuration, LINEAR, Taps};
+use super::{Settings, Watch};
+use crate::error::Error;
+use crate::evaluate::{Evaluator, Method};
+use crate::kernel::{
+    Solution, Tap,
+    cpu::{self, Counter, Operations},
+    gpu::Gpu,
+};
+use crate::scene::Precision;
+
+/// What a place can do at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Place, by number.
+    pub place: usize,
+    /// Flops per second of fused multiply–adds.
+    pub flops: f64,
+    /// Bytes per second of a triad (CPU) or copy (GPU).
+    pub bytes: f64,
+}
+
+/// What a configuration asks of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Configuration.
+    pub configuration: &'static str,
+    /// Place, by number.
+    pub place: usize,
+    /// Tolerance.
+    pub tolerance: f64,
+    /// Sweeps per tap, all rungs together.
+    pub sweeps: f64,
+    /// Taps on which the operations were counted.
+    pub counted: usize,
+    /// Operations on those taps.
+    pub operations: Operations,
+    /// Bytes that a tap and its solution have.
+    pub bytes: usize,
+    /// Nanoseconds per tap in the kernel, transfers included.
+    pub kernel: Times,
+}
+
+impl Load {
+    /// Floating-point operations of a tap.
+    pub fn flops(&self) -> f64 {
+        self.operations.flops() as f64 / self.counted as f64
+    }
+
+    /// Flops per second, as fast as it went.
+    pub fn flops_per_second(&self) -> f64 {
+        self.flops() / self.kernel.best * 1e9
+    }
+
+    /// Bytes per second, as fast as it went.
+    pub fn bytes_per_second(&self) -> f64 {
+        self.bytes as f64 / self.kernel.best * 1e9
+    }
+}
+
+/// Taps whose operations are counted; counting is slow.
+const COUNTED: usize = 2048;
+
+/// Peaks of every fast place, and the load of every configuration on it at its default tolerance.
+///
+/// # Errors
+/// A device that fails, or a request to stop.
+pub fn measure(
+    settings: &Settings,
+    places: &[Place],
+    watch: &mut Watch<'_>,
+) -> Result<(Vec<Peak>, Vec<Load>), Error> {
+    let (mut peaks, mut loads) = (Vec::new(), Vec::new());
+    for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
+        watch.next(&format!("peaks of {}", p.name))?;
+        peaks.push(peak(place, p, settings.repeats)?);
+        for c in settings.configurations.iter().chain([&LINEAR]) {
+            watch.next(&format!("operations of {} on {}", c.name, p.name))?;
+            loads.push(load(c, place, p, settings)?);
+        }
+    }
+    Ok((peaks, loads))
+}
+
+fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {
+    Ok(match &p.adapter {
+        Some(adapter) => {
+            let gpu = Gpu::new(adapter.clone(), p.precision).map_err(Error::Run)?;
+            let found = gpu.peaks(repeats).map_err(Error::Run)?;
+            Peak { place, flops: found.flops, bytes: found.bytes }
+        }
+        None => Peak { place, flops: cpu::flops(p.precision, repeats), bytes: cpu::bandwidth(repeats) },
+    })
+}
+
+fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Result<Load, Error> {
+    let taps = Taps::new(c, settings.timed)?;
+    let Method::Fast { solver, rungs, tolerance } = p.choice.open(&taps.scene.model)? else {
+        return Err(Error::Run("the reference has no kernel".into()));
+    };
+    let (probe, account) = Probe::new(solver, None);
+    let method = Method::Fast { solver: Box::new(probe), rungs: rungs.clone(), tolerance };
+    let mut evaluator = Evaluator::new(&taps.scene, method);
+    let mut spent = Vec::new();
+    // The first run pays for pipelines and buffers.
+    repeat(settings.repeats + 1, || {
+        let outcomes = evaluator.run(&taps.designs, &taps.tasks);
+        spent.push(account.take());
+        outcomes
+    })
+    .map_err(Error::Run)?;
+    let n = taps.tasks.len();
+    let kernel = Times::of(spent[1..].iter().map(|s| s.seconds).collect()).per(n);
+    let sweeps = spent[1].sweeps / n as f64;
+
+    let few = Taps::new(c, COUNTED.min(settings.timed))?;
+    let counter = Counter::default();
+    let method = Method::Fast { solver: Box::new(counter.clone()), rungs, tolerance };
+    Evaluator::new(&few.scene, method).run(&few.designs, &few.tasks).map_err(Error::Run)?;
+    // The CPU kernels read and write f64 whatever they compute in; a GPU is sent its own numbers.
+    let word = if p.adapter.is_some() && p.precision == Precision::F32 { 4 } else { 8 };
+    let bytes = word * (Tap::<f32>::FIELDS.len() + Solution::<f32>::FIELDS.len());
+    let operations = counter.total();
+    let configuration = c.name;
+    Ok(Load { configuration, place, tolerance, sweeps, counted: few.tasks.len(), operations, bytes, kernel })
+}

@@ -1,0 +1,128 @@
+//! Cost against work: whole sweeps of growing size, and the same taps on more threads.
+
+use std::sync::atomic::AtomicBool;
+
+use super::place::Place;
+use super::stopwatch::{Times, repeat};
+use super::taps::{EXACT, Taps, gridded, independent, scene};
+use super::{Settings, Watch};
+use crate::error::Error;
+use crate::evaluate::Evaluator;
+use crate::sweep::{self, Progress, Target};
+
+/// What the taps of a sweep share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Every whisker has its own tap angle.
+    Independent,
+    /// A grid of whiskers, distances and 100 tap angles.
+    Gridded,
+}
+
+impl Shape {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Gridded => "gridded",
+        }
+    }
+}
+
+/// A whole sweep, from its spec to the last byte of its tables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaled {
+    /// What its taps share.
+    pub shape: Shape,
+    /// Place, by number.
+    pub place: usize,
+    /// Taps evaluated.
+    pub taps: u64,
+    /// Taps solved by a kernel.
+    pub solved: u64,
+    /// Taps interpolated.
+    pub interpolated: u64,
+    /// Seconds, opening the device included.
+    pub seconds: Times,
+}
+
+/// The same taps on some threads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threaded {
+    /// Place, by number.
+    pub place: usize,
+    /// CPU threads.
+    pub threads: usize,
+    /// Nanoseconds per tap.
+    pub times: Times,
+    /// Best time on one thread over best time on these.
+    pub speedup: f64,
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
+
+/// Sweeps of all sizes, reduced to the best designs.
+///
+/// # Errors
+/// A device or a temporary folder that fails, or a request to stop.
+pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Scaled>, Error> {
+    let mut found = Vec::new();
+    for (place, p) in places.iter().enumerate() {
+        for shape in [Shape::Independent, Shape::Gridded] {
+            for taps in settings.sizes(p) {
+                watch.next(&format!("sweep of {taps} {} taps on {}", shape.name(), p.name))?;
+                let text = match shape {
+                    Shape::Independent => independent(&EXACT[0], taps as usize / super::taps::DISTANCES),
+                    Shape::Gridded => gridded(&EXACT[0], taps),
+                };
+                let scene = scene(&text)?;
+                // Long runs vary little; short ones are repeated.
+                let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
+                let never = AtomicBool::new(false);
+                let (report, seconds) = repeat(repeats, || {
+                    let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+                    let target = Target { out: &folder.path().join("sweep"), force: false, stop: &never };
+                    sweep::run(&scene, &p.choice, &target, &mut Silent)
+                })?;
+                let c = &report.counts;
+                let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);
+                found.push(Scaled { shape, place, taps, solved, interpolated, seconds });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The taps of the simplest configuration on 1, 2, … threads of the CPU.
+///
+/// # Errors
+/// Threads that do not start, or a request to stop.
+pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Threaded>, Error> {
+    let mut found: Vec<Threaded> = Vec::new();
+    for (place, p) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {
+        let count = if p.is_reference() { settings.compared.min(1000) } else { settings.timed };
+        let taps = Taps::new(&EXACT[0], count)?;
+        let mut alone = f64::NAN;
+        for &threads in &settings.threads {
+            watch.next(&format!("{} on {threads} threads", p.name))?;
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|e| Error::Run(e.to_string()))?;
+            let mut evaluator = Evaluator::new(&taps.scene, p.choice.open(&taps.scene.model)?);
+            let mut run = || pool.install(|| evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::Run);
+            run()?;
+            let (_, times) = repeat(settings.repeats, run)?;
+            let times = times.per(taps.tasks.len());
+            if threads == 1 {
+                alone = times.best;
+            }
+            found.push(Threaded { place, threads, times, speedup: alone / times.best });
+        }
+    }
+    Ok(found)
+}

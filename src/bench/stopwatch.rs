@@ -1,0 +1,68 @@
+//! Repeated timing.
+
+use std::time::Instant;
+
+/// Seconds of repeated runs of the same work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Times {
+    /// The fastest run: what the machine can do.
+    pub best: f64,
+    /// The median run: what it did.
+    pub median: f64,
+}
+
+impl Times {
+    /// Of at least one run.
+    pub fn of(mut seconds: Vec<f64>) -> Self {
+        seconds.sort_by(f64::total_cmp);
+        let n = seconds.len();
+        Self { best: seconds[0], median: 0.5 * (seconds[(n - 1) / 2] + seconds[n / 2]) }
+    }
+
+    /// Nanoseconds per each of `n`.
+    pub fn per(&self, n: usize) -> Self {
+        let scale = 1e9 / n as f64;
+        Self { best: self.best * scale, median: self.median * scale }
+    }
+}
+
+/// Times `repeats` ≥ 1 runs of `f`; the result is that of the last.
+///
+/// # Errors
+/// The first error of `f`.
+pub fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) -> Result<(T, Times), E> {
+    let mut seconds = Vec::with_capacity(repeats);
+    loop {
+        let start = Instant::now();
+        let result = f()?;
+        seconds.push(start.elapsed().as_secs_f64());
+        if seconds.len() >= repeats {
+            return Ok((result, Times::of(seconds)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn best_and_median() {
+        let t = Times::of(vec![3.0, 1.0, 2.0]);
+        assert_eq!((t.best, t.median), (1.0, 2.0));
+        let t = Times::of(vec![4.0, 1.0, 2.0, 3.0]).per(1000);
+        assert!((t.best - 1e6).abs() < 1e-6 && (t.median - 2.5e6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn runs_as_often_as_asked() {
+        let mut n = 0;
+        let (last, _) = repeat(4, || -> Result<i32, ()> {
+            n += 1;
+            Ok(n)
+        })
+        .unwrap();
+        assert_eq!((last, n), (4, 4));
+        assert_eq!(repeat(4, || Err::<(), _>("no")), Err("no"));
+    }
+}

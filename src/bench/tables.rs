@@ -1,0 +1,156 @@
+//! The tables of a benchmark: names, columns, rows.
+
+use super::Measured;
+use super::place::Place;
+use super::work::{Point, Solved};
+use crate::error::Error;
+use crate::sink::{csv::Text, table::Field};
+
+/// A row: words, then numbers.
+type Row<'a> = (Vec<&'a str>, Vec<Field>);
+
+/// Text of every table, by file name.
+///
+/// # Errors
+/// None in practice: tables are made in memory.
+pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>, Error> {
+    let at = |place: usize| -> Vec<&str> {
+        let p = &places[place];
+        let [backend, precision] = p.words();
+        vec![backend, precision, p.choice.backend.adapter.as_deref().unwrap_or_default()]
+    };
+    let with = |first: &'static str, place: usize| -> Vec<&str> { [vec![first], at(place)].concat() };
+    let numbers = |x: &[f64]| x.iter().copied().map(Field::Number).collect::<Vec<_>>();
+    let work = m.points.iter().map(|p| {
+        let words = [with(p.configuration, p.place), vec![p.solved.name()]].concat();
+        (words, point(p))
+    });
+    let scaling = m.scaled.iter().map(|s| {
+        let counts = [s.taps, s.solved, s.interpolated].map(Field::Count).to_vec();
+        let rate = s.taps as f64 / s.seconds.best;
+        let times = numbers(&[s.seconds.best, s.seconds.median, rate, 1e9 / rate]);
+        (with(s.shape.name(), s.place), [counts, times].concat())
+    });
+    let threads = m.threaded.iter().map(|t| {
+        let times = numbers(&[t.times.best, t.times.median, t.speedup]);
+        (at(t.place), [vec![Field::Count(t.threads as u64)], times].concat())
+    });
+    let peaks = m.peaks.iter().map(|p| (at(p.place), numbers(&[p.flops / 1e9, p.bytes / 1e9])));
+    let roofline = m.loads.iter().map(|l| {
+        let o = &l.operations;
+        let each = [o.add, o.mul, o.fma, o.div, o.sqrt, o.compare].map(|n| n as f64 / l.counted as f64);
+        let (flops, bytes) = (l.flops_per_second(), l.bytes_per_second());
+        let peak = m.peaks.iter().find(|p| p.place == l.place);
+        let share = |now: f64, most: Option<f64>| most.map_or(f64::NAN, |most| now / most);
+        let rest = [
+            l.bytes as f64,
+            l.kernel.best,
+            l.kernel.median,
+            flops / 1e9,
+            bytes / 1e9,
+            share(flops, peak.map(|p| p.flops)),
+            share(bytes, peak.map(|p| p.bytes)),
+        ];
+        let first = numbers(&[l.tolerance, l.sweeps, l.flops()]);
+        (with(l.configuration, l.place), [first, numbers(&each), numbers(&rest)].concat())
+    });
+    Ok(vec![
+        ("work_precision.csv", table(&WORK, work)?),
+        ("scaling.csv", table(&SCALING, scaling)?),
+        ("threads.csv", table(&THREADS, threads)?),
+        ("peaks.csv", table(&PEAKS, peaks)?),
+        ("roofline.csv", table(&ROOFLINE, roofline)?),
+    ])
+}
+
+const WORK: [&str; 16] = [
+    "configuration",
+    "backend",
+    "precision",
+    "adapter",
+    "kernel",
+    "nodes",
+    "tolerance",
+    "taps",
+    "failed",
+    "ns_per_tap",
+    "ns_per_tap_median",
+    "kernel_ns_per_tap",
+    "sweeps_mean",
+    "strain_error_median",
+    "strain_error_p99",
+    "strain_error_max",
+];
+
+const SCALING: [&str; 11] = [
+    "shape",
+    "backend",
+    "precision",
+    "adapter",
+    "taps",
+    "solved",
+    "interpolated",
+    "seconds",
+    "seconds_median",
+    "taps_per_second",
+    "ns_per_tap",
+];
+
+const THREADS: [&str; 7] =
+    ["backend", "precision", "adapter", "threads", "ns_per_tap", "ns_per_tap_median", "speedup"];
+
+const PEAKS: [&str; 5] = ["backend", "precision", "adapter", "gflops", "gbytes_per_s"];
+
+const ROOFLINE: [&str; 20] = [
+    "configuration",
+    "backend",
+    "precision",
+    "adapter",
+    "tolerance",
+    "sweeps_mean",
+    "flops_per_tap",
+    "add_per_tap",
+    "mul_per_tap",
+    "fma_per_tap",
+    "div_per_tap",
+    "sqrt_per_tap",
+    "compare_per_tap",
+    "bytes_per_tap",
+    "kernel_ns_per_tap",
+    "kernel_ns_per_tap_median",
+    "gflops",
+    "gbytes_per_s",
+    "share_of_peak_flops",
+    "share_of_peak_bytes",
+];
+
+fn point(p: &Point) -> Vec<Field> {
+    let nodes = match p.solved {
+        Solved::Nodes(n) => Field::Count(n as u64),
+        _ => None.into(),
+    };
+    let error = |f: fn(&super::work::Quantiles) -> f64| Field::from(p.errors.as_ref().map(f));
+    vec![
+        nodes,
+        p.tolerance.into(),
+        Field::Count(p.taps as u64),
+        Field::Count(p.failed as u64),
+        Field::Number(p.whole.best),
+        Field::Number(p.whole.median),
+        p.kernel.map(|k| k.best).into(),
+        p.sweeps.into(),
+        error(|e| e.median),
+        error(|e| e.p99),
+        error(|e| e.worst),
+    ]
+}
+
+fn table<'a>(columns: &[&str], rows: impl Iterator<Item = Row<'a>>) -> Result<String, Error> {
+    let mut text = Text::default();
+    let failed = |e: csv::Error| Error::Run(e.to_string());
+    text.header(columns).map_err(failed)?;
+    for (words, mut numbers) in rows {
+        text.named_row(&words, &mut numbers).map_err(failed)?;
+    }
+    String::from_utf8(text.into_bytes()).map_err(|e| Error::Run(e.to_string()))
+}

@@ -1,0 +1,174 @@
+//! What is solved: the same well-spread taps in every configuration.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use crate::design::{Design, amount};
+use crate::error::Error;
+use crate::evaluate::Task;
+use crate::plan::Layout;
+use crate::scene::{Scene, Space};
+use crate::spec;
+
+/// Distances at which every whisker is tapped.
+pub const DISTANCES: usize = 8;
+
+/// A model whose taps are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Configuration {
+    /// Name in tables.
+    pub name: &'static str,
+    /// Its `[model]`.
+    pub model: &'static str,
+    /// Side of the gauge.
+    pub side: &'static str,
+}
+
+const fn of(name: &'static str, model: &'static str) -> Configuration {
+    Configuration { name, model, side: "contact" }
+}
+
+/// The paper's closed forms; as a configuration of its own, measured against themselves in f64.
+pub const LINEAR: Configuration = of("linear", "geometry = \"linear\"");
+
+/// The configurations of the exact rod, from the simplest to everything on.
+pub const EXACT: [Configuration; 8] = [
+    of("hooke", "material = { hooke = 3.2 }"),
+    of("surface", "material = { hooke = 3.2 }\nsurface = true"),
+    of("timoshenko", "material = { hooke = 3.2 }\nshear = true\nextension = true"),
+    of("neo", "material = { neo-hookean = 3.2 }\nsurface = true\nshear = true\nextension = true"),
+    of(
+        "mooney-coulomb",
+        "material = { mooney-rivlin = [0.35, 0.15] }\nsurface = true\nshear = true\nextension = true\n\
+         contact = { coulomb = 0.3 }",
+    ),
+    of(
+        "stick",
+        "material = { neo-hookean = 3.2 }\nsurface = true\nshear = true\nextension = true\ncontact = \"stick\"",
+    ),
+    Configuration {
+        side: "far",
+        ..of("pole-far", "material = { neo-hookean = 3.2 }\nsurface = true\nshear = true\npole_radius = 3")
+    },
+    of("yeoh", "material = { yeoh = [0.5, -0.08, 0.02] }\nsurface = true\nshear = true\nextension = true"),
+];
+
+/// A spec of `samples` whiskers, spread over D 8–12 mm, d 2–7 mm and θ 0.5–10° by Sobol points, each tapped at [`DISTANCES`]
+/// distances from 20 to 48 mm; only the best designs are written.
+pub fn independent(c: &Configuration, samples: usize) -> String {
+    let axis = |from: f64, to: f64| {
+        format!("{{ min = {from:?}, max = {to:?}, samples = {samples}, sampler = \"sobol\", seed = 1 }}")
+    };
+    format!(
+        "[whisker]\nD = {}\nd = {}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"{}\"\n\
+         [tap]\na = {{ from = 20, to = 48, steps = {DISTANCES} }}\ntheta = {}\n[model]\n{}\n\
+         [output]\ntuples = false\ndistances = false\ntop = 100\n",
+        axis(8.0, 12.0),
+        axis(2.0, 7.0),
+        c.side,
+        axis(0.5, 10.0),
+        c.model
+    )
+}
+
+/// A spec of about `taps` taps on a grid of D, d and 100 tap angles at 10 distances, reduced to the best designs.
+pub fn gridded(c: &Configuration, taps: u64) -> String {
+    let (angles, distances) = if taps >= 10_000 { (100, 10) } else { (10, 10) };
+    let side = ((taps as f64 / f64::from(angles * distances)).sqrt().round() as u64).max(1);
+    let axis = |from: f64, to: f64, steps: u64| match steps {
+        1 => format!("{from:?}"),
+        _ => format!("{{ from = {from:?}, to = {to:?}, steps = {steps} }}"),
+    };
+    format!(
+        "[whisker]\nD = {}\nd = {}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"{}\"\n\
+         [tap]\na = {}\ntheta = {}\n[model]\n{}\n[output]\ntuples = false\ndistances = false\ntop = 100\n",
+        axis(8.0, 12.0, side),
+        axis(2.0, 7.0, side),
+        c.side,
+        axis(21.0, 48.0, distances as u64),
+        axis(0.5, 10.0, angles as u64),
+        c.model
+    )
+}
+
+/// Reads a spec of this file.
+///
+/// # Errors
+/// None for the specs above.
+pub fn scene(text: &str) -> Result<Scene, Error> {
+    Ok(spec::parse("bench.toml", text, Path::new(""))?)
+}
+
+/// A scene with its designs and taps.
+#[derive(Debug)]
+pub struct Taps {
+    /// What is computed.
+    pub scene: Scene,
+    /// Whiskers.
+    pub designs: Vec<Design>,
+    /// Taps, those of one whisker after another.
+    pub tasks: Vec<Task>,
+}
+
+impl Taps {
+    /// About `count` independent taps of `c`: a whole number of whiskers, one at least.
+    ///
+    /// # Errors
+    /// None for the configurations above.
+    pub fn new(c: &Configuration, count: usize) -> Result<Self, Error> {
+        let scene = scene(&independent(c, count.div_ceil(DISTANCES).max(1)))?;
+        let Space::Grid(factors) = &scene.space else {
+            return Err(Error::Run("the taps of a benchmark are a grid".into()));
+        };
+        let layout = Layout::new(factors);
+        let tuples: Vec<_> = (0..layout.n_designs).map(|k| layout.design(k)).collect();
+        let mut tasks = Vec::with_capacity(layout.len() as usize);
+        for (design, tuple) in (0..).zip(&tuples) {
+            for i in 0..layout.n_distances {
+                tasks.push(Task { design, a: layout.distance(i), drive: layout.drive(tuple, 0) });
+            }
+        }
+        let designs = tuples.par_iter().map(|t| Design::new(&scene, *t)).collect();
+        Ok(Self { designs, tasks, scene })
+    }
+
+    /// 1e-3 θ f_max of tap `i`: below it an error is no longer relative to the strain.
+    pub fn least(&self, i: usize) -> f64 {
+        let task = &self.tasks[i];
+        let peak = self.designs[task.design as usize].shared.as_ref().map_or(0.0, |s| s.peak);
+        1e-3 * peak * amount(self.scene.drive, task.drive)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+
+    #[test]
+    fn every_spec_is_valid_and_as_large_as_asked() {
+        for c in EXACT.iter().chain([&LINEAR]) {
+            let taps = Taps::new(c, 41).unwrap();
+            assert_eq!((taps.designs.len(), taps.tasks.len()), (6, 48), "{}", c.name);
+            assert!((0..48).all(|i| taps.least(i) > 0.0));
+            for n in [1_000, 10_000, 1_000_000, 100_000_000] {
+                let plan = Plan::new(&scene(&gridded(c, n)).unwrap()).unwrap();
+                assert!((plan.taps as f64 / n as f64 - 1.0).abs() < 0.15, "{} of {n}", plan.taps);
+            }
+        }
+    }
+
+    #[test]
+    fn more_taps_begin_with_the_same_ones() {
+        let (few, many) = (Taps::new(&EXACT[0], 40).unwrap(), Taps::new(&EXACT[0], 400).unwrap());
+        assert_eq!(few.tasks, many.tasks[..40]);
+        assert!(
+            few.designs
+                .iter()
+                .zip(&many.designs)
+                .all(|(a, b)| (a.tuple.D, a.tuple.d) == (b.tuple.D, b.tuple.d))
+        );
+        assert!(few.tasks.iter().all(|t| (20.0..=48.0).contains(&t.a) && (0.5..=10.0).contains(&t.drive)));
+    }
+}

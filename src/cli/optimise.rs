@@ -1,0 +1,202 @@
+//! `vibrissa optimise SPEC.toml`.
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+use vibrissa::backend::{self, Choice};
+use vibrissa::error::Error;
+use vibrissa::optimise::{self, Report, Step, Target, Watch, why::why, write};
+use vibrissa::scene::Scene;
+use vibrissa::scene::search::{Objective, Search};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::spec;
+
+use super::args::Optimise;
+use super::reply::Reply;
+use super::sweep::{stop_on_interrupt, threads, where_and_why};
+
+/// Reads the spec and searches, or says what would be searched.
+pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
+    let (mut scene, search) = spec::read_search(&args.spec)?;
+    let options = args.common.over(&scene.run);
+    let quiet = options.quiet == Some(true);
+    *json |= options.json == Some(true);
+    threads(&options)?;
+    if !quiet {
+        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    let choice = Choice::new(&options)?;
+    backend::settle(&mut scene, &options, &choice.backend, &out);
+    if options.plan == Some(true) {
+        return Ok(planned(&scene, &search, &choice, &out));
+    }
+    if !quiet {
+        eprintln!("{}", headline(&scene, &search, &choice));
+    }
+    let stop = stop_on_interrupt();
+    let target = Target { out: &out, force: options.force == Some(true), resume: args.resume, stop: &stop };
+    let report = optimise::run(&scene, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    Ok(Reply {
+        text: summary(&scene, &search, &report),
+        out: Some(out),
+        counts: write::counts(&report),
+        seconds: write::seconds(&report),
+        backend: json!(report.backends[0]),
+        result: write::result(&scene, &search, &report),
+        files: report.files,
+        quiet,
+    })
+}
+
+fn headline(scene: &Scene, search: &Search, choice: &Choice) -> String {
+    let over: Vec<String> = search
+        .variables
+        .iter()
+        .map(|v| format!("{} {}…{}", write::key(scene, v.column), v.min, v.max))
+        .collect();
+    let samples =
+        search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
+    format!(
+        "{}: smallest {} over {}{samples}, on {}",
+        scene.name,
+        search.objective.word(),
+        over.join(", "),
+        where_and_why(&choice.backend)
+    )
+}
+
+fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply {
+    let mut text = headline(scene, search, choice) + "\n";
+    let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
+    let _ = match (evaluations, seconds) {
+        (None, None) => {
+            writeln!(text, "  until several starts agree, at most {} starts", optimise::global::STARTS)
+        }
+        (e, s) => {
+            let e = e.map(|e| format!("{e} evaluations"));
+            let s = s.map(|s| format!("{s} s"));
+            writeln!(
+                text,
+                "  until several starts agree, at most {}",
+                e.into_iter().chain(s).collect::<Vec<_>>().join(" or ")
+            )
+        }
+    };
+    let _ = writeln!(text, "  into {}; nothing was run\nvalues in force:", out.display());
+    for (key, value, written) in &scene.in_force {
+        let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
+    }
+    Reply {
+        text,
+        out: Some(out.to_owned()),
+        files: Vec::new(),
+        counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
+        seconds: json!({ "budget": seconds }),
+        backend: json!(choice.backend),
+        result: json!({ "in_force": run_json::in_force(scene) }),
+        quiet: false,
+    }
+}
+
+fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
+    let (symbol, unit) = drive_unit(scene.drive);
+    let (d, row) = (&report.best.point, &report.best.row);
+    let mut text = String::new();
+    let title = if search.objective == Objective::Pareto {
+        "point of the front with the least error"
+    } else {
+        "best design"
+    };
+    let _ = writeln!(text, "{title}:");
+    let _ = writeln!(
+        text,
+        "  D {:.4} mm, d {:.4} mm, L_a {:.4} mm, x_ss {:.4} mm, l {:.4} mm, {symbol} {:.4}{unit}",
+        d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
+    );
+    let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));
+    let _ = writeln!(
+        text,
+        "  K_mean {:.6}, K_sd {}, error {} (bias {}, noise {}), strain {}, force {}",
+        row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
+        number(row.deviation.sd().map(|s| s * report.best.unit), ""),
+        number(row.total_rms(), " mm"),
+        number(row.error_rms(), " mm"),
+        number(row.noise_rms(), " mm"),
+        number(row.strain_max(), ""),
+        number(row.force_max(), " N"),
+    );
+    if let Some(robust) = &search.robust {
+        let [sd, total, _] = report.best.score.figures;
+        let _ =
+            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
+    }
+    let _ = writeln!(text, "  {}", why(scene, search, report));
+    if let Some(front) = &report.front {
+        let _ =
+            writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);
+    }
+    let _ = writeln!(
+        text,
+        "{} evaluations in {} starts, {:.2} s; ended by {}",
+        report.evaluations,
+        report.starts,
+        report.seconds[1],
+        report.ended.name()
+    );
+    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
+    let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds[0]);
+    text
+}
+
+/// Best, evaluations and rate on stderr: one line that is rewritten on a terminal, a line now and then elsewhere.
+struct Shown {
+    quiet: bool,
+    terminal: bool,
+    begun: Instant,
+    last: Instant,
+}
+
+impl Shown {
+    fn new(quiet: bool) -> Self {
+        let now = Instant::now();
+        Self { quiet, terminal: std::io::stderr().is_terminal(), begun: now, last: now }
+    }
+}
+
+impl Watch for Shown {
+    fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
+        let every = Duration::from_millis(if self.terminal { 200 } else { 5000 });
+        if self.quiet || self.last.elapsed() < every {
+            return;
+        }
+        self.last = Instant::now();
+        let rate = step.evaluations as f64 / self.begun.elapsed().as_secs_f64();
+        let best =
+            if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
+        let left = left.map_or(String::new(), |n| format!(", {n} left"));
+        let line = format!(
+            "{best}; {} evaluations{left}, {rate:.3e}/s, start {}, {}",
+            step.evaluations,
+            step.start + 1,
+            step.stage.name()
+        );
+        if self.terminal {
+            eprint!("\r\x1b[2K{line}");
+        } else {
+            eprintln!("{line}");
+        }
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        if self.terminal && !self.quiet {
+            eprint!("\r\x1b[2K");
+        }
+    }
+}

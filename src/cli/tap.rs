@@ -1,0 +1,123 @@
+//! `vibrissa tap SPEC.toml`.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde_json::json;
+use vibrissa::backend::{self, Choice};
+use vibrissa::error::Error;
+use vibrissa::optimise::run::precise;
+use vibrissa::scene::search::Objective;
+use vibrissa::scene::{BackendChoice, RunOptions, Scene};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::spec;
+use vibrissa::tap::{self, Report, Sample};
+
+use super::args::{Tap, TapObjective};
+use super::reply::Reply;
+use super::sweep::{threads, where_and_why};
+
+/// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
+pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
+    let objective = match args.objective {
+        TapObjective::Distance => Objective::Distance,
+        TapObjective::Sd => Objective::Sd,
+    };
+    let (mut scene, ends) = spec::read_tap(&args.spec, objective.needs_distance())?;
+    let options = args.common.over(&scene.run);
+    let quiet = options.quiet == Some(true);
+    *json |= options.json == Some(true);
+    threads(&options)?;
+    if !quiet {
+        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+    }
+    let choice = choose(&options)?;
+    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    backend::settle(&mut scene, &options, &choice.backend, &out);
+    let (symbol, unit) = drive_unit(scene.drive);
+    let head = format!(
+        "{}: best {symbol} of {}…{}{unit}, on {}",
+        scene.name,
+        ends[0],
+        ends[1],
+        where_and_why(&choice.backend)
+    );
+    if options.plan == Some(true) {
+        let mut text = format!(
+            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n",
+            out.display()
+        );
+        for (key, value, written) in &scene.in_force {
+            let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
+        }
+        let result = json!({ "in_force": run_json::in_force(&scene) });
+        return Ok(Reply {
+            text,
+            out: Some(out),
+            files: vec![],
+            counts: json!({}),
+            seconds: json!({}),
+            backend: json!(choice.backend),
+            result,
+            quiet: false,
+        });
+    }
+    if !quiet {
+        eprintln!("{head}");
+    }
+    let target = (out.as_path(), options.force == Some(true));
+    let report = tap::run(&scene, ends, objective, &choice, target).map_err(|e| match e {
+        Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
+            e.at(args.spec.display().to_string(), None).into()
+        }
+        other => other,
+    })?;
+    Ok(Reply {
+        text: summary(&scene, &report),
+        out: Some(out),
+        counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
+        seconds: json!({ "total": report.seconds }),
+        backend: json!(report.backend),
+        result: tap::result(&scene, &report),
+        files: report.files,
+        quiet,
+    })
+}
+
+/// What was asked for, or the CPU in f64.
+fn choose(options: &RunOptions) -> Result<Choice, Error> {
+    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
+        && options.adapter.is_none();
+    if free && options.precision.is_none() && options.tolerance.is_none() {
+        let mut choice = precise(&RunOptions::default())?;
+        choice.backend.reason = "few taps".into();
+        return Ok(choice);
+    }
+    Choice::new(options)
+}
+
+fn summary(scene: &Scene, report: &Report) -> String {
+    let (symbol, unit) = drive_unit(scene.drive);
+    let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
+    let line = |name: &str, s: &Sample| {
+        format!(
+            "{name} {symbol} {:.4}{unit}: error {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
+            s.drive,
+            number(s.row.total_rms()),
+            number(s.row.error_rms()),
+            number(s.row.noise_rms()),
+            s.row.deviation.mean().map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m)),
+            number(s.row.deviation.sd()),
+            number(s.row.strain_max()),
+        )
+    };
+    let mut text = line("best", &report.optimum);
+    if report.unconstrained.drive != report.optimum.drive {
+        text += &line("whatever the strain,", &report.unconstrained);
+    }
+    let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
+    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
+    let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds);
+    text
+}

@@ -1,0 +1,107 @@
+//! A problem that cannot be met: which limit, and by how much.
+
+use super::score::{Limit, Score};
+use crate::error::InputError;
+use crate::scene::Scene;
+use crate::scene::search::Search;
+
+/// The limit that `closest`, the best of all candidates, violates most, and by how much, at its place in the spec.
+pub fn infeasible(scene: &Scene, search: &Search, closest: &Score) -> InputError {
+    let first = violated(closest)[0];
+    let message =
+        format!("no design within the bounds keeps this limit: {}", shortfall(scene, search, closest));
+    let (place, allowed) = match first {
+        Limit::Strain => (
+            &search.places.strain,
+            format!(
+                "about {} or more with everything else as it is",
+                reached(closest, first, search.limits.strain)
+            ),
+        ),
+        Limit::Force => (
+            &search.places.force,
+            format!(
+                "about {} N or more with everything else as it is",
+                reached(closest, first, search.limits.force.unwrap_or(f64::NAN))
+            ),
+        ),
+        Limit::Unambiguous => {
+            (&search.places.unambiguous, "false, larger distances, or other bounds".to_owned())
+        }
+        Limit::Tip => (&search.places.tip_not_wider, "false, or other bounds of D and d".to_owned()),
+        _ => (&search.places.variables, "wider bounds, other distances, or wider limits".to_owned()),
+    };
+    InputError { message, allowed: Some(allowed), ..place.clone() }
+}
+
+/// Limits that `score` violates, worst first; at least one.
+fn violated(score: &Score) -> Vec<Limit> {
+    let mut violated: Vec<Limit> = Limit::ALL.into_iter().filter(|&l| score.limit(l) > 0.0).collect();
+    violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
+    if violated.is_empty() {
+        violated.push(Limit::Solved);
+    }
+    violated
+}
+
+/// What `score` violates, and by how much.
+pub fn shortfall(scene: &Scene, search: &Search, score: &Score) -> String {
+    let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(scene, search, score, l)).collect();
+    phrases.join("; it also breaks another: ")
+}
+
+/// What a limit says about a candidate.
+fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String {
+    let value = score.limit(limit);
+    let times = |least: f64, unit: &str| {
+        format!(
+            "{}{unit} at the closest design, {:.3} times the limit of {least}{unit}",
+            reached(score, limit, least),
+            1.0 + value
+        )
+    };
+    match limit {
+        Limit::Strain => format!("the gauge strain is {}", times(search.limits.strain, "")),
+        Limit::Force => {
+            format!("the contact force is {}", times(search.limits.force.unwrap_or(f64::NAN), " N"))
+        }
+        Limit::Unambiguous => {
+            let from = scene.estimate.range.map_or("the smallest a".to_owned(), |r| format!("{} mm", r[0]));
+            match value {
+                v if v < 1.0 => format!(
+                    "the peak of the strain curve lies {:.3} times as far as the range begins ({from}) at the closest design",
+                    1.0 / (1.0 - v)
+                ),
+                _ => "the strain curve of the closest design has no peak before its range ends".to_owned(),
+            }
+        }
+        Limit::Tip => format!("d is {:.4} times D at the closest design", 1.0 + value),
+        Limit::Gauge => format!("the gauge ends at {:.4} times L_a", 1.0 + value),
+        Limit::Reach => format!("the largest a is {:.4} times L_a", 1.0 + value),
+        Limit::NoStrain => {
+            "a contact lies at or before the gauge (no_strain) at the closest design".to_owned()
+        }
+        Limit::Slipped => {
+            format!("the contact runs to {:.4} times L_a (slipped_off) at the closest design", 1.0 + value)
+        }
+        Limit::Root => format!(
+            "the largest reading is {:.4} times the peak of the strain curve (no_root) at the closest design",
+            1.0 + value
+        ),
+        Limit::Solved => {
+            "taps of the closest design have no solution (not_converged or material_limit)".to_owned()
+        }
+        Limit::Samples => format!(
+            "fewer than 90 % of the sampled whiskers keep their limits; the worst of 90 % breaks one by {:.3} %",
+            100.0 * value
+        ),
+    }
+}
+
+/// What the limited quantity reaches, to four digits.
+fn reached(score: &Score, limit: Limit, least: f64) -> f64 {
+    // Rounded up, for the number is there to be typed; printed and read again, so that it is the decimal number.
+    let value = (1.0 + score.limit(limit)) * least;
+    let digits = 10f64.powi(3 - value.log10().floor() as i32);
+    format!("{:.3e}", (value * digits * (1.0 - 1e-9)).ceil() / digits).parse().unwrap_or(value)
+}

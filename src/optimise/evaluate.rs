@@ -1,0 +1,300 @@
+//! Scores of candidates: all candidates × robust samples × distances go to the backend in one batch.
+
+use rayon::prelude::*;
+
+use super::normal::deviations;
+use super::score::{Limit, Score};
+use crate::design::{Design, amount};
+use crate::error::Error;
+use crate::estimate::Estimator;
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::plan::Layout;
+use crate::scene::search::{Calibrated, Measure, Robust, Search};
+use crate::scene::{Convention, Scene, Space, Tuple};
+use crate::statistics::{DriveRow, Tally};
+use crate::status::Status;
+
+/// Taps that go to the backend together.
+const BATCH: usize = 1 << 18;
+
+/// Scores candidates of one search on one backend.
+pub struct Scorer<'a> {
+    evaluator: Evaluator<'a>,
+    judge: Judge<'a>,
+}
+
+/// What turns solved taps into scores.
+struct Judge<'a> {
+    scene: &'a Scene,
+    search: &'a Search,
+    distances: Vec<f64>,
+    reach: [f64; 2],
+    deviations: Vec<[f64; 7]>,
+}
+
+impl<'a> Scorer<'a> {
+    /// For the candidates of `search` in `scene`, whose taps `method` solves.
+    pub fn new(scene: &'a Scene, search: &'a Search, method: Method) -> Self {
+        let Space::Grid(factors) = &scene.space else { unreachable!("a search has axes") };
+        let layout = Layout::new(factors);
+        let distances = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let samples = search.robust.as_ref().map_or(0, |r| r.samples);
+        let deviations = deviations(search.seed, samples);
+        let judge = Judge { scene, search, distances, reach: layout.reach(), deviations };
+        Self { evaluator: Evaluator::new(scene, method), judge }
+    }
+
+    /// Taps of one evaluation.
+    pub fn taps(&self) -> usize {
+        (1 + self.judge.deviations.len()) * self.judge.distances.len()
+    }
+
+    /// Scores of `points`, each a design with its drive, in their order.
+    pub fn scores(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let mut scores = Vec::with_capacity(points.len());
+        for part in points.chunks((BATCH / self.taps()).max(1)) {
+            scores.extend(self.batch(part)?);
+        }
+        Ok(scores)
+    }
+
+    /// As [`Self::scores`], of the nominal whiskers alone.
+    pub fn nominal(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let deviations = std::mem::take(&mut self.judge.deviations);
+        let scores = self.scores(points);
+        self.judge.deviations = deviations;
+        scores
+    }
+
+    /// The designs row of one point, as a sweep would write it.
+    pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
+        let judge = &self.judge;
+        let design = [Design::new(judge.scene, *point)];
+        let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
+        let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
+        let taps = self.evaluator.run(&design, &tasks).map_err(Error::Run)?;
+        let estimator = design[0].shared.as_ref().map(|s| Estimator::new(judge.scene, s, judge.reach));
+        let own = |row: &DriveRow, e: &Estimator<'_>| e.calibration(row.deviation.n, row.deviation.mean());
+        Ok(judge.tally(estimator.as_ref(), &taps, own, point.drive))
+    }
+
+    fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let judge = &self.judge;
+        let whiskers = 1 + judge.deviations.len();
+        let n = judge.distances.len();
+        let designs: Vec<Design> = (0..points.len() * whiskers)
+            .into_par_iter()
+            .map(|w| Design::new(judge.scene, judge.whisker(&points[w / whiskers], w % whiskers)))
+            .collect();
+        let task = |t: usize| {
+            let w = t / n;
+            Task { design: w as u32, a: judge.distances[t % n], drive: designs[w].tuple.drive }
+        };
+        let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
+        let taps = self.evaluator.run(&designs, &tasks).map_err(Error::Run)?;
+        let score = |p: usize| {
+            let (first, last) = (p * whiskers, (p + 1) * whiskers);
+            judge.score(&designs[first..last], &taps[first * n..last * n])
+        };
+        Ok((0..points.len()).into_par_iter().map(score).collect())
+    }
+}
+
+impl Judge<'_> {
+    /// Whisker `w` of a point: the nominal one, or a sampled one.
+    fn whisker(&self, point: &Tuple, w: usize) -> Tuple {
+        let (Some(robust), Some(sample)) = (&self.search.robust, w.checked_sub(1)) else { return *point };
+        let (mut values, z) = (point.to_array(), &self.deviations[sample]);
+        for ((value, sd), z) in values.iter_mut().zip(&robust.sd).zip(z) {
+            // A gauge bonded at the clamp cannot lie before it.
+            *value += sd * z;
+        }
+        values[3] = values[3].max(0.0);
+        Tuple::from_array(values)
+    }
+
+    /// Score of one candidate: its nominal whisker, then the sampled ones.
+    fn score(&self, designs: &[Design], taps: &[Outcome]) -> Score {
+        let n = self.distances.len();
+        let nominal = Read::new(self, &designs[0], &taps[..n], None);
+        let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
+            return nominal.score;
+        };
+        let calibration = match (robust.calibrated, &designs[0].shared) {
+            (Calibrated::Nominal, Some(shared)) => {
+                nominal.k.map(|k| (Estimator::new(self.scene, shared, self.reach), k, designs[0].tuple.drive))
+            }
+            _ => None,
+        };
+        let samples: Vec<Score> = (1..designs.len())
+            .map(|w| {
+                let taps = &taps[w * n..(w + 1) * n];
+                let read = Read::new(self, &designs[w], taps, calibration.as_ref());
+                read.score
+            })
+            .collect();
+        gather(robust, &nominal.score, &samples)
+    }
+
+    /// Statistics of one whisker; `k` gives its calibration.
+    fn tally(
+        &self,
+        estimator: Option<&Estimator<'_>>,
+        taps: &[Outcome],
+        k: impl Fn(&DriveRow, &Estimator<'_>) -> Option<f64>,
+        drive: f64,
+    ) -> DriveRow {
+        let mut tally = Tally::new(taps.len(), 1);
+        for (i, tap) in taps.iter().enumerate() {
+            tally.count(i, 0, tap);
+        }
+        tally.drives[0].k = estimator.and_then(|e| k(&tally.drives[0], e));
+        for (i, tap) in taps.iter().enumerate() {
+            tally.estimate((i, 0), (self.distances[i], self.scene.drive, drive), tap, estimator);
+        }
+        tally.drives[0]
+    }
+}
+
+/// K̄, f and drive with which readings are turned into distances, where they are not the whisker's own.
+type Calibration<'a> = (Estimator<'a>, f64, f64);
+
+/// What one whisker gives.
+struct Read {
+    score: Score,
+    k: Option<f64>,
+}
+
+impl Read {
+    fn new(judge: &Judge<'_>, design: &Design, taps: &[Outcome], other: Option<&Calibration<'_>>) -> Self {
+        let (scene, limits) = (judge.scene, &judge.search.limits);
+        let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
+        let mut score = Score::NOTHING;
+        // Rounding of a sum of decimal numbers is no violation.
+        let over = |value: f64| if value <= 1e-12 { value.min(0.0) } else { value };
+        score.set(Limit::Gauge, over((x_ss + l) / L_a - 1.0));
+        score.set(Limit::Reach, over(judge.distances.iter().copied().fold(0.0, f64::max) / L_a - 1.0));
+        if limits.tip_not_wider {
+            score.set(Limit::Tip, d / D - 1.0);
+        }
+        let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
+        let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
+            if !score.outside() {
+                score.set(Limit::Solved, 1.0);
+            }
+            return Self { score, k: None };
+        };
+        // A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
+        let taps: Vec<Outcome> =
+            taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
+        let own = Estimator::new(scene, shared, judge.reach);
+        let (estimator, drive, given) = match other {
+            Some((e, k, drive)) => (e, *drive, Some(*k)),
+            None => (&own, drive, None),
+        };
+        let calibrate = |row: &DriveRow, e: &Estimator<'_>| {
+            given.or_else(|| e.calibration(row.deviation.n, row.deviation.mean()))
+        };
+        let row = judge.tally(Some(estimator), &taps, calibrate, drive);
+        if row.deviation.n == row.asked {
+            score.figures = figures(judge, &row, &own, L_a);
+        }
+
+        let largest =
+            |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let unsolved =
+            taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
+        let share = unsolved as f64 / taps.len() as f64;
+        score.set(Limit::Solved, if unsolved > 0 { share } else { f64::NEG_INFINITY });
+        let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
+        let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
+        score.set(Limit::NoStrain, shared.gauge[0] / nearest - 1.0);
+        score.set(Limit::Slipped, over(largest(&|t| t.arc) / L_a - 1.0));
+        score.set(Limit::Strain, largest(&|t| t.strain.abs()) / limits.strain - 1.0);
+        if let Some(force) = limits.force {
+            score.set(Limit::Force, largest(&|t| t.normal_force) / force - 1.0);
+        }
+        if let (Some(k), true) = (row.k, judge.search.objective.needs_distance()) {
+            let peak = estimator.peak() * amount(scene.drive, drive);
+            score.set(Limit::Root, k * largest(&|t| t.strain.abs()) / peak - 1.0);
+        }
+        if limits.unambiguous {
+            let range = scene.estimate.range.unwrap_or(judge.reach);
+            score.set(Limit::Unambiguous, 1.0 - range[0] / shared.theory.peak().0);
+        }
+        Self { score, k: row.k }
+    }
+}
+
+/// K_sd, total_rms_mm, weighted sum.
+fn figures(judge: &Judge<'_>, row: &DriveRow, own: &Estimator<'_>, length: f64) -> [f64; 3] {
+    let unit = if judge.scene.estimate.convention == Convention::Elongation { own.k_unit } else { 1.0 };
+    let sd = row.deviation.sd().unwrap_or(f64::NAN);
+    let total = row.total_rms().unwrap_or(f64::NAN);
+    let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);
+    let [by_sd, by_distance] = judge.search.weights;
+    // A weight of 0 leaves its term out, also where that has no value.
+    let term = |weight: f64, value: f64| if weight == 0.0 { 0.0 } else { weight * value };
+    [sd * unit, total, term(by_sd, sd / mean) + term(by_distance, total / length)]
+}
+
+/// Figures over the samples; limits of the nominal whisker, and that 90 % of the samples keep theirs.
+fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
+    let mut score = *nominal;
+    let mut worst: Vec<f64> = samples
+        .iter()
+        .map(|s| if s.figures.iter().all(|f| f.is_nan()) { s.worst().max(1.0) } else { s.worst() })
+        .collect();
+    worst.sort_by(f64::total_cmp);
+    let kept = (0.9 * worst.len() as f64).ceil() as usize;
+    score.set(Limit::Samples, worst[kept - 1]);
+    for (i, figure) in score.figures.iter_mut().enumerate() {
+        let values: Vec<f64> = samples.iter().map(|s| s.figures[i]).filter(|f| f.is_finite()).collect();
+        *figure = measure(robust.measure, values);
+    }
+    score
+}
+
+/// Mean, or mean of the worst tenth (R. T. Rockafellar and S. Uryasev, J. Risk 2, 2000); NaN of nothing.
+fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
+    let n = values.len() as f64;
+    match measure {
+        Measure::Mean => values.iter().sum::<f64>() / n,
+        Measure::Cvar90 => {
+            values.sort_by(|a, b| b.total_cmp(a));
+            let mass = 0.1 * n;
+            let part = |(i, v): (usize, &f64)| v * (mass - i as f64).clamp(0.0, 1.0);
+            values.iter().enumerate().map(part).sum::<f64>() / mass
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_tenth_takes_its_share_of_the_next_value() {
+        let values: Vec<f64> = (1..=25).map(f64::from).collect();
+        assert_eq!(measure(Measure::Mean, values.clone()), 13.0);
+        // 2.5 values: 25, 24 and half of 23.
+        assert!((measure(Measure::Cvar90, values) - (25.0 + 24.0 + 11.5) / 2.5).abs() < 1e-12);
+        assert!(measure(Measure::Mean, vec![]).is_nan() && measure(Measure::Cvar90, vec![]).is_nan());
+    }
+
+    #[test]
+    fn nine_of_ten_samples_keep_the_limits() {
+        let sample = |strain| {
+            let mut s = Score { figures: [1.0; 3], ..Score::NOTHING };
+            s.set(Limit::Strain, strain);
+            s
+        };
+        let robust =
+            Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+        let with = |bad: usize| {
+            let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
+            gather(&robust, &sample(-0.5), &all).violation()
+        };
+        assert_eq!((with(0), with(1), with(2)), (0.0, 0.0, 0.5));
+    }
+}

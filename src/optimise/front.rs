@@ -1,0 +1,265 @@
+//! The trade-off between the spread of K and the distance error: ε-constraint scans.
+//!
+//! # Theory
+//! A point of the front makes total_rms_mm least among the designs whose K_sd is at most some ε. So the front is a family of
+//! problems that the polish solves with one more limit; the next ε halves the largest gap, and its start is the middle
+//! between two neighbours, which a few steps bring onto the front. Swarms towards both ends and between them find the branch
+//! to follow; whatever any swarm scored that the front does not reach becomes another start.
+//!
+//! # Why not a multi-objective crate
+//! `moors`, the one that is kept up, evolves populations (NSGA-II and its kin). Such a front lies near the true one, and knows neither bounds nor
+//! limits that bind; pymoo's NSGA-II, which stands for the method in `benches/search`, gets less hypervolume from the same
+//! evaluations. Points made by the polish lie on the front, and need no further dependency.
+
+use super::global::{COLD, pick};
+use super::polish::{self, Radii};
+use super::run::Design;
+use super::score::Goal;
+use super::session::{Found, Halt, Session};
+use super::swarm;
+use crate::error::Error;
+use crate::scene::Tuple;
+
+/// Most points.
+const POINTS: usize = 128;
+/// Gap, of the front's extent, that needs no further point.
+const GAP: f64 = 0.004;
+/// Radii of a polish that begins between two neighbours.
+const WARM: Radii = Radii { first: 0.01, last: 1e-3 };
+/// Radii of a polish that begins at something a swarm scored.
+const CHALLENGE: Radii = Radii { first: 0.04, last: 1e-3 };
+/// A scored candidate better than the front by this share in both figures is a start.
+const BETTER: f64 = 1e-3;
+/// Most of such starts in one round.
+const CHALLENGES: usize = 12;
+/// Goals of the swarms, and how many starts each.
+const SWARMS: [(Goal, u32); 4] =
+    [(Goal::Figure(1), 2), (Goal::Figure(0), 2), (Goal::Blend(0.5), 2), (Goal::Blend(0.2), 1)];
+
+/// Points none of which is better than another in both figures.
+#[derive(Debug)]
+pub struct Front {
+    /// By rising K_sd.
+    pub points: Vec<Design>,
+    /// Area between the front and its reference, K_sd × mm.
+    pub hypervolume: f64,
+    /// Largest K_sd and largest total_rms_mm of the front: the corner of that area.
+    pub reference: [f64; 2],
+    /// Mean deviation of the gaps between neighbours from their mean, over their mean, in units of the front's extent (Deb's Δ without
+    /// its ends); 0 for even gaps.
+    pub spread: f64,
+}
+
+impl Front {
+    /// Of `points`, by rising K_sd.
+    pub fn new(points: Vec<Design>) -> Self {
+        let figures: Vec<[f64; 2]> =
+            points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
+        let reference = [0, 1].map(|i| figures.iter().map(|f| f[i]).fold(0.0, f64::max));
+        Self { points, hypervolume: hypervolume(&figures, reference), reference, spread: spread(&figures) }
+    }
+}
+
+/// Area dominated by `figures`, which rise in the first and fall in the second, up to `reference`.
+fn hypervolume(figures: &[[f64; 2]], reference: [f64; 2]) -> f64 {
+    let next = |i: usize| figures.get(i + 1).map_or(reference[0], |f| f[0]);
+    figures.iter().enumerate().map(|(i, f)| (next(i) - f[0]).max(0.0) * (reference[1] - f[1]).max(0.0)).sum()
+}
+
+fn spread(figures: &[[f64; 2]]) -> f64 {
+    let gaps = gaps(figures);
+    let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
+    if gaps.is_empty() || mean == 0.0 {
+        return 0.0;
+    }
+    gaps.iter().map(|g| (g - mean).abs()).sum::<f64>() / (gaps.len() as f64 * mean)
+}
+
+/// Distances between neighbours in units of the extent.
+fn gaps(figures: &[[f64; 2]]) -> Vec<f64> {
+    let (Some(first), Some(last)) = (figures.first(), figures.last()) else { return Vec::new() };
+    let extent = [0, 1].map(|i| (last[i] - first[i]).abs().max(f64::MIN_POSITIVE));
+    figures
+        .windows(2)
+        .map(|w| f64::hypot((w[1][0] - w[0][0]) / extent[0], (w[1][1] - w[0][1]) / extent[1]))
+        .collect()
+}
+
+/// Searches for the front: how it ended, and the front, by rising K_sd.
+pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>, Vec<Found>), Error> {
+    let mut scan = Scan { front: Vec::new(), pool: Vec::new() };
+    let ended = scan.run(session, seed);
+    if ended.is_err() {
+        // What was scored on the way, in f64.
+        scan.gather(session);
+        let points: Vec<Tuple> = scan.pool.iter().map(|f| f.point).collect();
+        let scores = session.report()[1].scores(&points)?;
+        scan.front.extend(points.into_iter().zip(scores).map(|(point, score)| Found { point, score }));
+    }
+    Ok((ended, nondominated(scan.front)))
+}
+
+/// Figures of a candidate.
+fn figures(f: &Found) -> [f64; 2] {
+    [f.score.figures[0], f.score.figures[1]]
+}
+
+/// Those that keep all limits and that no other beats in both figures, by rising K_sd.
+fn nondominated(mut all: Vec<Found>) -> Vec<Found> {
+    all.retain(|f| f.score.violation() == 0.0 && figures(f).iter().all(|x| x.is_finite()));
+    all.sort_by(|a, b| figures(a)[0].total_cmp(&figures(b)[0]).then(figures(a)[1].total_cmp(&figures(b)[1])));
+    let mut least = f64::INFINITY;
+    all.retain(|f| {
+        let better = figures(f)[1] < least * (1.0 - 1e-9);
+        least = if better { figures(f)[1] } else { least };
+        better
+    });
+    all
+}
+
+/// A front under way.
+struct Scan {
+    /// Polished points.
+    front: Vec<Found>,
+    /// The best of everything scored, on whichever backend.
+    pool: Vec<Found>,
+}
+
+impl Scan {
+    fn run(&mut self, session: &mut Session<'_>, seed: u64) -> Result<(), Halt> {
+        for (n, (goal, starts)) in SWARMS.into_iter().enumerate() {
+            for start in 0..starts {
+                session.start = start;
+                let seeds: Vec<Vec<f64>> = session.variables.start.iter().cloned().collect();
+                swarm::run(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
+                let scored = session.take();
+                let picked =
+                    pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });
+                self.pool.extend(scored.into_iter().map(|(_, f)| f));
+                for (u, j) in picked {
+                    self.polish(session, goal, (&u, j), COLD)?;
+                }
+                self.gather(session);
+            }
+        }
+        // The end of least K_sd may leave the error free to fall.
+        if let Some(end) = nondominated(self.front.clone()).first() {
+            let (u, j) = session.variables.place(&end.point);
+            self.polish(session, Goal::Capped(figures(end)[0] * (1.0 + 1e-6)), (&u, j), COLD)?;
+        }
+        self.challenge(session)?;
+        self.fill(session)?;
+        self.challenge(session)?;
+        self.fill(session)
+    }
+
+    /// Polishes from a place and keeps what it found.
+    fn polish(
+        &mut self,
+        session: &mut Session<'_>,
+        goal: Goal,
+        at: (&[f64], usize),
+        radii: Radii,
+    ) -> Result<Found, Halt> {
+        let found = polish::run(session, goal, at, radii)?;
+        self.front.push(found);
+        Ok(found)
+    }
+
+    /// Takes over what the session scored since the last time.
+    fn gather(&mut self, session: &mut Session<'_>) {
+        self.pool.extend(session.take().into_iter().map(|(_, f)| f));
+        self.pool = nondominated(std::mem::take(&mut self.pool));
+    }
+
+    /// Polishes from what was scored better than the front.
+    fn challenge(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
+        self.gather(session);
+        for _ in 0..CHALLENGES {
+            let front = nondominated(self.front.clone());
+            let beaten = |p: &Found| {
+                let [sd, distance] = figures(p).map(|x| x * (1.0 + BETTER));
+                !front.iter().any(|f| figures(f)[0] <= sd && figures(f)[1] <= distance)
+            };
+            // A gap that is still to be filled is no better point: the nearest neighbour must lose in both.
+            let loses = |p: &Found| {
+                front.iter().any(|f| {
+                    let ([a, b], [sd, distance]) = (figures(f), figures(p).map(|x| x * (1.0 + BETTER)));
+                    a > sd && b > distance
+                })
+            };
+            let Some(p) = self.pool.iter().copied().find(|p| beaten(p) && (front.is_empty() || loses(p)))
+            else {
+                break;
+            };
+            let (u, j) = session.variables.place(&p.point);
+            self.polish(session, Goal::Capped(figures(&p)[0]), (&u, j), CHALLENGE)?;
+            self.pool.retain(|q| q.point != p.point);
+            self.gather(session);
+        }
+        Ok(())
+    }
+
+    /// Halves the largest gap until all are small or there are points enough.
+    fn fill(&mut self, session: &mut Session<'_>) -> Result<(), Halt> {
+        let mut closed: Vec<[u64; 2]> = Vec::new();
+        loop {
+            let front = nondominated(self.front.clone());
+            if front.len() < 2 || front.len() >= POINTS {
+                return Ok(());
+            }
+            let all: Vec<[f64; 2]> = front.iter().map(figures).collect();
+            let key = |i: usize| [all[i][0].to_bits(), all[i + 1][0].to_bits()];
+            let gaps = gaps(&all);
+            let open = (0..gaps.len()).filter(|&i| gaps[i] > GAP && !closed.contains(&key(i)));
+            let Some(i) = open.max_by(|&a, &b| gaps[a].total_cmp(&gaps[b])) else { return Ok(()) };
+            closed.push(key(i));
+            let cap = 0.5 * (all[i][0] + all[i + 1][0]);
+            let ends = [i, i + 1].map(|k| session.variables.place(&front[k].point));
+            let middle: Vec<f64> = ends[0].0.iter().zip(&ends[1].0).map(|(a, b)| 0.5 * (a + b)).collect();
+            let found = self.polish(session, Goal::Capped(cap), (&middle, ends[0].1), WARM)?;
+            // A middle between two branches leads nowhere: begin again at either end.
+            let inside = |f: &Found| Goal::Capped(cap).feasible(&f.score) && figures(f)[1] < all[i][1];
+            if !inside(&found) {
+                for (u, j) in &ends {
+                    self.polish(session, Goal::Capped(cap), (u, *j), CHALLENGE)?;
+                }
+            }
+            if self.pool.len() > 4096 {
+                self.gather(session);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimise::score::{Limit, Score};
+
+    fn found(sd: f64, distance: f64, strain: f64) -> Found {
+        let mut score = Score { figures: [sd, distance, 0.0], ..Score::NOTHING };
+        score.set(Limit::Strain, strain);
+        Found { point: Tuple::default(), score }
+    }
+
+    #[test]
+    fn only_what_no_other_beats_stays() {
+        let all = vec![
+            found(3.0, 1.0, -0.1),
+            found(1.0, 3.0, -0.1),
+            found(2.0, 2.0, -0.1),
+            found(2.0, 2.5, -0.1),
+            found(2.5, 2.0, -0.1),
+            found(0.5, 0.5, 0.1),
+            found(0.1, f64::NAN, -0.1),
+        ];
+        let front: Vec<_> = nondominated(all).iter().map(figures).collect();
+        assert_eq!(front, [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]);
+        assert_eq!(hypervolume(&front, [3.0, 3.0]), 1.0);
+        assert_eq!(hypervolume(&front, [4.0, 4.0]), 1.0 + 2.0 + 3.0);
+        assert_eq!(spread(&front), 0.0);
+        assert!(spread(&[[0.0, 3.0], [1.0, 1.0], [3.0, 0.0]]) < 1e-12);
+        assert!(spread(&[[0.0, 4.0], [1.0, 3.0], [4.0, 0.0]]) > 0.4);
+    }
+}

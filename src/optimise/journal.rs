@@ -1,0 +1,183 @@
+//! Every evaluation of a search in the order in which it was made, so that a search that was stopped continues exactly.
+//!
+//! A search is a deterministic function of its spec, its seed and the scores it gets. `--resume` runs it again from the start and
+//! takes the scores of the journal while there are any: the same swarms, the same polishes, then on from where it
+//! stopped. A record is the bits of a [`Score`] behind a check of what was scored; a torn last record, or
+//! a torn last batch, is dropped and evaluated again.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::score::{Limit, Score};
+use crate::error::{Error, InputError};
+use crate::scene::Tuple;
+use crate::sink::folder::hash;
+
+/// Numbers of a record behind its check.
+const NUMBERS: usize = 3 + Limit::ALL.len();
+/// Bytes of a record.
+const RECORD: usize = 8 * (1 + NUMBERS);
+/// Name of the journal in the result folder while a search is unfinished.
+pub const NAME: &str = ".vibrissa-evaluations";
+
+/// A journal that is read to its end, then written.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    old: Vec<u8>,
+    at: usize,
+    /// Bytes of the file that hold.
+    end: u64,
+}
+
+impl Journal {
+    /// In folder `out`, for the search that `identity` describes; with `resume` an older journal of the same search is
+    /// continued, without it replaced.
+    pub fn new(out: &Path, identity: &str, resume: bool) -> Result<Self, Error> {
+        let path = out.join(NAME);
+        let header = format!("vibrissa search 1 {}\n", hash(identity));
+        let mut old = Vec::new();
+        if resume {
+            let refuse = |why: &str| {
+                InputError::new(why)
+                    .key("--resume")
+                    .value(out.display())
+                    .allowed("the folder of an unfinished search of the same spec, seed and backend")
+            };
+            File::open(&path)
+                .and_then(|mut f| f.read_to_end(&mut old))
+                .map_err(|_| refuse("this folder holds no unfinished search"))?;
+            if !old.starts_with(header.as_bytes()) {
+                return Err(refuse("the unfinished search in this folder is another one").into());
+            }
+            old.drain(..header.len());
+            old.truncate(old.len() / RECORD * RECORD);
+        }
+        std::fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
+        let fail = |e| Error::io(&path, e);
+        let mut file =
+            OpenOptions::new().create(true).write(true).truncate(!resume).open(&path).map_err(fail)?;
+        if !resume {
+            file.write_all(header.as_bytes()).map_err(fail)?;
+        }
+        let end = (header.len() + old.len()) as u64;
+        Ok(Self { path, file, old, at: 0, end })
+    }
+
+    /// Evaluations that are known from before.
+    pub fn known(&self) -> u64 {
+        (self.old.len() / RECORD) as u64
+    }
+
+    /// Whether everything known has been taken.
+    pub fn is_replayed(&self) -> bool {
+        self.at == self.old.len()
+    }
+
+    /// The scores of `points` if all of them are known.
+    pub fn replay(&mut self, stage: u64, points: &[Tuple]) -> Result<Option<Vec<Score>>, Error> {
+        let end = self.at + points.len() * RECORD;
+        if self.is_replayed() {
+            return Ok(None);
+        }
+        if end > self.old.len() {
+            self.end -= (self.old.len() - self.at) as u64;
+            self.old.truncate(self.at);
+            return Ok(None);
+        }
+        let mut scores = Vec::with_capacity(points.len());
+        for (record, point) in self.old[self.at..end].chunks_exact(RECORD).zip(points) {
+            let mut words =
+                record.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes")));
+            if words.next() != Some(check(stage, point)) {
+                let message = format!(
+                    "{} does not belong to this search; start again without --resume",
+                    self.path.display()
+                );
+                return Err(Error::Run(message));
+            }
+            let mut numbers = words.map(f64::from_bits);
+            let mut next = || numbers.next().expect("as many numbers as a score has");
+            scores.push(Score {
+                figures: std::array::from_fn(|_| next()),
+                limits: std::array::from_fn(|_| next()),
+            });
+        }
+        self.at = end;
+        Ok(Some(scores))
+    }
+
+    /// Appends a batch that was evaluated.
+    pub fn append(&mut self, stage: u64, points: &[Tuple], scores: &[Score]) -> Result<(), Error> {
+        let mut bytes = Vec::with_capacity(points.len() * RECORD);
+        for (point, score) in points.iter().zip(scores) {
+            bytes.extend(check(stage, point).to_le_bytes());
+            for x in score.figures.iter().chain(&score.limits) {
+                bytes.extend(x.to_bits().to_le_bytes());
+            }
+        }
+        let fail = |e| Error::io(&self.path, e);
+        // What stands behind the known records is torn.
+        self.file.set_len(self.end).map_err(fail)?;
+        self.file.seek(SeekFrom::Start(self.end)).map_err(fail)?;
+        self.file.write_all(&bytes).map_err(fail)?;
+        self.end += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// The search is finished: nothing is left to resume.
+    pub fn remove(self) -> Result<(), Error> {
+        drop(self.file);
+        std::fs::remove_file(&self.path).map_err(|e| Error::io(&self.path, e))
+    }
+}
+
+/// FNV-1a of what is scored.
+fn check(stage: u64, point: &Tuple) -> u64 {
+    let words = std::iter::once(stage).chain(point.to_array().map(f64::to_bits));
+    words
+        .flat_map(u64::to_le_bytes)
+        .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(d: f64) -> Tuple {
+        Tuple { d, ..Tuple::default() }
+    }
+
+    fn score(x: f64) -> Score {
+        Score { figures: [x; 3], ..Score::NOTHING }
+    }
+
+    #[test]
+    fn what_was_evaluated_comes_back_and_torn_batches_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = |resume| Journal::new(folder.path(), "search", resume);
+        let mut journal = open(false).unwrap();
+        journal.append(0, &[point(1.0), point(2.0)], &[score(1.0), score(2.0)]).unwrap();
+        journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
+        drop(journal);
+        let path = folder.path().join(NAME);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &whole[..whole.len() - 5]).unwrap();
+
+        let mut journal = open(true).unwrap();
+        assert_eq!(journal.known(), 3);
+        assert_eq!(journal.replay(0, &[point(1.0), point(2.0)]).unwrap(), Some(vec![score(1.0), score(2.0)]));
+        assert_eq!(journal.replay(1, &[point(3.0), point(4.0)]).unwrap(), None);
+        journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
+        drop(journal);
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+
+        assert!(open(true).unwrap().replay(0, &[point(7.0)]).is_err(), "another point");
+        let refused = Journal::new(folder.path(), "another search", true).unwrap_err();
+        assert_eq!(refused.exit_code(), 2);
+        open(true).unwrap().remove().unwrap();
+        assert_eq!(open(true).unwrap_err().exit_code(), 2);
+    }
+}

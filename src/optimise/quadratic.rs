@@ -1,0 +1,283 @@
+//! Quadratic models of smooth functions in a few variables, and the step that makes one small while others stay below zero.
+
+/// v + gᵀp + ½ pᵀHp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quadratic {
+    /// v.
+    pub value: f64,
+    /// g.
+    pub slope: Vec<f64>,
+    /// H, row by row.
+    pub curvature: Vec<f64>,
+}
+
+impl Quadratic {
+    /// Value at `p`.
+    pub fn at(&self, p: &[f64]) -> f64 {
+        let k = p.len();
+        let bend: f64 = (0..k * k).map(|ij| self.curvature[ij] * p[ij / k] * p[ij % k]).sum();
+        self.value + dot(&self.slope, p) + 0.5 * bend
+    }
+
+    /// Gradient at `p`.
+    fn slope_at(&self, p: &[f64]) -> Vec<f64> {
+        let k = p.len();
+        (0..k).map(|i| self.slope[i] + dot(&self.curvature[i * k..(i + 1) * k], p)).collect()
+    }
+
+    /// Whether every coefficient is a number.
+    pub fn is_finite(&self) -> bool {
+        self.value.is_finite() && self.slope.iter().chain(&self.curvature).all(|x| x.is_finite())
+    }
+}
+
+/// Places around `u` in the unit box at which functions are read to model them: two along each axis, one for each pair of
+/// axes.
+#[derive(Debug, Clone)]
+pub struct Stencil {
+    /// Two offsets along each axis.
+    axes: Vec<[f64; 2]>,
+    /// `u`, then the others.
+    pub places: Vec<Vec<f64>>,
+}
+
+impl Stencil {
+    /// With arms of length `h`; both arms on the inner side where a bound is nearer than `h`.
+    pub fn new(u: &[f64], h: f64) -> Self {
+        let arms = |x: &f64| match *x {
+            x if x + h > 1.0 => [-h, -2.0 * h],
+            x if x - h < 0.0 => [h, 2.0 * h],
+            _ => [h, -h],
+        };
+        let axes: Vec<[f64; 2]> = u.iter().map(arms).collect();
+        let moved = |by: &[(usize, f64)]| {
+            let mut place = u.to_vec();
+            by.iter().for_each(|&(i, t)| place[i] = (place[i] + t).clamp(0.0, 1.0));
+            place
+        };
+        let mut places = vec![u.to_vec()];
+        for (i, arm) in axes.iter().enumerate() {
+            places.extend(arm.map(|t| moved(&[(i, t)])));
+        }
+        for (i, a) in axes.iter().enumerate() {
+            for (j, b) in axes.iter().enumerate().take(i) {
+                places.push(moved(&[(i, a[0]), (j, b[0])]));
+            }
+        }
+        Self { axes, places }
+    }
+
+    /// The quadratic through `values` at the places.
+    pub fn model(&self, values: &[f64]) -> Quadratic {
+        let k = self.axes.len();
+        let (mut slope, mut curvature) = (vec![0.0; k], vec![0.0; k * k]);
+        let along = |i: usize| [values[1 + 2 * i] - values[0], values[2 + 2 * i] - values[0]];
+        for (i, &[s, t]) in self.axes.iter().enumerate() {
+            let [a, b] = along(i).map(|x| x);
+            let (a, b) = (a / s, b / t);
+            curvature[i * k + i] = 2.0 * (a - b) / (s - t);
+            slope[i] = a - s * (a - b) / (s - t);
+        }
+        let mut corner = 1 + 2 * k;
+        for i in 0..k {
+            for j in 0..i {
+                let mixed = values[corner] - values[0] - along(i)[0] - along(j)[0];
+                curvature[i * k + j] = mixed / (self.axes[i][0] * self.axes[j][0]);
+                curvature[j * k + i] = curvature[i * k + j];
+                corner += 1;
+            }
+        }
+        Quadratic { value: values[0], slope, curvature }
+    }
+}
+
+/// Updates of the multipliers.
+const UPDATES: usize = 40;
+/// Newton steps between them.
+const STEPS: usize = 40;
+
+/// The step p in the box [`lo`, `hi`] that makes `goal` small with every one of `limits` ≤ 0, by an augmented
+/// Lagrangian and projected Newton steps (D. P. Bertsekas, SIAM J. Control Optim. 20, 1982). Where the limits cannot be kept it
+/// violates them little. `goal` and `limits` are of order 1.
+pub fn step(goal: &Quadratic, limits: &[Quadratic], [lo, hi]: [&[f64]; 2]) -> Vec<f64> {
+    let mut p: Vec<f64> = lo.iter().zip(hi).map(|(lo, hi)| 0.0f64.clamp(*lo, *hi)).collect();
+    let mut multipliers = vec![0.0; limits.len()];
+    let (mut weight, mut before) = (10.0, f64::INFINITY);
+    for _ in 0..UPDATES {
+        newton(&mut p, [lo, hi], &|p| lagrangian(goal, limits, &multipliers, weight, p));
+        let mut gap: f64 = 0.0;
+        for (limit, m) in limits.iter().zip(&mut multipliers) {
+            let value = limit.at(&p).max(-*m / weight);
+            gap = gap.max(value.abs());
+            *m = (*m + weight * value).max(0.0);
+        }
+        if gap < 1e-13 {
+            break;
+        }
+        if gap > 0.25 * before {
+            weight = f64::min(weight * 10.0, 1e9);
+        }
+        before = gap;
+    }
+    p
+}
+
+/// Value, gradient and Hessian at a point.
+type Local = (f64, Vec<f64>, Vec<f64>);
+
+/// goal + Σ (max(0, λ + w c)² − λ²)/(2w).
+fn lagrangian(goal: &Quadratic, limits: &[Quadratic], multipliers: &[f64], weight: f64, p: &[f64]) -> Local {
+    let k = p.len();
+    let (mut value, mut slope, mut curvature) = (goal.at(p), goal.slope_at(p), goal.curvature.clone());
+    for (limit, m) in limits.iter().zip(multipliers) {
+        let push = m + weight * limit.at(p);
+        if push <= 0.0 {
+            value -= m * m / (2.0 * weight);
+            continue;
+        }
+        value += (push * push - m * m) / (2.0 * weight);
+        let g = limit.slope_at(p);
+        for i in 0..k {
+            slope[i] += push * g[i];
+            for j in 0..k {
+                curvature[i * k + j] += push * limit.curvature[i * k + j] + weight * g[i] * g[j];
+            }
+        }
+    }
+    (value, slope, curvature)
+}
+
+/// Projected Newton steps on `f` in a box until none lowers it.
+fn newton(p: &mut [f64], [lo, hi]: [&[f64]; 2], f: &dyn Fn(&[f64]) -> Local) {
+    let k = p.len();
+    for _ in 0..STEPS {
+        let (value, slope, curvature) = f(p);
+        let free: Vec<usize> = (0..k)
+            .filter(|&i| !(p[i] <= lo[i] && slope[i] > 0.0 || p[i] >= hi[i] && slope[i] < 0.0))
+            .collect();
+        let g: Vec<f64> = free.iter().map(|&i| slope[i]).collect();
+        let h: Vec<f64> =
+            free.iter().flat_map(|&i| free.iter().map(move |&j| i * k + j)).map(|ij| curvature[ij]).collect();
+        if g.iter().all(|g| *g == 0.0) {
+            return;
+        }
+        let direction = descent(&g, &h);
+        let mut share = 1.0;
+        let lower = loop {
+            let mut next = p.to_vec();
+            for (&i, d) in free.iter().zip(&direction) {
+                next[i] = (p[i] + share * d).clamp(lo[i], hi[i]);
+            }
+            if f(&next).0 < value {
+                break Some(next);
+            }
+            share *= 0.5;
+            if share < 1e-9 {
+                break None;
+            }
+        };
+        let Some(next) = lower else { return };
+        let moved = next.iter().zip(&*p).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        p.copy_from_slice(&next);
+        if moved < 1e-15 {
+            return;
+        }
+    }
+}
+
+/// −H⁻¹g, with H raised on its diagonal until it is positive definite.
+fn descent(g: &[f64], h: &[f64]) -> Vec<f64> {
+    let k = g.len();
+    let size = h.iter().fold(0.0f64, |m, x| m.max(x.abs())).max(1e-12);
+    let mut raise = 0.0;
+    loop {
+        let raised: Vec<f64> =
+            (0..k * k).map(|ij| h[ij] + if ij / k == ij % k { raise } else { 0.0 }).collect();
+        if let Some(d) = solve(&raised, g, 1e-10 * size) {
+            return d.into_iter().map(|x| -x).collect();
+        }
+        raise = f64::max(10.0 * raise, 1e-4 * size);
+    }
+}
+
+/// H⁻¹g by Cholesky; `None` unless every pivot exceeds `least`.
+fn solve(h: &[f64], g: &[f64], least: f64) -> Option<Vec<f64>> {
+    let k = g.len();
+    let mut l = vec![0.0; k * k];
+    for i in 0..k {
+        for j in 0..=i {
+            let rest: f64 = h[i * k + j] - (0..j).map(|m| l[i * k + m] * l[j * k + m]).sum::<f64>();
+            l[i * k + j] = if i == j {
+                if rest.is_nan() || rest <= least {
+                    return None;
+                }
+                rest.sqrt()
+            } else {
+                rest / l[j * k + j]
+            };
+        }
+    }
+    let mut x = g.to_vec();
+    for i in 0..k {
+        x[i] = (x[i] - (0..i).map(|m| l[i * k + m] * x[m]).sum::<f64>()) / l[i * k + i];
+    }
+    for i in (0..k).rev() {
+        x[i] = (x[i] - (i + 1..k).map(|m| l[m * k + i] * x[m]).sum::<f64>()) / l[i * k + i];
+    }
+    Some(x)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadratic_is_read_exactly_also_at_bounds() {
+        let truth = Quadratic {
+            value: 0.7,
+            slope: vec![1.0, -2.0, 0.3],
+            curvature: vec![2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0],
+        };
+        for u in [[0.5, 0.5, 0.5], [0.0, 1.0, 0.99], [1.0, 0.003, 0.0]] {
+            let stencil = Stencil::new(&u, 0.01);
+            let values: Vec<f64> = stencil
+                .places
+                .iter()
+                .map(|x| truth.at(&x.iter().zip(u).map(|(x, u)| x - u).collect::<Vec<_>>()))
+                .collect();
+            let model = stencil.model(&values);
+            for (a, b) in
+                model.slope.iter().chain(&model.curvature).zip(truth.slope.iter().chain(&truth.curvature))
+            {
+                assert!((a - b).abs() < 1e-9, "{model:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_keep_to_bounds_and_limits() {
+        // min (x − 2)² + (y − 1)² in the unit box around 0 with x² + y² ≤ 1 and x + y ≤ 1.2.
+        let goal = Quadratic { value: 5.0, slope: vec![-4.0, -2.0], curvature: vec![2.0, 0.0, 0.0, 2.0] };
+        let disc = Quadratic { value: -1.0, slope: vec![0.0, 0.0], curvature: vec![2.0, 0.0, 0.0, 2.0] };
+        let edge = Quadratic { value: -1.2, slope: vec![1.0, 1.0], curvature: vec![0.0; 4] };
+        let one: &[f64] = &[1.0, 1.0];
+        let near = |p: &[f64], want: [f64; 2]| {
+            assert!(p.iter().zip(want).all(|(p, w)| (p - w).abs() < 1e-8), "{p:?} for {want:?}");
+        };
+        near(&step(&goal, &[], [&[-1.0, -1.0], one]), [1.0, 1.0]);
+        near(&step(&goal, std::slice::from_ref(&disc), [&[-1.0, -1.0], one]), [0.8f64.sqrt(), 0.2f64.sqrt()]);
+        let both = (0.6 + 0.14f64.sqrt(), 0.6 - 0.14f64.sqrt());
+        near(&step(&goal, &[disc.clone(), edge], [&[-1.0, -1.0], one]), [both.0, both.1]);
+        // Limits that cannot be kept in the box are violated as little as can be.
+        let far = Quadratic { value: 3.0, slope: vec![-1.0, 0.0], curvature: vec![0.0; 4] };
+        assert!((step(&goal, &[far], [&[-1.0, -1.0], one])[0] - 1.0).abs() < 1e-9);
+        // A saddle ends at a bound.
+        let saddle = Quadratic { value: 0.0, slope: vec![0.1, 0.0], curvature: vec![2.0, 0.0, 0.0, -2.0] };
+        let p = step(&saddle, &[], [&[-1.0, -1.0], one]);
+        assert!((p[0] + 0.05).abs() < 1e-9);
+    }
+}

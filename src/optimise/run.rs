@@ -1,0 +1,250 @@
+//! A whole search: starts, ending, what is reported.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use super::blame::{infeasible, shortfall};
+use super::evaluate::Scorer;
+use super::front::{self, Front};
+use super::global::{self, STARTS};
+use super::journal::Journal;
+use super::score::{Goal, Limit, Score};
+use super::sensitivity::{self, Sensitivity};
+use super::session::{Ended, Found, Session, Stage, Step, Watch};
+use super::variables::Variables;
+use super::write;
+use crate::backend::{Backend, Choice};
+use crate::error::Error;
+use crate::scene::search::{Objective, Search};
+use crate::scene::{BackendChoice, Column, Precision, RunOptions, Scene, Tuple};
+use crate::sink::folder::{Folder, hash};
+use crate::statistics::DriveRow;
+
+/// Strain tolerance of the polish.
+pub const TOLERANCE: f64 = 1e-10;
+/// A limit this close binds; one of sampled whiskers, whose quantile has kinks, from farther off.
+const BINDING: [f64; 2] = [-1e-5, -5e-3];
+/// Candidates of an unfinished swarm that are scored again in f64.
+const AGAIN: usize = 64;
+
+/// Where a search writes, and how it is steered.
+#[derive(Debug)]
+pub struct Target<'a> {
+    /// Result folder.
+    pub out: &'a Path,
+    /// Replace another spec's result.
+    pub force: bool,
+    /// Go on with an unfinished search.
+    pub resume: bool,
+    /// Set from outside to end it with the best so far.
+    pub stop: &'a AtomicBool,
+}
+
+/// A design with its figures in f64.
+#[derive(Debug, Clone, Copy)]
+pub struct Design {
+    /// Design and drive.
+    pub point: Tuple,
+    /// Its row of designs.csv, of the nominal whisker.
+    pub row: DriveRow,
+    /// Its score, with tolerances if there are any.
+    pub score: Score,
+    /// Unit of K in the tables.
+    pub unit: f64,
+}
+
+/// What a finished search tells.
+#[derive(Debug)]
+pub struct Report {
+    /// Files written.
+    pub files: Vec<PathBuf>,
+    /// The best design; of a front, the one that tells distance best.
+    pub best: Design,
+    /// Value of the objective.
+    pub value: f64,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Starts made.
+    pub starts: u32,
+    /// Evaluations made, and how many of them an earlier part of the search made.
+    pub evaluations: u64,
+    /// Evaluations taken over with `--resume`.
+    pub replayed: u64,
+    /// Taps of one evaluation.
+    pub taps_each: usize,
+    /// Seconds: all, and of the search alone.
+    pub seconds: [f64; 2],
+    /// Variables that lie at a bound, and at which.
+    pub at_bounds: Vec<(Column, &'static str)>,
+    /// Limits that bind.
+    pub binding: Vec<Limit>,
+    /// Sensitivities.
+    pub sensitivity: Sensitivity,
+    /// The front, of a pareto search.
+    pub front: Option<Front>,
+    /// Backend of the swarm, and of the polish and the figures.
+    pub backends: [Backend; 2],
+    /// Best after each step.
+    pub history: Vec<Step>,
+}
+
+/// The goal that `objective` is.
+fn goal(objective: Objective) -> Goal {
+    match objective {
+        Objective::Sd => Goal::Figure(0),
+        Objective::Distance | Objective::Pareto => Goal::Figure(1),
+        Objective::Weighted => Goal::Figure(2),
+    }
+}
+
+/// Where the polish and the reported figures are computed: in f64 on the CPU, or by the reference if that was asked for.
+pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
+    let backend = match options.backend {
+        Some(BackendChoice::Reference) => BackendChoice::Reference,
+        _ => BackendChoice::Cpu,
+    };
+    let options = RunOptions {
+        backend: Some(backend),
+        precision: Some(Precision::F64),
+        tolerance: Some(TOLERANCE),
+        ..RunOptions::default()
+    };
+    let mut choice = Choice::new(&options)?;
+    choice.backend.reason = "f64 for the polish".into();
+    Ok(choice)
+}
+
+/// Everything of which the scores of a search are a function.
+fn identity(scene: &Scene, backends: [&Backend; 2]) -> String {
+    let free = ["run.", "output.", "optimise.budget"];
+    let mut text = format!("{}\n{:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), scene.model, scene.space);
+    for (key, value, _) in scene.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f)))
+    {
+        text += &format!("{key} = {value}\n");
+    }
+    for b in backends {
+        text += &format!(
+            "{} {:?} {:?} {} {:?} {:?}\n",
+            b.name, b.adapter, b.driver, b.precision, b.tolerance, b.instructions
+        );
+    }
+    text
+}
+
+/// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
+pub fn run(
+    scene: &Scene,
+    search: &Search,
+    (choice, options): (&Choice, &RunOptions),
+    target: &Target<'_>,
+    watch: &mut dyn Watch,
+) -> Result<Report, Error> {
+    let fresh = !target.out.exists();
+    let result = whole(scene, search, (choice, options), target, watch);
+    if result.is_err() && fresh {
+        // A folder that only this search made, and in which nothing is left to resume.
+        let _ = std::fs::remove_dir(target.out);
+    }
+    result
+}
+
+fn whole(
+    scene: &Scene,
+    search: &Search,
+    (choice, options): (&Choice, &RunOptions),
+    target: &Target<'_>,
+    watch: &mut dyn Watch,
+) -> Result<Report, Error> {
+    let begun = std::time::Instant::now();
+    let precise = precise(options)?;
+    let backends = [&choice.backend, &precise.backend];
+    let folder = Folder::new(target.out, &hash(&scene.text), target.force || target.resume)?;
+    let journal = Journal::new(target.out, &identity(scene, backends), target.resume)?;
+    let variables = Variables::new(scene, search);
+    let scorer =
+        |choice: &Choice, search| Ok::<_, Error>(Scorer::new(scene, search, choice.open(&scene.model)?));
+    let scorers = [scorer(choice, search)?, scorer(&precise, search)?];
+    let taps_each = scorers[0].taps();
+    let goal = goal(search.objective);
+    let mut session =
+        Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
+
+    let (ended, front) = if search.objective == Objective::Pareto {
+        let (result, points) = front::search(&mut session, search.seed)?;
+        (global::ending(result)?, Some(points))
+    } else {
+        (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
+    };
+    let search_seconds = session.seconds();
+    let best = settle(&mut session, ended, goal)?;
+    if !goal.feasible(&best.score) {
+        if ended == Ended::Converged {
+            session.close(ended)?;
+            return Err(infeasible(scene, search, &best.score).into());
+        }
+        let closest = shortfall(scene, search, &best.score);
+        let why =
+            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
+        return Err(Error::Run(why));
+    }
+    let mut design = |f: &Found| -> Result<Design, Error> {
+        let row = session.report()[1].row(&f.point)?;
+        Ok(Design { point: f.point, row, score: f.score, unit: unit(scene, &f.point) })
+    };
+    let best = design(&best)?;
+    let front = front
+        .map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>())
+        .transpose()?
+        .map(Front::new);
+
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
+    let binding = Limit::ALL
+        .into_iter()
+        .filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)])
+        .collect();
+    let mut report = Report {
+        files: Vec::new(),
+        value: goal.value(&best.score),
+        at_bounds: variables.at_bounds(&best.point),
+        best,
+        ended,
+        starts: session.start + 1,
+        evaluations: session.evaluations,
+        replayed: session.replayed,
+        taps_each,
+        seconds: [begun.elapsed().as_secs_f64(), search_seconds],
+        binding,
+        sensitivity,
+        front,
+        backends: [choice.backend.clone(), precise.backend.clone()],
+        history: std::mem::take(&mut session.history),
+    };
+    report.files = write::all(scene, search, &report, folder)?;
+    session.close(ended)?;
+    Ok(report)
+}
+
+/// The best in f64: of the polish, or of what an unfinished swarm left, scored again.
+fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, Error> {
+    let mut best = session.polished();
+    if ended != Ended::Converged {
+        let mut left = session.take();
+        left.retain(|(stage, _)| *stage == Stage::Swarm);
+        left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
+        let points: Vec<Tuple> = left.iter().take(AGAIN).map(|(_, f)| f.point).collect();
+        let scores = session.report()[1].scores(&points)?;
+        for (point, score) in points.into_iter().zip(scores) {
+            if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
+                best = Some(Found { point, score });
+            }
+        }
+    }
+    best.ok_or_else(|| Error::Run("the search ended before its first evaluation; nothing was written".into()))
+}
+
+/// Unit of K of a design in the tables.
+fn unit(scene: &Scene, point: &Tuple) -> f64 {
+    let design = crate::design::Design::new(scene, *point);
+    let estimator = design.shared.as_ref().map(|s| crate::estimate::Estimator::new(scene, s, [0.0; 2]));
+    crate::sink::table::elongation(scene, estimator.as_ref()).unwrap_or(1.0)
+}

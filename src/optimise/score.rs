@@ -1,0 +1,190 @@
+//! What a candidate is worth: its figures, what it violates, and which of two is better.
+//!
+//! Limits are kept by feasibility rules (K. Deb, Comput. Methods Appl. Mech. Engrg. 186, 2000), not by penalties: a
+//! candidate that keeps all limits beats one that does not; of two that keep them the one of the smaller objective is
+//! better; of two that do not, the one that violates them less.
+
+/// A limit of a candidate; its value is relative, ≤ 0 where kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// The gauge ends on the whisker: (x_ss + l)/L_a − 1.
+    Gauge,
+    /// The farthest distance lies on the whisker: a/L_a − 1.
+    Reach,
+    /// The tip is not wider than the base: d/D − 1.
+    Tip,
+    /// All contacts lie beyond the gauge's near end: x1/min(a, c) − 1.
+    NoStrain,
+    /// No contact runs past the tip: c/L_a − 1.
+    Slipped,
+    /// Every reading has a distance: K̄|ε|/(θ f_max) − 1.
+    Root,
+    /// Every tap is solved; the share of those that are not.
+    Solved,
+    /// |ε| over its limit, less 1.
+    Strain,
+    /// Contact force over its limit, less 1.
+    Force,
+    /// Distances are unambiguous: 1 − a_min over the distance of the peak.
+    Unambiguous,
+    /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
+    Samples,
+}
+
+impl Limit {
+    /// All, by their place in [`Score::limits`].
+    pub const ALL: [Self; 11] = [
+        Self::Gauge,
+        Self::Reach,
+        Self::Tip,
+        Self::NoStrain,
+        Self::Slipped,
+        Self::Root,
+        Self::Solved,
+        Self::Strain,
+        Self::Force,
+        Self::Unambiguous,
+        Self::Samples,
+    ];
+
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gauge => "gauge_on_whisker",
+            Self::Reach => "a_on_whisker",
+            Self::Tip => "tip_not_wider",
+            Self::NoStrain => "no_strain",
+            Self::Slipped => "slipped_off",
+            Self::Root => "no_root",
+            Self::Solved => "not_converged",
+            Self::Strain => "strain",
+            Self::Force => "force_N",
+            Self::Unambiguous => "unambiguous",
+            Self::Samples => "samples",
+        }
+    }
+}
+
+/// Figures and limits of one evaluation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Score {
+    /// K_sd (in the tables' unit), total_rms_mm and the weighted sum; NaN where missing.
+    pub figures: [f64; 3],
+    /// By [`Limit::ALL`]; −∞ for a limit that is off, NaN for one that could not be computed.
+    pub limits: [f64; Limit::ALL.len()],
+}
+
+impl Score {
+    /// Nothing known.
+    pub const NOTHING: Self = Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::ALL.len()] };
+
+    /// Value of a limit.
+    pub fn limit(&self, limit: Limit) -> f64 {
+        self.limits[limit as usize]
+    }
+
+    /// Sets a limit.
+    pub fn set(&mut self, limit: Limit, value: f64) {
+        self.limits[limit as usize] = value;
+    }
+
+    /// Whether the numbers are no whisker with its gauge and contacts on it: then nothing could be computed.
+    pub fn outside(&self) -> bool {
+        self.limit(Limit::Gauge) > 0.0 || self.limit(Limit::Reach) > 0.0
+    }
+
+    /// Sum of what is violated; 0 where all limits are kept.
+    pub fn violation(&self) -> f64 {
+        self.limits.iter().filter(|v| **v > 0.0).fold(0.0, |sum, v| sum + v)
+    }
+
+    /// The largest value of a limit.
+    pub fn worst(&self) -> f64 {
+        self.limits.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// What a search makes small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// One of [`Score::figures`].
+    Figure(usize),
+    /// K_sd^w · total_rms^(1−w), by its logarithm's exponential: a direction between both figures of a front.
+    Blend(f64),
+    /// total_rms with K_sd at most this.
+    Capped(f64),
+}
+
+impl Goal {
+    /// Its value, NaN where missing.
+    pub fn value(self, score: &Score) -> f64 {
+        let [sd, distance, _] = score.figures;
+        match self {
+            Self::Figure(i) => score.figures[i],
+            Self::Blend(w) => sd.powf(w) * distance.powf(1.0 - w),
+            Self::Capped(_) => distance,
+        }
+    }
+
+    /// The limit it adds, if any.
+    pub fn cap(self, score: &Score) -> f64 {
+        match self {
+            Self::Capped(sd) => score.figures[0] / sd - 1.0,
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
+    /// Whether `score` keeps everything.
+    pub fn feasible(self, score: &Score) -> bool {
+        score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
+    }
+
+    /// A number that orders candidates by the feasibility rules, smaller is better. Its size has no meaning: candidates that keep
+    /// all limits lie below 0, those that do not in (0, 1), those that are no whisker in (1, 2).
+    pub fn order(self, score: &Score) -> f64 {
+        if self.feasible(score) {
+            return (-1.0 / self.value(score)).max(-f64::MAX);
+        }
+        let cap = self.cap(score);
+        let violation = score.violation() + if cap > 0.0 { cap } else { 0.0 };
+        let violation = if violation > 0.0 { violation } else { 1.0 };
+        // v/(1 + v), to 1 for an infinite one.
+        let share = 1.0 / (1.0 + 1.0 / violation);
+        if score.outside() { 1.0 + share } else { share }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn score(sd: f64, strain: f64) -> Score {
+        let mut s = Score { figures: [sd, 1.0, 1.0], ..Score::NOTHING };
+        s.set(Limit::Strain, strain);
+        s
+    }
+
+    #[test]
+    fn feasibility_comes_before_the_objective() {
+        let order = |s: &Score| Goal::Figure(0).order(s);
+        let mut outside = score(1e-9, -1.0);
+        outside.set(Limit::Reach, 1e-3);
+        let ranked = [
+            score(0.0, -0.5),
+            score(1e-300, -0.5),
+            score(1e-7, -0.5),
+            score(1.000_000_01e-7, 0.0),
+            score(1e9, -0.1),
+            score(1e-9, 1e-6),
+            score(1e-12, 2.0),
+            score(1e-12, f64::INFINITY),
+            outside,
+        ];
+        for w in ranked.windows(2) {
+            assert!(order(&w[0]) < order(&w[1]), "{w:?}");
+        }
+        assert!(order(&score(f64::NAN, -1.0)) > order(&score(1e9, -1.0)));
+        assert!(!Goal::Capped(0.5).feasible(&score(0.6, -1.0)));
+        assert!(Goal::Capped(0.5).feasible(&score(0.4, -1.0)));
+    }
+}

@@ -1,0 +1,263 @@
+//! One search under way: what it spent, what it found, and the one door to evaluations.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::evaluate::Scorer;
+use super::journal::Journal;
+use super::score::{Goal, Score};
+use super::variables::Variables;
+use crate::error::Error;
+use crate::scene::Tuple;
+use crate::scene::search::Budget;
+
+/// Where candidates are scored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The swarm, on the backend that was asked for.
+    Swarm,
+    /// The polish, in f64.
+    Polish,
+}
+
+impl Stage {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Swarm => "swarm",
+            Self::Polish => "polish",
+        }
+    }
+}
+
+/// Why a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// Several starts found the same, or all starts were made.
+    Converged,
+    /// The evaluations of the budget are spent.
+    Evaluations,
+    /// The seconds of the budget are spent.
+    Seconds,
+    /// Asked to stop.
+    Interrupted,
+}
+
+impl Ended {
+    /// Name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Evaluations => "evaluations",
+            Self::Seconds => "seconds",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// Why no scores come back.
+#[derive(Debug)]
+pub enum Halt {
+    /// The search is over.
+    Ended(Ended),
+    /// The run failed.
+    Failed(Error),
+}
+
+impl From<Error> for Halt {
+    fn from(e: Error) -> Self {
+        Self::Failed(e)
+    }
+}
+
+impl std::fmt::Display for Halt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ended(ended) => f.write_str(ended.name()),
+            Self::Failed(e) => e.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for Halt {}
+
+/// A candidate and its score.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Design and drive.
+    pub point: Tuple,
+    /// Its score.
+    pub score: Score,
+}
+
+/// The best after one step of a search: a row of history.csv.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Evaluations so far.
+    pub evaluations: u64,
+    /// Start, from 0.
+    pub start: u32,
+    /// Swarm or polish.
+    pub stage: Stage,
+    /// Best so far.
+    pub best: Found,
+}
+
+/// What a search reports while it runs.
+pub trait Watch {
+    /// After a step; `left` is what the budget still allows.
+    fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>);
+}
+
+/// A search under way.
+pub struct Session<'a> {
+    swarm: Scorer<'a>,
+    polish: Scorer<'a>,
+    /// What is searched over.
+    pub variables: &'a Variables,
+    /// What counts as best.
+    pub goal: Goal,
+    budget: Budget,
+    begun: Instant,
+    stop: &'a AtomicBool,
+    journal: Option<Journal>,
+    watch: &'a mut dyn Watch,
+    /// Start under way.
+    pub start: u32,
+    /// Evaluations made, also those of an earlier part of the search.
+    pub evaluations: u64,
+    /// Evaluations taken from the journal.
+    pub replayed: u64,
+    /// Best of each step.
+    pub history: Vec<Step>,
+    /// Best of all, and best of the f64 ones.
+    best: [Option<Found>; 2],
+    /// Everything scored since the last [`Self::take`].
+    archive: Vec<(Stage, Found)>,
+}
+
+impl<'a> Session<'a> {
+    /// With a scorer for each stage.
+    pub fn new(
+        [swarm, polish]: [Scorer<'a>; 2],
+        variables: &'a Variables,
+        goal: Goal,
+        budget: Budget,
+        (stop, journal, watch): (&'a AtomicBool, Option<Journal>, &'a mut dyn Watch),
+    ) -> Self {
+        Self {
+            swarm,
+            polish,
+            variables,
+            goal,
+            budget,
+            begun: Instant::now(),
+            stop,
+            journal,
+            watch,
+            start: 0,
+            evaluations: 0,
+            replayed: 0,
+            history: Vec::new(),
+            best: [None; 2],
+            archive: Vec::new(),
+        }
+    }
+
+    /// Scores `points`; the last batch of a budget may be cut short and then ends the search.
+    pub fn scores(&mut self, stage: Stage, points: &[Tuple]) -> Result<Vec<Score>, Halt> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Halt::Ended(Ended::Interrupted));
+        }
+        let left = self.left();
+        let take =
+            left.map_or(points.len(), |left| points.len().min(usize::try_from(left).unwrap_or(usize::MAX)));
+        if take == 0 && !points.is_empty() {
+            return Err(Halt::Ended(Ended::Evaluations));
+        }
+        let known = match &mut self.journal {
+            Some(journal) => journal.replay(stage as u64, &points[..take])?,
+            None => None,
+        };
+        let scores = match known {
+            Some(scores) => {
+                self.replayed += take as u64;
+                scores
+            }
+            None => {
+                if self.budget.seconds.is_some_and(|s| self.begun.elapsed().as_secs_f64() >= s) {
+                    return Err(Halt::Ended(Ended::Seconds));
+                }
+                let scores = self.scorer(stage).scores(&points[..take])?;
+                // A cut batch would come out in another packing when the search goes on: it is scored again then.
+                if let Some(journal) = self.journal.as_mut().filter(|_| take == points.len()) {
+                    journal.append(stage as u64, points, &scores)?;
+                }
+                scores
+            }
+        };
+        self.evaluations += take as u64;
+        self.note(stage, &points[..take], &scores);
+        if take < points.len() { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(scores) }
+    }
+
+    /// Evaluations that the budget still allows.
+    pub fn left(&self) -> Option<u64> {
+        self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations))
+    }
+
+    fn scorer(&mut self, stage: Stage) -> &mut Scorer<'a> {
+        match stage {
+            Stage::Swarm => &mut self.swarm,
+            Stage::Polish => &mut self.polish,
+        }
+    }
+
+    fn note(&mut self, stage: Stage, points: &[Tuple], scores: &[Score]) {
+        let goal = self.goal;
+        for (&point, &score) in points.iter().zip(scores) {
+            let found = Found { point, score };
+            self.archive.push((stage, found));
+            for (i, best) in self.best.iter_mut().enumerate() {
+                let asked = i == 0 || stage == Stage::Polish;
+                if asked && best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
+                    *best = Some(found);
+                }
+            }
+        }
+        // What the polish found is what counts.
+        if let Some(best) = self.best[1].or(self.best[0]) {
+            let step = Step { evaluations: self.evaluations, start: self.start, stage, best };
+            self.history.push(step);
+            self.watch.step(&step, goal.value(&best.score), goal.feasible(&best.score), self.left());
+        }
+    }
+
+    /// The best in f64, if any was polished.
+    pub fn polished(&self) -> Option<Found> {
+        self.best[1]
+    }
+
+    /// Everything scored since the last time.
+    pub fn take(&mut self) -> Vec<(Stage, Found)> {
+        std::mem::take(&mut self.archive)
+    }
+
+    /// Scorers of both stages outside the budget: for what is reported.
+    pub fn report(&mut self) -> [&mut Scorer<'a>; 2] {
+        [&mut self.swarm, &mut self.polish]
+    }
+
+    /// Seconds since the search began.
+    pub fn seconds(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Ends the journal; it is kept where the search can go on.
+    pub fn close(&mut self, ended: Ended) -> Result<(), Error> {
+        match self.journal.take().filter(|_| ended == Ended::Converged) {
+            Some(journal) => journal.remove(),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! One sentence on what limits the best design.
+
+use super::run::Report;
+use super::score::Limit;
+use super::write::key;
+use crate::scene::search::{Objective, Search};
+use crate::scene::{Column, Scene};
+
+/// What ends the way to something better.
+pub fn why(scene: &Scene, search: &Search, report: &Report) -> String {
+    let unit = |c: Column| if c.name(scene.drive).ends_with("_deg") { "°" } else { " mm" };
+    let mut parts: Vec<String> = Vec::new();
+    for (column, end) in &report.at_bounds {
+        let values = report.best.point.to_array();
+        parts.push(format!(
+            "{} lies at its {end}, {}{}",
+            key(scene, *column),
+            values[*column as usize],
+            unit(*column)
+        ));
+    }
+    let binds = |l: &Limit| match l {
+        Limit::Strain => "the strain limit binds",
+        Limit::Force => "the force limit binds",
+        Limit::Unambiguous => "the distance would become ambiguous",
+        Limit::Tip => "the tip would become wider than the base",
+        Limit::Slipped => "the contact would slip off",
+        Limit::Root => "a reading would have no distance",
+        Limit::NoStrain => "a contact would reach the gauge",
+        Limit::Samples => "the limits bind in 90 % of the sampled whiskers",
+        Limit::Gauge => "the gauge would leave the whisker",
+        Limit::Reach => "a contact would leave the whisker",
+        Limit::Solved => "the model would have no solution",
+    };
+    parts.extend(report.binding.iter().map(|l| binds(l).to_owned()));
+    let row = &report.best.row;
+    if let (true, Some(bias), Some(noise)) =
+        (search.objective != Objective::Sd, row.error_rms(), row.noise_rms())
+    {
+        let larger = if bias > noise { "bias" } else { "noise" };
+        parts.push(format!(
+            "{larger} is the larger part of the error (bias {bias:.3e} mm, noise {noise:.3e} mm)"
+        ));
+    }
+    if parts.is_empty() {
+        return "No bound and no limit binds: the optimum lies inside.".into();
+    }
+    let mut text = parts.join("; ") + ".";
+    if let Some(first) = text.get(..1).map(str::to_uppercase).filter(|_| report.at_bounds.is_empty()) {
+        text.replace_range(..1, &first);
+    }
+    text
+}

@@ -1,0 +1,260 @@
+//! The files of a search.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::run::{Design, Report, TOLERANCE};
+use super::sensitivity::{PARAMETERS, Pair};
+use super::why::why;
+use crate::error::Error;
+use crate::scene::search::Search;
+use crate::scene::{Column, Convention, Material, Scene, Tuple};
+use crate::sink::csv::Text;
+use crate::sink::folder::{Folder, hash};
+use crate::sink::run_json;
+use crate::sink::table::{self, Field, Table};
+
+/// Writes them all and moves them to their final place.
+pub fn all(
+    scene: &Scene,
+    search: &Search,
+    report: &Report,
+    mut folder: Folder,
+) -> Result<Vec<PathBuf>, Error> {
+    let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
+        let mut file = folder.file(name)?;
+        file.write(bytes)?;
+        file.close()
+    };
+    put("best.toml", best_toml(scene, search, report)?.as_bytes())?;
+    put("history.csv", &history(scene, report).map_err(failed)?)?;
+    put("sensitivity.csv", &sensitivity(scene, report).map_err(failed)?)?;
+    if let Some(front) = &report.front {
+        put("pareto.csv", &pareto(scene, &front.points).map_err(failed)?)?;
+    }
+    let mut result = result(scene, search, report);
+    if let Some(front) = result["front"].as_object_mut() {
+        // pareto.csv holds them.
+        front.remove("rows");
+    }
+    let document = json!({
+        "format": run_json::FORMAT,
+        "command": "optimise",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
+        "in_force": run_json::in_force(scene),
+        "warnings": scene.warnings,
+        "backend": report.backends[0],
+        "backend_polish": report.backends[1],
+        "counts": counts(report),
+        "seconds": seconds(report),
+        "result": result,
+    });
+    let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
+    put("run.json", format!("{text}\n").as_bytes())?;
+    folder.finish()
+}
+
+fn failed(e: csv::Error) -> Error {
+    Error::Run(e.to_string())
+}
+
+/// What was spent.
+pub fn counts(report: &Report) -> Value {
+    json!({
+        "evaluations": report.evaluations,
+        "evaluations_resumed": report.replayed,
+        "evaluations_sensitivity": report.sensitivity.evaluations,
+        "taps": report.evaluations * report.taps_each as u64,
+        "starts": report.starts,
+    })
+}
+
+/// How long it took; the rate is that of this run.
+pub fn seconds(report: &Report) -> Value {
+    let made = (report.evaluations - report.replayed) as f64;
+    json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": made / report.seconds[1].max(1e-9) })
+}
+
+/// A designs row as JSON; missing is null.
+pub fn row(scene: &Scene, design: &Design) -> Value {
+    let mut fields = Vec::new();
+    table::drive_row(&design.point, design.point.drive, &design.row, design.unit, &mut fields);
+    let value = |field: &Field| match field {
+        Field::Number(x) => json!(x),
+        Field::Count(n) => json!(n),
+        Field::Word(w) => json!(w),
+        Field::Text(t) => json!(t),
+        Field::Status(s) => json!(s.to_string()),
+    };
+    Table::Designs.columns(scene).into_iter().map(str::to_owned).zip(fields.iter().map(value)).collect()
+}
+
+/// Name of a column without its unit, as in a spec.
+pub fn key(scene: &Scene, column: Column) -> &'static str {
+    let name = column.name(scene.drive);
+    name.trim_end_matches("_mm").trim_end_matches("_deg")
+}
+
+/// The result of a search as JSON.
+pub fn result(scene: &Scene, search: &Search, report: &Report) -> Value {
+    let s = &report.sensitivity;
+    let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
+    let local: Value = s.local.iter().map(|(c, p)| (key(scene, *c).to_owned(), pair(p))).collect();
+    let global: Value = s
+        .global
+        .iter()
+        .map(|(c, first, total)| {
+            (key(scene, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))
+        })
+        .collect();
+    let bounds: Value =
+        report.at_bounds.iter().map(|(c, end)| (key(scene, *c).to_owned(), json!(end))).collect();
+    let mut value = json!({
+        "objective": search.objective.word(),
+        "value": report.value,
+        "best": row(scene, &report.best),
+        "at_bounds": bounds,
+        "binding_limits": report.binding.iter().map(|l| l.name()).collect::<Vec<_>>(),
+        "why": why(scene, search, report),
+        "ended_by": report.ended.name(),
+        "sensitivity": {
+            "elasticity": local, "sobol": global,
+            "samples": s.samples.0, "samples_complete": s.samples.1,
+        },
+    });
+    if let Some(robust) = &search.robust {
+        let [sd, total, _] = report.best.score.figures;
+        value["robust"] = json!({ "samples": robust.samples, "K_sd": sd, "total_rms_mm": total });
+    }
+    if let Some(front) = &report.front {
+        value["front"] = json!({
+            "points": front.points.len(),
+            "hypervolume": front.hypervolume,
+            "reference": { "K_sd": front.reference[0], "total_rms_mm": front.reference[1] },
+            "spread": front.spread,
+            "rows": front.points.iter().map(|d| row(scene, d)).collect::<Vec<_>>(),
+        });
+    }
+    value
+}
+
+/// A spec of the best design at its drive, for `sweep`.
+fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, Error> {
+    let fail = |e: &dyn std::fmt::Display| Error::Run(format!("best.toml: {e}"));
+    let mut spec: toml::Table = scene.text.parse().map_err(|e| fail(&e))?;
+    for section in ["optimise", "output", "run"] {
+        spec.remove(section);
+    }
+    let Tuple { D, d, L_a, x_ss, l, drive, .. } = report.best.point;
+    let drive_key = key(scene, Column::Drive);
+    for (section, name, value) in [
+        ("whisker", "D", D),
+        ("whisker", "d", d),
+        ("whisker", "L_a", L_a),
+        ("gauge", "x_ss", x_ss),
+        ("gauge", "l", l),
+        ("tap", drive_key, drive),
+    ] {
+        let table = spec.entry(section).or_insert_with(|| toml::Table::new().into());
+        table.as_table_mut().ok_or_else(|| fail(&"a section is no table"))?.insert(name.into(), value.into());
+    }
+    if let (Some(_), Material::Yeoh(c)) = (&scene.material_fit, &scene.model.material) {
+        // The curve's path is relative to the spec; its fit is what was computed with.
+        let material: toml::Table =
+            [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
+        if let Some(model) = spec.get_mut("model").and_then(toml::Value::as_table_mut) {
+            model.insert("material".into(), material.into());
+        }
+    }
+    let b = &report.backends[1];
+    let mut run = toml::Table::new();
+    run.insert("backend".into(), b.name.into());
+    if b.tolerance.is_some() {
+        run.insert("precision".into(), "f64".into());
+        run.insert("tolerance".into(), TOLERANCE.into());
+    }
+    spec.insert("run".into(), run.into());
+    let head = format!(
+        "# Best design of {} by objective = \"{}\" ({} evaluations, ended by {}). {}\n# [run] as the search computed it: sweep gives the same figures.\n",
+        scene.name,
+        search.objective.word(),
+        report.evaluations,
+        report.ended.name(),
+        why(scene, search, report),
+    );
+    Ok(head + &toml::to_string(&spec).map_err(|e| fail(&e))?)
+}
+
+fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
+    let (sd, drive) = (
+        if scene.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
+        scene.drive.column(),
+    );
+    let mut text = Text::default();
+    text.header(&[
+        "evaluations",
+        "start",
+        "stage",
+        "D_mm",
+        "d_mm",
+        "L_a_mm",
+        "x_ss_mm",
+        "l_mm",
+        drive,
+        sd,
+        "total_rms_mm",
+        "weighted",
+        "violation",
+    ])?;
+    for step in &report.history {
+        let (p, s) = (&step.best.point, &step.best.score);
+        let mut fields = vec![
+            Field::Count(step.evaluations),
+            Field::Count(step.start.into()),
+            Field::Word(step.stage.name()),
+        ];
+        let [sd, total, weighted] = s.figures;
+        fields.extend(
+            [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive, sd, total, weighted, s.violation()].map(Field::Number),
+        );
+        text.row(&mut fields)?;
+    }
+    Ok(text.into_bytes())
+}
+
+fn sensitivity(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
+    let s = &report.sensitivity;
+    let mut text = Text::default();
+    text.header(&[
+        "parameter",
+        "K_sd_elasticity",
+        "total_rms_elasticity",
+        "K_sd_first",
+        "K_sd_total",
+        "total_rms_first",
+        "total_rms_total",
+    ])?;
+    for column in PARAMETERS {
+        let none = [None; 2];
+        let local = s.local.iter().find(|(c, _)| *c == column).map_or(none, |(_, p)| *p);
+        let (first, total) =
+            s.global.iter().find(|(c, ..)| *c == column).map_or((none, none), |(_, f, t)| (*f, *t));
+        let mut fields = vec![Field::Word(key(scene, column))];
+        fields.extend([local[0], local[1], first[0], total[0], first[1], total[1]].map(Field::from));
+        text.row(&mut fields)?;
+    }
+    Ok(text.into_bytes())
+}
+
+fn pareto(scene: &Scene, points: &[Design]) -> csv::Result<Vec<u8>> {
+    let (mut text, mut fields) = (Text::default(), Vec::new());
+    text.header(&Table::Designs.columns(scene))?;
+    for d in points {
+        table::drive_row(&d.point, d.point.drive, &d.row, d.unit, &mut fields);
+        text.row(&mut fields)?;
+    }
+    Ok(text.into_bytes())
+}

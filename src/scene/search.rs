@@ -1,0 +1,144 @@
+//! What is searched for: `[optimise]`.
+
+use super::space::Column;
+use crate::error::InputError;
+
+/// What is made small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// K_sd.
+    Sd,
+    /// total_rms_mm.
+    Distance,
+    /// w_sd·K_sd/K_mean + w_distance·total_rms_mm/L_a.
+    Weighted,
+    /// The front of (K_sd, total_rms_mm).
+    Pareto,
+}
+
+impl Objective {
+    /// All, by the words of a spec.
+    pub const WORDS: [(&'static str, Self); 4] = [
+        ("sd", Self::Sd),
+        ("distance", Self::Distance),
+        ("weighted", Self::Weighted),
+        ("pareto", Self::Pareto),
+    ];
+
+    /// The word of a spec.
+    pub fn word(self) -> &'static str {
+        Self::WORDS[self as usize].0
+    }
+
+    /// Whether K_sd enters.
+    pub fn needs_sd(self) -> bool {
+        self != Self::Distance
+    }
+
+    /// Whether the distance error, and with it the noise, enters.
+    pub fn needs_distance(self) -> bool {
+        self != Self::Sd
+    }
+}
+
+/// A quantity that is searched over.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// D, d, L_a, x_ss, l or the drive.
+    pub column: Column,
+    /// Lower bound, mm or degrees.
+    pub min: f64,
+    /// Upper bound.
+    pub max: f64,
+    /// First start, where its own section has a number.
+    pub start: Option<f64>,
+}
+
+/// What a search may spend; whichever ends first.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Budget {
+    /// Evaluations: a (design, drive) over all distances and robust samples each.
+    pub evaluations: Option<u64>,
+    /// Wall time, s.
+    pub seconds: Option<f64>,
+}
+
+/// What a design must keep. Complete rows, no slip-off and a gauge on the whisker are asked for always.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest |gauge strain|.
+    pub strain: f64,
+    /// Largest contact force, N.
+    pub force: Option<f64>,
+    /// The peak of the theory's curve lies below the range of distances.
+    pub unambiguous: bool,
+    /// d ≤ D.
+    pub tip_not_wider: bool,
+}
+
+/// How the objective of many whiskers becomes one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Their mean.
+    Mean,
+    /// The mean of their worst tenth.
+    Cvar90,
+}
+
+/// On which whisker K̄ and f are calibrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Calibrated {
+    /// On each.
+    Each,
+    /// On the nominal one only.
+    Nominal,
+}
+
+/// Tolerances of manufacture and bonding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robust {
+    /// Standard deviations of D, d, L_a, x_ss, l, a (0) and the drive, by [`Column`].
+    pub sd: [f64; 7],
+    /// Whiskers sampled for each candidate; the same deviations for all.
+    pub samples: u32,
+    /// Mean or worst tenth.
+    pub measure: Measure,
+    /// K̄ of each whisker or of the nominal one.
+    pub calibrated: Calibrated,
+}
+
+/// `[optimise]`.
+#[derive(Debug, Clone)]
+pub struct Search {
+    /// What is made small.
+    pub objective: Objective,
+    /// w_sd, w_distance.
+    pub weights: [f64; 2],
+    /// Seed of swarms and samples.
+    pub seed: u64,
+    /// What may be spent.
+    pub budget: Budget,
+    /// What is searched over, in row order.
+    pub variables: Vec<Variable>,
+    /// What must be kept.
+    pub limits: Limits,
+    /// Tolerances, if any.
+    pub robust: Option<Robust>,
+    /// Places of the limits in the spec, for complaints about them.
+    pub places: Places,
+}
+
+/// Errors without a message that stand where a limit is written.
+#[derive(Debug, Clone, Default)]
+pub struct Places {
+    /// `limits.strain`, or `gauge.strain_limit`.
+    pub strain: InputError,
+    /// `limits.force_N`.
+    pub force: InputError,
+    /// `limits.unambiguous`.
+    pub unambiguous: InputError,
+    /// `limits.tip_not_wider`.
+    pub tip_not_wider: InputError,
+    /// `variables`: for what no limit of the spec says.
+    pub variables: InputError,
+}

@@ -1,0 +1,286 @@
+//! `[optimise]`: what is searched for.
+
+use std::fmt::Write;
+
+use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE};
+use super::reader::{Item, Result, Section};
+use super::schema::Sections;
+use crate::error::InputError;
+use crate::scene::search::{
+    Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
+};
+use crate::scene::{Column, Drive, Factor, Scene, Space};
+
+/// Values in force where `[optimise]` says nothing.
+pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
+
+/// Whiskers sampled for each candidate unless the spec says otherwise.
+const SAMPLES: u64 = 64;
+/// Most of them.
+const MOST_SAMPLES: u64 = 1 << 16;
+
+const WEIGHT: Domain = Domain { allowed: "≥ 0", holds: |v| v >= 0.0 };
+const DEVIATION: Domain =
+    Domain { allowed: "a standard deviation ≥ 0, in the key's unit", holds: |v| v >= 0.0 };
+const SECONDS: Domain = Domain { allowed: "> 0 s", holds: |v| v > 0.0 };
+
+const BUDGET: &str = "{ evaluations = 20000 }, { seconds = 30 } or both; each > 0";
+const LIMITS: &str = "strain, force_N, unambiguous, tip_not_wider";
+
+/// Section, key, column and domain of everything that can be a variable.
+fn keys(drive: Drive) -> [(&'static str, &'static str, Column, Domain); 6] {
+    [
+        ("whisker", "D", Column::BaseDiameter, LENGTH),
+        ("whisker", "d", Column::TipDiameter, LENGTH),
+        ("whisker", "L_a", Column::Length, LENGTH),
+        ("gauge", "x_ss", Column::GaugePosition, PLACE),
+        ("gauge", "l", Column::GridLength, LENGTH),
+        match drive {
+            Drive::Angle => ("tap", "theta", Column::Drive, TAP_ANGLE),
+            Drive::Displacement => ("tap", "delta", Column::Drive, LENGTH),
+        },
+    ]
+}
+
+/// Reads the section by itself.
+pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
+    let drives = [("angle", Drive::Angle), ("displacement", Drive::Displacement)];
+    let drive = sections.section("tap").get("drive")?.word(&drives)?;
+    if let Some(file) = sections.section("tuples").written("file") {
+        return Err(file
+            .error("a search varies one whisker; it takes no list of tuples")
+            .allowed("axes in [whisker], [gauge] and [tap]"));
+    }
+    let section = sections.section("optimise");
+    let robust = section.optional("robust", |item| robust(item, drive))?;
+    let objective = section.get("objective")?;
+    let word = objective.word(&Objective::WORDS)?;
+    let nominal = robust.as_ref().is_some_and(|r| r.calibrated == Calibrated::Nominal);
+    if nominal && word.needs_sd() {
+        let calibrated = section.get("robust")?.need("calibrated")?;
+        let message = format!(
+            "the spread of K is that of each whisker's own K; objective = \"{}\" needs it",
+            word.word()
+        );
+        return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
+    }
+    let gauge = sections.section("gauge").get("strain_limit")?;
+    let (limits, places) = limits(&section, &gauge)?;
+    Ok(Search {
+        objective: word,
+        weights: weights(&section.get("weights")?)?,
+        seed: section.get("seed")?.whole(0)?,
+        budget: section.optional("budget", budget)?.unwrap_or_default(),
+        variables: variables(&section.get("variables")?, drive)?,
+        limits,
+        robust,
+        places,
+    })
+}
+
+fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
+    let allowed = "{ sd = 1.0, distance = 1.0 }, each ≥ 0, one of them > 0";
+    item.only(&["sd", "distance"], allowed)?;
+    let weight = |key| item.child(key).map_or(Ok(1.0), |w| w.within(&WEIGHT));
+    let weights = [weight("sd")?, weight("distance")?];
+    if weights == [0.0; 2] {
+        return Err(item.error("with no weight there is nothing to make small").allowed(allowed));
+    }
+    Ok(weights)
+}
+
+fn budget(item: &Item<'_>) -> Result<Budget> {
+    item.only(&["evaluations", "seconds"], BUDGET)?;
+    let budget = Budget {
+        evaluations: item.child("evaluations").map(|e| e.whole(1)).transpose()?,
+        seconds: item.child("seconds").map(|s| s.within(&SECONDS)).transpose()?,
+    };
+    if budget == Budget::default() {
+        return Err(item.error("this budget says neither evaluations nor seconds").allowed(BUDGET));
+    }
+    Ok(budget)
+}
+
+fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
+    let keys = keys(drive);
+    let names = keys.map(|(_, key, ..)| key);
+    let all = format!("some of {}, each [min, max]", names.join(", "));
+    if let Some(a) = item.child("a") {
+        return Err(a
+            .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
+            .allowed(all));
+    }
+    item.only(&names, &all)?;
+    let mut variables = Vec::new();
+    for (_, key, column, domain) in keys {
+        let Some(bounds) = item.child(key) else { continue };
+        let allowed = format!("[min, max] with min < max, {}", domain.allowed);
+        let [min, max] = bounds.numbers(&allowed)?;
+        let message = match (min, max) {
+            (min, max) if !(domain.holds)(min) || !(domain.holds)(max) => "these bounds are out of range",
+            (min, max) if min > max => "these bounds are inverted: min is larger than max",
+            (min, max) if min == max => {
+                "these bounds have no width; a value that is given belongs into its own section"
+            }
+            _ => {
+                variables.push(Variable { column, min, max, start: None });
+                continue;
+            }
+        };
+        return Err(bounds.error(message).allowed(allowed));
+    }
+    if variables.is_empty() {
+        return Err(item.error("there is nothing to search over").allowed(all));
+    }
+    Ok(variables)
+}
+
+fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
+    let blank = |item: &Item<'_>| item.error("");
+    let variables = blank(&section.get("variables")?);
+    let mut limits = Limits {
+        strain: gauge.within(&STRAIN_LIMIT)?,
+        force: None,
+        unambiguous: false,
+        tip_not_wider: false,
+    };
+    let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
+    let Some(item) = section.written("limits") else { return Ok((limits, places)) };
+    item.only(&["strain", "force_N", "unambiguous", "tip_not_wider"], LIMITS)?;
+    if let Some(strain) = item.child("strain") {
+        (limits.strain, places.strain) = (strain.within(&STRAIN_LIMIT)?, blank(&strain));
+    }
+    if let Some(force) = item.child("force_N") {
+        (limits.force, places.force) =
+            (Some(force.within(&Domain { allowed: "> 0 N", ..POSITIVE })?), blank(&force));
+    }
+    if let Some(flag) = item.child("unambiguous") {
+        (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
+    }
+    if let Some(flag) = item.child("tip_not_wider") {
+        (limits.tip_not_wider, places.tip_not_wider) = (flag.flag()?, blank(&flag));
+    }
+    Ok((limits, places))
+}
+
+fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
+    let keys = keys(drive);
+    let mut known = keys.map(|(_, key, ..)| key).to_vec();
+    known.extend(["samples", "measure", "calibrated"]);
+    item.only(&known, &known.join(", "))?;
+    let mut sd = [0.0; 7];
+    for (_, key, column, _) in keys {
+        if let Some(value) = item.child(key) {
+            sd[column as usize] = value.within(&DEVIATION)?;
+        }
+    }
+    if sd == [0.0; 7] {
+        let message = "no standard deviation is larger than zero: nothing to be robust against";
+        return Err(item.error(message).allowed(known.join(", ")));
+    }
+    let samples = item.child("samples").map_or(Ok(SAMPLES), |s| match s.whole(2)? {
+        n @ ..=MOST_SAMPLES => Ok(n),
+        _ => Err(s.error("this number is too large").allowed(format!("2 … {MOST_SAMPLES}"))),
+    })?;
+    let measure = |m: Item<'_>| m.word(&[("mean", Measure::Mean), ("cvar90", Measure::Cvar90)]);
+    let calibrated = |c: Item<'_>| c.word(&[("each", Calibrated::Each), ("nominal", Calibrated::Nominal)]);
+    Ok(Robust {
+        sd,
+        samples: samples as u32,
+        measure: item.child("measure").map_or(Ok(Measure::Mean), measure)?,
+        calibrated: item.child("calibrated").map_or(Ok(Calibrated::Each), calibrated)?,
+    })
+}
+
+/// Values for the variables that are not written in their sections, chosen so that a scene that can be met at all is valid, and
+/// the defaults of the section.
+pub(super) fn fallback(search: &Search) -> String {
+    let mut text = DEFAULTS.to_owned();
+    for section in ["whisker", "gauge", "tap"] {
+        let _ = writeln!(text, "[{section}]");
+        // A drive that the scene does not have does no harm in a fallback.
+        for (_, key, column, _) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
+            let Some(v) = search.variables.iter().find(|v| v.column == column) else { continue };
+            let roomiest = if column == Column::Length { v.max } else { v.min };
+            let _ = writeln!(text, "{key} = {roomiest:?}");
+            if column == Column::Drive {
+                let _ = writeln!(text, "delta = {roomiest:?}");
+            }
+        }
+    }
+    text
+}
+
+/// Whether the dotted `key` is that of a variable.
+pub(super) fn is_variable(search: &Search, key: &str) -> bool {
+    let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
+    all.filter(|k| search.variables.iter().any(|v| v.column == k.2))
+        .any(|k| key == format!("{}.{}", k.0, k.1))
+}
+
+/// Judges the section together with the rest of the spec; fills in the first start.
+pub(super) fn check(sections: &Sections<'_>, scene: &Scene, search: &mut Search) -> Result<()> {
+    let objective = sections.section("optimise").get("objective")?;
+    if search.objective.needs_distance() && scene.gauge.noise_strain.is_none() {
+        return Err(noise_missing(&objective));
+    }
+    let Space::Grid(factors) = &scene.space else { return Err(objective.error("a search needs axes")) };
+    let axis = |column: Column| {
+        factors.iter().flat_map(|f: &Factor| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
+    };
+    if axis(Column::Distance).is_some_and(|a| a.len() < 2)
+        && (search.objective.needs_sd() || scene.estimate.k.is_none())
+    {
+        let a = sections.section("tap").get("a")?;
+        return Err(a
+            .error("K has no spread and no mean over one distance")
+            .allowed("two distances or more"));
+    }
+    for (section, key, column, _) in keys(scene.drive) {
+        let variable = search.variables.iter_mut().find(|v| v.column == column);
+        let Some(item) = sections.section(section).written(key) else { continue };
+        let Some(axis) = axis(column) else { continue };
+        match variable {
+            Some(_) if axis.len() > 1 => {
+                return Err(item
+                    .error("this is a variable of [optimise]: here stands its first start")
+                    .allowed("one number, or nothing"));
+            }
+            Some(v) => v.start = Some(axis.at(0)),
+            None if axis.len() > 1 && column != Column::Drive => {
+                let message = "a search needs one number here, or bounds for it in [optimise] variables";
+                return Err(item
+                    .error(message)
+                    .allowed("one number; only a, and a theta that is no variable, may be lists"));
+            }
+            None if axis.points().is_some() => {
+                return Err(item
+                    .error("tap angles to choose from are listed, not sampled")
+                    .allowed("a value, a list or a range"));
+            }
+            None => {}
+        }
+    }
+    let ends = |column: Column| {
+        let v = search.variables.iter().find(|v| v.column == column);
+        v.map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
+    };
+    let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
+    if search.limits.tip_not_wider && tip[0] > base[1] {
+        let message =
+            format!("no tip is that thin: the smallest d is {} mm, the largest D {} mm", tip[0], base[1]);
+        return Err(InputError {
+            message,
+            allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
+            ..search.places.tip_not_wider.clone()
+        });
+    }
+    Ok(())
+}
+
+/// An objective that has no meaning without noise.
+pub(super) fn noise_missing(objective: &Item<'_>) -> InputError {
+    objective
+        .error("total_rms_mm holds the gauge's noise, and noise_strain is not written")
+        .allowed("noise_strain = 20e-6 in [gauge] (0 for the bias alone), or objective = \"sd\"")
+}

@@ -1,0 +1,63 @@
+//! What `tap` asks of a spec: one whisker, two distances or more, and an interval of drives.
+
+use super::reader::Result;
+use super::schema::Sections;
+use crate::scene::{Axis, Column, Drive, Factor, Scene, Space};
+
+/// Interval of tap angles where the spec has none, degrees.
+pub(super) const FALLBACK: &str = "[tap]\ntheta = [0.1, 10.0]\n";
+
+/// Smallest and largest drive of `scene`, which must hold one whisker; `noisy`: the objective needs the noise.
+pub(super) fn check(sections: &Sections<'_>, scene: &Scene, noisy: bool) -> Result<[f64; 2]> {
+    let Space::Grid(factors) = &scene.space else {
+        let file = sections.section("tuples").get("file")?;
+        return Err(file
+            .error("this takes one whisker, no list of tuples")
+            .allowed("one number each for D, d, L_a, x_ss, l"));
+    };
+    let axis = |column: Column| -> &Axis {
+        let mut axes = factors.iter().flat_map(|f: &Factor| &f.axes);
+        &axes.find(|(c, _)| *c == column).expect("a grid has every column").1
+    };
+    let whisker = [
+        ("whisker", "D", Column::BaseDiameter),
+        ("whisker", "d", Column::TipDiameter),
+        ("whisker", "L_a", Column::Length),
+        ("gauge", "x_ss", Column::GaugePosition),
+        ("gauge", "l", Column::GridLength),
+    ];
+    for (section, key, column) in whisker {
+        if axis(column).len() > 1 {
+            let item = sections.section(section).get(key)?;
+            return Err(item
+                .error("this takes one whisker")
+                .allowed("one number; optimise searches over whiskers"));
+        }
+    }
+    if axis(Column::Distance).len() < 2 && scene.estimate.k.is_none() {
+        let a = sections.section("tap").get("a")?;
+        return Err(a
+            .error("K has no spread and no mean over one distance")
+            .allowed("two distances or more"));
+    }
+    let key = if scene.drive == Drive::Angle { "theta" } else { "delta" };
+    let drive = axis(Column::Drive);
+    let ends = [drive.min(), drive.max()];
+    if ends[0] >= ends[1] {
+        let item = sections.section("tap").get(key)?;
+        return Err(item
+            .error("one value leaves nothing to choose")
+            .allowed("two values or a range: the ends of the interval"));
+    }
+    if noisy && scene.gauge.noise_strain.is_none() {
+        let section = sections.section("gauge");
+        let error = section.document.error(
+            section.span.clone(),
+            "total_rms_mm holds the gauge's noise, and noise_strain is not written",
+        );
+        return Err(error
+            .key("gauge.noise_strain")
+            .allowed("noise_strain = 20e-6 (0 for the bias alone), or --objective sd"));
+    }
+    Ok(ends)
+}

@@ -1,0 +1,50 @@
+//! Figures of one whisker as functions of its drive.
+
+use super::Sample;
+use crate::error::Error;
+use crate::evaluate::Method;
+use crate::optimise::evaluate::Scorer;
+use crate::scene::search::Search;
+use crate::scene::{Axis, Scene, Tuple};
+
+/// Most points of the grid.
+const POINTS: f64 = 1000.0;
+
+/// One whisker over its drive.
+pub struct Curve<'a> {
+    scorer: Scorer<'a>,
+    whisker: Tuple,
+    /// Evaluations made.
+    pub evaluations: u64,
+}
+
+impl<'a> Curve<'a> {
+    /// Of `whisker`, whose taps `method` solves.
+    pub fn new(scene: &'a Scene, search: &'a Search, method: Method, whisker: Tuple) -> Self {
+        Self { scorer: Scorer::new(scene, search, method), whisker, evaluations: 0 }
+    }
+
+    /// At these drives, degrees or mm.
+    pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
+        let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..self.whisker }).collect();
+        self.evaluations += points.len() as u64;
+        let scores = self.scorer.scores(&points)?;
+        let rows = points.iter().map(|p| self.scorer.row(p)).collect::<Result<Vec<_>, _>>()?;
+        let whole = drives.iter().zip(rows).zip(scores);
+        Ok(whole.map(|((&drive, row), score)| Sample { drive, row, score }).collect())
+    }
+
+    /// From end to end in steps of 1, 2 or 5 times a power of ten, both ends included.
+    pub fn grid(&mut self, [from, to]: [f64; 2]) -> Result<Vec<Sample>, Error> {
+        let least = (to - from) / POINTS;
+        let power = 10f64.powf(least.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= least * (1.0 - 1e-9));
+        // Written out, so that a power of ten below 1 is the decimal number.
+        let step: f64 = format!("{:e}", step.unwrap_or(least)).parse().unwrap_or(least);
+        let mut drives: Vec<f64> = Axis::step(from, to, step)?.iter().collect();
+        if drives.last() != Some(&to) {
+            drives.push(to);
+        }
+        self.at(&drives)
+    }
+}

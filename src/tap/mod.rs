@@ -1,0 +1,172 @@
+//! The best tap angle of one whisker: K_sd, bias, noise and total error against the drive, the optimum, and what limits it.
+//!
+//! Without noise the smallest angle is best, for all that is wrong grows with θ²; the error by noise falls with 1/θ, so with noise there is
+//! an optimum inside, unless the gauge's strain limit comes first. The curve is evaluated in f64 on an even grid; around every
+//! local minimum of it the optimum is polished by Brent's method, and where a limit cuts the interval its end is found by
+//! bisection.
+
+mod curve;
+mod optimum;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use crate::backend::{Backend, Choice};
+use crate::error::{Error, InputError};
+use crate::optimise::score::{Goal, Limit, Score};
+use crate::scene::search::{Budget, Limits, Objective, Places, Search};
+use crate::scene::{Scene, Space};
+use crate::sink::folder::{Folder, hash};
+use crate::statistics::DriveRow;
+
+use crate::plan::Layout;
+use curve::Curve;
+
+pub use write::{result, unit};
+
+/// The curve at one drive.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    /// Degrees or mm.
+    pub drive: f64,
+    /// Its row of designs.csv.
+    pub row: DriveRow,
+    /// Its figures and limits.
+    pub score: Score,
+}
+
+/// What ends the way to something better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LimitedBy {
+    /// Bias is the larger part of the error at an optimum inside.
+    Bias,
+    /// Noise is.
+    Noise,
+    /// The gauge's strain limit.
+    Strain,
+    /// A bound of the interval.
+    Bound,
+    /// Beyond it a tap has no strain, no root, or slips off.
+    CompleteRows,
+}
+
+impl LimitedBy {
+    /// Word in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bias => "bias",
+            Self::Noise => "noise",
+            Self::Strain => "strain_limit",
+            Self::Bound => "bound",
+            Self::CompleteRows => "complete_rows",
+        }
+    }
+}
+
+/// What was found.
+#[derive(Debug)]
+pub struct Report {
+    /// The curve on its grid.
+    pub curve: Vec<Sample>,
+    /// The best drive that keeps the strain limit.
+    pub optimum: Sample,
+    /// The best drive whatever the strain; `None` never happens where there is an optimum.
+    pub unconstrained: Sample,
+    /// What limits the optimum.
+    pub limited_by: LimitedBy,
+    /// Whether it lies at a bound of the interval.
+    pub at_bound: bool,
+    /// The same in a sentence.
+    pub why: String,
+    /// Evaluations spent.
+    pub evaluations: u64,
+    /// Seconds.
+    pub seconds: f64,
+    /// Where it was computed.
+    pub backend: Backend,
+    /// Files written.
+    pub files: Vec<PathBuf>,
+}
+
+/// Evaluates `scene`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
+pub fn run(
+    scene: &Scene,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    (out, force): (&Path, bool),
+) -> Result<Report, Error> {
+    let begun = std::time::Instant::now();
+    let mut folder = Folder::new(out, &hash(&scene.text), force)?;
+    let Space::Grid(factors) = &scene.space else { unreachable!("one whisker") };
+    let layout = Layout::new(factors);
+    let search = search(scene, objective);
+    let mut curve = Curve::new(scene, &search, choice.open(&scene.model)?, layout.design(0));
+    let samples = curve.grid(ends)?;
+    let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
+
+    let free = |s: &Sample| optimum::relaxed(s, goal);
+    let Some(unconstrained) = optimum::find(&mut curve, &samples, goal, &free)? else {
+        return Err(incomplete(scene, &samples).into());
+    };
+    let kept = |s: &Sample| goal.feasible(&s.score);
+    let Some(optimum) = optimum::find(&mut curve, &samples, goal, &kept)? else {
+        return Err(overstrained(scene, &samples).into());
+    };
+    let (limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
+    let mut report = Report {
+        why: write::why(scene, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
+        curve: samples,
+        optimum,
+        unconstrained,
+        limited_by,
+        at_bound,
+        evaluations: curve.evaluations,
+        seconds: begun.elapsed().as_secs_f64(),
+        backend: choice.backend.clone(),
+        files: Vec::new(),
+    };
+    write::all(scene, &report, &mut folder)?;
+    report.files = folder.finish()?;
+    Ok(report)
+}
+
+/// A search without variables: what a score of the curve needs.
+fn search(scene: &Scene, objective: Objective) -> Search {
+    Search {
+        objective,
+        weights: [1.0; 2],
+        seed: 0,
+        budget: Budget::default(),
+        variables: Vec::new(),
+        limits: Limits {
+            strain: scene.gauge.strain_limit,
+            force: None,
+            unambiguous: false,
+            tip_not_wider: false,
+        },
+        robust: None,
+        places: Places::default(),
+    }
+}
+
+fn incomplete(scene: &Scene, samples: &[Sample]) -> InputError {
+    let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
+    let name = write::unit(scene).0;
+    InputError::new(format!("no {name} of the interval gives a complete row; the taps are {status}"))
+        .key("tap.a")
+        .allowed("distances beyond the gauge and before the tip")
+}
+
+fn overstrained(scene: &Scene, samples: &[Sample]) -> InputError {
+    let least = samples.iter().filter_map(|s| s.row.strain_max()).fold(f64::INFINITY, f64::min);
+    let name = write::unit(scene).0;
+    let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
+    InputError::new(format!(
+        "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
+        1.0 + over
+    ))
+    .key("gauge.strain_limit")
+    .value(scene.gauge.strain_limit)
+    .allowed(format!("≥ {least:.4}, or a smaller {name}"))
+}

@@ -1,0 +1,127 @@
+//! The smallest value of a curve on the part of an interval on which a condition holds.
+
+use std::cell::RefCell;
+
+use argmin::core::{CostFunction, Error as ArgminError, Executor};
+use argmin::solver::brent::BrentOpt;
+
+use super::curve::Curve;
+use super::{LimitedBy, Sample};
+use crate::error::Error;
+use crate::optimise::score::{Goal, Limit};
+use crate::scene::search::Objective;
+
+/// Local minima of the grid that are polished.
+const MINIMA: usize = 6;
+/// Relative width at which a bisection and Brent's method stop.
+const WIDTH: f64 = 1e-9;
+/// A limit or a bound this close (relative) is reached.
+const REACHED: f64 = 1e-6;
+
+/// Whether all but the strain limit is kept.
+pub fn relaxed(s: &Sample, goal: Goal) -> bool {
+    let mut score = s.score;
+    score.set(Limit::Strain, f64::NEG_INFINITY);
+    goal.feasible(&score)
+}
+
+/// The best drive for which `allowed` holds, polished; `None` if it holds at none of `samples`.
+pub fn find(
+    curve: &mut Curve<'_>,
+    samples: &[Sample],
+    goal: Goal,
+    allowed: &dyn Fn(&Sample) -> bool,
+) -> Result<Option<Sample>, Error> {
+    let value = |s: &Sample| if allowed(s) { goal.value(&s.score) } else { f64::INFINITY };
+    let at = |i: usize| value(&samples[i]);
+    let last = samples.len() - 1;
+    let mut minima: Vec<usize> = (0..=last)
+        .filter(|&i| at(i).is_finite() && (i == 0 || at(i - 1) >= at(i)) && (i == last || at(i + 1) >= at(i)))
+        .collect();
+    minima.sort_by(|&a, &b| at(a).total_cmp(&at(b)).then(a.cmp(&b)));
+    let mut best: Option<Sample> = None;
+    for &i in minima.iter().take(MINIMA) {
+        let low = inner(curve, &samples[i], &samples[i.saturating_sub(1)], allowed)?;
+        let high = inner(curve, &samples[i], &samples[(i + 1).min(last)], allowed)?;
+        let mut found = vec![samples[i], low, high];
+        if high.drive - low.drive > WIDTH * high.drive {
+            found.extend(brent(curve, [low.drive, high.drive], goal)?);
+        }
+        for s in found {
+            if value(&s).is_finite() && best.as_ref().is_none_or(|b| value(&s) < value(b)) {
+                best = Some(s);
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// The farthest allowed sample from `from` towards `to`.
+fn inner(
+    curve: &mut Curve<'_>,
+    from: &Sample,
+    to: &Sample,
+    allowed: &dyn Fn(&Sample) -> bool,
+) -> Result<Sample, Error> {
+    if allowed(to) {
+        return Ok(*to);
+    }
+    let (mut inside, mut outside) = (*from, to.drive);
+    while (outside - inside.drive).abs() > 0.01 * WIDTH * outside.abs() {
+        let middle = 0.5 * (inside.drive + outside);
+        let sample = curve.at(&[middle])?[0];
+        if allowed(&sample) {
+            inside = sample;
+        } else {
+            outside = middle;
+        }
+    }
+    Ok(inside)
+}
+
+/// Brent's minimisation between two drives.
+fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Option<Sample>, Error> {
+    let cost = Cost { curve: RefCell::new(curve), goal };
+    let solver = BrentOpt::new(low, high).set_tolerance(WIDTH, WIDTH * high);
+    let run =
+        Executor::new(&cost, solver).configure(|state| state.param(low).max_iters(200)).timer(false).run();
+    let drive = run.map_err(|e| Error::Run(e.to_string()))?.state.best_param;
+    match drive {
+        Some(drive) => Ok(curve.at(&[drive])?.first().copied()),
+        None => Ok(None),
+    }
+}
+
+struct Cost<'c, 'a> {
+    curve: RefCell<&'c mut Curve<'a>>,
+    goal: Goal,
+}
+
+impl CostFunction for &Cost<'_, '_> {
+    type Param = f64;
+    type Output = f64;
+
+    fn cost(&self, drive: &f64) -> Result<f64, ArgminError> {
+        let sample = self.curve.borrow_mut().at(&[*drive]).map_err(|e| ArgminError::msg(e.to_string()))?[0];
+        let value = self.goal.value(&sample.score);
+        Ok(if value.is_nan() { f64::INFINITY } else { value })
+    }
+}
+
+/// What limits the optimum, and whether it lies at a bound of the interval.
+pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {
+    let at_bound = ends.iter().any(|end| (optimum.drive - end).abs() <= REACHED * end);
+    let others = [Limit::NoStrain, Limit::Slipped, Limit::Root];
+    let word = if optimum.score.limit(Limit::Strain) > -REACHED {
+        LimitedBy::Strain
+    } else if at_bound {
+        LimitedBy::Bound
+    } else if others.iter().any(|l| optimum.score.limit(*l) > -REACHED) {
+        LimitedBy::CompleteRows
+    } else if objective != Objective::Sd && optimum.row.noise_rms() > optimum.row.error_rms() {
+        LimitedBy::Noise
+    } else {
+        LimitedBy::Bias
+    };
+    (word, at_bound)
+}

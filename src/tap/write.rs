@@ -1,0 +1,153 @@
+//! The files of `tap`, its result as JSON, and its sentence.
+
+use serde_json::{Value, json};
+
+use super::{LimitedBy, Report, Sample};
+use crate::error::Error;
+use crate::estimate::Estimator;
+use crate::scene::search::Objective;
+use crate::scene::{Convention, Drive, Scene, Space};
+use crate::sink::csv::Text;
+use crate::sink::folder::{Folder, hash};
+use crate::sink::run_json;
+use crate::sink::table::{Field, drive_unit, elongation};
+
+/// Name of the drive and its unit.
+pub fn unit(scene: &Scene) -> (&'static str, &'static str) {
+    let name = if scene.drive == Drive::Angle { "tap angle" } else { "displacement" };
+    (name, drive_unit(scene.drive).1)
+}
+
+/// Unit of K in the tables.
+fn k_unit(scene: &Scene) -> f64 {
+    let Space::Grid(factors) = &scene.space else { return 1.0 };
+    let design = crate::design::Design::new(scene, crate::plan::Layout::new(factors).design(0));
+    let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, [0.0; 2]));
+    elongation(scene, estimator.as_ref()).unwrap_or(1.0)
+}
+
+/// Names of K̄ and SD.
+fn k_names(scene: &Scene) -> [&'static str; 2] {
+    match scene.estimate.convention {
+        Convention::Mean => ["K_mean", "K_sd"],
+        Convention::Elongation => ["K_mean_mm", "K_sd_mm"],
+    }
+}
+
+fn k_values(s: &Sample, unit: f64) -> [Option<f64>; 2] {
+    [s.row.deviation.mean().map(|m| (1.0 + m) * unit), s.row.deviation.sd().map(|sd| sd * unit)]
+}
+
+/// One point of the curve as JSON.
+fn point(scene: &Scene, s: &Sample, unit: f64) -> Value {
+    let ([mean, sd], [k_mean, k_sd]) = (k_names(scene), k_values(s, unit));
+    let row = &s.row;
+    json!({
+        scene.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
+        "bias_rms_mm": row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
+        "force_max_N": row.force_max(), "status": row.status.to_string(),
+    })
+}
+
+/// The result.
+pub fn result(scene: &Scene, report: &Report) -> Value {
+    let unit = k_unit(scene);
+    json!({
+        "optimum": point(scene, &report.optimum, unit),
+        "unconstrained": point(scene, &report.unconstrained, unit),
+        "limited_by": report.limited_by.name(),
+        "at_bound": report.at_bound,
+        "why": report.why,
+    })
+}
+
+/// `tap.csv` and `run.json`.
+pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Error> {
+    let unit = k_unit(scene);
+    let [mean, sd] = k_names(scene);
+    let fail = |e: csv::Error| Error::Run(e.to_string());
+    let mut text = Text::default();
+    text.header(&[
+        scene.drive.column(),
+        mean,
+        sd,
+        "bias_rms_mm",
+        "noise_rms_mm",
+        "total_rms_mm",
+        "strain_max",
+        "status",
+    ])
+    .map_err(fail)?;
+    for s in &report.curve {
+        let row = &s.row;
+        let [k_mean, k_sd] = k_values(s, unit);
+        let mut fields = vec![Field::Number(s.drive)];
+        fields.extend(
+            [k_mean, k_sd, row.error_rms(), row.noise_rms(), row.total_rms(), row.strain_max()]
+                .map(Field::from),
+        );
+        fields.push(Field::Status(row.status));
+        text.row(&mut fields).map_err(fail)?;
+    }
+    let document = json!({
+        "format": run_json::FORMAT,
+        "command": "tap",
+        "version": env!("CARGO_PKG_VERSION"),
+        "commit": option_env!("VIBRISSA_COMMIT"),
+        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
+        "in_force": run_json::in_force(scene),
+        "warnings": scene.warnings,
+        "backend": report.backend,
+        "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
+        "seconds": { "total": report.seconds },
+        "result": result(scene, report),
+    });
+    let json = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
+    for (name, bytes) in [("tap.csv", text.into_bytes()), ("run.json", format!("{json}\n").into_bytes())] {
+        let mut file = folder.file(name)?;
+        file.write(&bytes)?;
+        file.close()?;
+    }
+    Ok(())
+}
+
+/// One sentence on what limits the optimum.
+pub fn why(
+    scene: &Scene,
+    optimum: &Sample,
+    unconstrained: &Sample,
+    by: LimitedBy,
+    at_bound: bool,
+    ends: [f64; 2],
+    objective: Objective,
+) -> String {
+    let (name, unit) = unit(scene);
+    let end = if (optimum.drive - ends[0]).abs() <= (optimum.drive - ends[1]).abs() {
+        "smallest"
+    } else {
+        "largest"
+    };
+    let trend = match (objective, end) {
+        (Objective::Sd, "smallest") => "the spread of K only grows with it",
+        (Objective::Sd, _) => "the spread of K still falls there",
+        (_, "smallest") => "the bias grows with it faster than the noise falls",
+        _ => "the noise still falls faster than the bias grows",
+    };
+    let mut text = match by {
+        LimitedBy::Bound => format!("The {end} {name} of the interval is best: {trend}."),
+        LimitedBy::Strain => format!(
+            "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit} would be best.",
+            scene.gauge.strain_limit, optimum.drive, unconstrained.drive
+        ),
+        LimitedBy::CompleteRows => format!("Beyond {:.4}{unit} a tap has no distance or slips off.", optimum.drive),
+        LimitedBy::Bias | LimitedBy::Noise if objective == Objective::Sd => {
+            format!("The spread of K has a minimum inside the interval, at {:.4}{unit}.", optimum.drive)
+        }
+        LimitedBy::Bias => "Bias and noise balance, and the bias is the larger part: a better model of the whisker, or a calibration by distance, would help more than a quieter gauge.".to_owned(),
+        LimitedBy::Noise => "Bias and noise balance, and the noise is the larger part: a quieter gauge, or averaged taps, would help most.".to_owned(),
+    };
+    if at_bound && by != LimitedBy::Bound {
+        text += &format!(" It is also the {end} {name} of the interval.");
+    }
+    text
+}
