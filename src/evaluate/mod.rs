@@ -139,6 +139,9 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), String> {
+        if matches!(self.method, Method::Reference) {
+            return Ok((self.run(designs, tasks)?, tasks.len() as u64));
+        }
         let scene = self.scene;
         let ways = match (&self.method, scene.model.geometry) {
             (Method::Fast { .. }, Geometry::Exact) => DriveAxis::ways(drives),
