@@ -310,14 +310,15 @@ fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: Estimator) -
                 data.unit.column()
             ));
         }
-        if let Some(Fitted { chi2, misfit, .. }) = s.fitted() {
-            if misfit > 0.01 && winner == Estimator::Exact {
-                all.push(format!(
-                    "the model of the spec leaves {:.1} % of the strain unexplained (χ² per degree of freedom {chi2:.3}): \
-                     another material, contact or --fit may do better",
-                    100.0 * misfit
-                ));
-            }
+        if let Some(Fitted { chi2, misfit }) = s.fitted()
+            && misfit > 0.01
+            && winner == Estimator::Exact
+        {
+            all.push(format!(
+                "the model of the spec leaves {:.1} % of the strain unexplained (χ² per degree of freedom {chi2:.3}): \
+                 another material, contact or --fit may do better",
+                100.0 * misfit
+            ));
         }
     }
     all

@@ -86,18 +86,21 @@ fn repeats(taps: &mut [Tap], all: &[Cell]) {
     }
 }
 
+/// One term over (u, v), 1/a and the drive scaled to [−1, 1].
+type Term = fn(f64, f64) -> f64;
+
 /// A smooth surface through ln(signal/expected).
 struct Smooth {
-    terms: Vec<fn(f64, f64) -> f64>,
+    terms: Vec<Term>,
     scale: [[f64; 2]; 2],
     coefficients: DVector<f64>,
 }
 
 impl Smooth {
     fn new(all: &[Cell], [distances, drives]: [&Levels; 2]) -> Self {
-        let mut terms: Vec<fn(f64, f64) -> f64> = vec![|_, _| 1.0];
+        let mut terms: Vec<Term> = vec![|_, _| 1.0];
         let (na, nt, n) = (distances.len(), drives.len(), all.len());
-        let candidates: [(bool, fn(f64, f64) -> f64); 6] = [
+        let candidates: [(bool, Term); 6] = [
             (na >= 4, |u, _| u),
             (nt >= 4, |_, v| v),
             (na >= 6, |u, _| u * u),

@@ -154,6 +154,11 @@ impl Levels {
         self.ends.partition_point(|e| *e < x).min(self.ends.len() - 1)
     }
 
+    /// Whether there are no levels.
+    pub fn is_empty(&self) -> bool {
+        self.centres.is_empty()
+    }
+
     /// Number of levels.
     pub fn len(&self) -> usize {
         self.centres.len()

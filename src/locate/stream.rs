@@ -55,12 +55,8 @@ pub fn answer(
     // Whoever starts a stream may want to see that it is ready.
     write(&out, true)?;
     out.clear();
-    loop {
-        let Some(length) =
-            read_line(&mut reader, &mut line).map_err(|e| Error::io(label.unwrap_or("stdin"), e))?
-        else {
-            break;
-        };
+    let failed = |e| Error::io(label.unwrap_or("stdin"), e);
+    while let Some(length) = read_line(&mut reader, &mut line).map_err(failed)? {
         let text = (length <= LONGEST).then(|| std::str::from_utf8(&line).ok()).flatten();
         let text = text.map(|t| t.trim_end_matches(['\n', '\r']));
         if std::mem::take(&mut first)

@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     fn knots(f: impl Fn(f64) -> f64, from: u32, to: u32) -> Vec<Knot> {
-        (from..=to).map(|a| f64::from(a)).map(|a| Knot { a, signal: f(a), variance: 0.0 }).collect()
+        (from..=to).map(f64::from).map(|a| Knot { a, signal: f(a), variance: 0.0 }).collect()
     }
 
     #[test]
