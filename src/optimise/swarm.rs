@@ -31,6 +31,7 @@ fn size(k: u32, drives: usize) -> (usize, u64) {
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = size(session.start, session.variables.drives());
     let k = session.variables.len();
+    session.swarms += 1;
     // Each start has a stream of its own, whatever the seeds of others.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     for _ in 0..session.start {
