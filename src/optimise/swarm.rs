@@ -46,10 +46,7 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>])
     let velocity = |i: usize| (0..k).map(|c| 0.5 * (even(particles + i, c) - 0.5)).collect();
 
     let flock = Flock { session: RefCell::new(session), goal, halt: RefCell::new(None) };
-    let costs = match flock.orders(&positions) {
-        Ok(costs) => costs,
-        Err(halt) => return Err(halt),
-    };
+    let costs = flock.orders(&positions)?;
     let swarm: Vec<Particle<Vec<f64>, f64>> = positions
         .into_iter()
         .zip(costs)
