@@ -103,7 +103,7 @@ fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
         .iter()
         .map(|p| [p.score.figures[0], p.score.figures[1]])
         .collect();
-    assert!(front.len() >= least, "{}", front.len());
+    assert!(front.len() >= *least, "{}", front.len());
     let (mut worst, mut kept) = (f64::NEG_INFINITY, 0u64);
     dense(text, designs, place, &mut |scores| {
         for s in scores.iter().filter(|s| s.violation() == 0.0 && s.figures[1].is_finite()) {

@@ -142,7 +142,7 @@ fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{} evaluations in {} starts, {:.2} s; ended by {}",
+        "{} evaluations in {} starts, {:.2} s; ended: {}",
         report.evaluations,
         report.starts,
         report.seconds[1],

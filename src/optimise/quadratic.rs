@@ -73,7 +73,7 @@ impl Stencil {
         let (mut slope, mut curvature) = (vec![0.0; k], vec![0.0; k * k]);
         let along = |i: usize| [values[1 + 2 * i] - values[0], values[2 + 2 * i] - values[0]];
         for (i, &[s, t]) in self.axes.iter().enumerate() {
-            let [a, b] = along(i).map(|x| x);
+            let [a, b] = along(i);
             let (a, b) = (a / s, b / t);
             curvature[i * k + i] = 2.0 * (a - b) / (s - t);
             slope[i] = a - s * (a - b) / (s - t);

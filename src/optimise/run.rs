@@ -64,7 +64,7 @@ pub struct Report {
     pub value: f64,
     /// Why it ended.
     pub ended: Ended,
-    /// Starts made.
+    /// Starts made, each a swarm.
     pub starts: u32,
     /// Evaluations made, and how many of them an earlier part of the search made.
     pub evaluations: u64,
@@ -208,7 +208,7 @@ fn whole(
         at_bounds: variables.at_bounds(&best.point),
         best,
         ended,
-        starts: session.start + 1,
+        starts: session.swarms,
         evaluations: session.evaluations,
         replayed: session.replayed,
         taps_each,

@@ -31,8 +31,10 @@ pub struct Sensitivity {
     pub local: Vec<(Column, Pair)>,
     /// First and total Sobol' indices of each variable over its bounds.
     pub global: Vec<(Column, Pair, Pair)>,
-    /// Base samples of the global indices, and those of which every figure exists.
-    pub samples: (u32, u32),
+    /// Base samples of the global indices.
+    pub samples: u32,
+    /// Those of them that have K_sd, and that have total_rms_mm, in all their evaluations; the indices are over these.
+    pub complete: [u32; 2],
     /// Evaluations spent.
     pub evaluations: u64,
 }
@@ -44,7 +46,13 @@ pub fn run(
     best: &Tuple,
     seed: u64,
 ) -> Result<Sensitivity, Error> {
-    let mut s = Sensitivity { local: Vec::new(), global: Vec::new(), samples: (SAMPLES, 0), evaluations: 0 };
+    let mut s = Sensitivity {
+        local: Vec::new(),
+        global: Vec::new(),
+        samples: SAMPLES,
+        complete: [0; 2],
+        evaluations: 0,
+    };
     elasticities(local, best, &mut s)?;
     indices(global, variables, best, seed, &mut s)?;
     Ok(s)
@@ -111,7 +119,7 @@ fn indices(
             .filter(complete)
             .map(|row| row.iter().map(|s| s.figures[f]).collect())
             .collect();
-        out.samples.1 = if f == 0 { rows.len() as u32 } else { out.samples.1.min(rows.len() as u32) };
+        out.complete[f] = rows.len() as u32;
         let mut all = Spread::default();
         rows.iter().for_each(|r| r[..2].iter().for_each(|x| all.push(*x)));
         let (Some(mean), Some(sd)) = (all.mean(), all.sd().filter(|sd| *sd > 0.0)) else { continue };

@@ -124,6 +124,8 @@ pub struct Session<'a> {
     watch: &'a mut dyn Watch,
     /// Start under way.
     pub start: u32,
+    /// Swarms begun.
+    pub swarms: u32,
     /// Evaluations made, also those of an earlier part of the search.
     pub evaluations: u64,
     /// Evaluations taken from the journal.
@@ -156,6 +158,7 @@ impl<'a> Session<'a> {
             journal,
             watch,
             start: 0,
+            swarms: 0,
             evaluations: 0,
             replayed: 0,
             history: Vec::new(),

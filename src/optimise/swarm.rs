@@ -31,6 +31,7 @@ fn size(k: u32, drives: usize) -> (usize, u64) {
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = size(session.start, session.variables.drives());
     let k = session.variables.len();
+    session.swarms += 1;
     // Each start has a stream of its own, whatever the seeds of others.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     for _ in 0..session.start {
@@ -45,10 +46,7 @@ pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>])
     let velocity = |i: usize| (0..k).map(|c| 0.5 * (even(particles + i, c) - 0.5)).collect();
 
     let flock = Flock { session: RefCell::new(session), goal, halt: RefCell::new(None) };
-    let costs = match flock.orders(&positions) {
-        Ok(costs) => costs,
-        Err(halt) => return Err(halt),
-    };
+    let costs = flock.orders(&positions)?;
     let swarm: Vec<Particle<Vec<f64>, f64>> = positions
         .into_iter()
         .zip(costs)

@@ -122,7 +122,7 @@ pub fn result(scene: &Scene, search: &Search, report: &Report) -> Value {
         "ended_by": report.ended.name(),
         "sensitivity": {
             "elasticity": local, "sobol": global,
-            "samples": s.samples.0, "samples_complete": s.samples.1,
+            "samples": s.samples, "samples_complete": { "K_sd": s.complete[0], "total_rms_mm": s.complete[1] },
         },
     });
     if let Some(robust) = &search.robust {
@@ -209,7 +209,12 @@ fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
         "weighted",
         "violation",
     ])?;
-    for step in &report.history {
+    let last = report.history.len().saturating_sub(1);
+    for (i, step) in report.history.iter().enumerate() {
+        // Steps that found nothing better are left out, but for the last.
+        if i > 0 && i < last && report.history[i - 1].best.point == step.best.point {
+            continue;
+        }
         let (p, s) = (&step.best.point, &step.best.score);
         let mut fields = vec![
             Field::Count(step.evaluations),
