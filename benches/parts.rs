@@ -105,7 +105,8 @@ mod inverse {
     fn run(bencher: Bencher<'_, '_>, shear: f64) {
         let taps = Taps::new(&exact()[0], TAPS).expect("valid taps");
         let shared = taps.designs[0].shared.as_ref().expect("a whisker");
-        let curve = vibrissa::physics::linear::StrainCurve { shear, ..shared.model };
+        let m = &shared.model;
+        let curve = vibrissa::physics::linear::StrainCurve::new(m.taper, m.gauge, m.hub, m.drive, shear);
         let inverse = Inverse::new(curve);
         let readings: Vec<f64> = (0..1000).map(|i| curve.value(20.0 + 0.028 * f64::from(i))).collect();
         bencher.counter(ItemsCount::new(readings.len())).bench(|| {

@@ -3,7 +3,7 @@
 //! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
 //! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
 //! tables; [`sweep`] drives it all, and [`smooth`] spares it most taps; [`explain`] compares the effects of a model,
-//! [`verify`] the backends with the reference, [`bench`] speed with error. [`optimise`] searches designs, [`tap`] the angle of one
+//! [`verify`] the backends with the reference, [`mod@bench`] speed with error. [`optimise`] searches designs, [`tap`] the angle of one
 //! whisker. [`measure`] reads what a rig recorded,
 //! [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones. [`physics`] is pure; wgpu is
 //! used only in `kernel::gpu` and `smooth::device`; files are written only in [`sink`].

@@ -82,7 +82,7 @@ fn of_side(rig: &Rig, taps: &[Tap], sign: f64) -> Vec<Cell> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
     let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
-    if distances.len() == 0 {
+    if distances.is_empty() {
         return Vec::new();
     }
     cells(taps, rig, &distances, &drives, here)

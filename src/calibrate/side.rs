@@ -84,7 +84,7 @@ impl KTable {
     fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
         let levels = |f: fn(&Tap) -> f64| Levels::of(ask.taps.iter().filter(|t| wanted(t)).map(f));
         let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
-        if distances.len() == 0 {
+        if distances.is_empty() {
             return None;
         }
         let cells = cells(ask.taps, ask.rig, &distances, &drives, wanted);

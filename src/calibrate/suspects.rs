@@ -33,7 +33,7 @@ pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, models: &[&Expected<'_>]) ->
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |taps: &[Tap], f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
     let (distances, drives) = (levels(taps, |t| t.a), levels(taps, |t| t.drive));
-    if distances.len() == 0 {
+    if distances.is_empty() {
         return Scatter::default();
     }
     saturated(taps, &here, models[0]);

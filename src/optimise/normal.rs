@@ -1,5 +1,8 @@
 //! Common samples of manufacture: independent normal deviations cut at ±3σ.
 
+// Coefficients as published, with more digits than f64 holds.
+#![allow(clippy::excessive_precision)]
+
 use crate::scene::sampler::Sampler;
 
 /// Φ(−3).

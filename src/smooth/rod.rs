@@ -328,7 +328,7 @@ pub fn squares(square: f64, count: usize) -> Vec<f64> {
     chebyshev_points(count).map(|x| 0.5 * square * (1.0 + x)).collect()
 }
 
-/// Matrix from values at [`chebyshev_points`] to coefficients: row k, column j.
+/// Matrix from values at Chebyshev points to coefficients: row k, column j.
 pub fn to_coefficients(count: usize) -> Vec<Vec<f64>> {
     let columns: Vec<Vec<f64>> = (0..count)
         .map(|j| coefficients(&(0..count).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>()))
