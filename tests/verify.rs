@@ -63,15 +63,18 @@ const PINS: [Pin; 34] = [
 /// fault, any fault in f64 and any larger one fails.
 const EXCEEDED: [(&str, f64); 2] = [("mooney-coulomb-hub", 1.8), ("stick-hub", 1.2)];
 
-/// Everything that the program verifies without a spec, on every backend of this machine.
+/// Everything that the program verifies without a spec. The f64 shaders, whose kernel is that of the CPU in f64, are left to the tests of
+/// effects and of hard cases: unsolvable taps cost seconds on each backend.
 #[test]
-fn built_in_configurations_hold_on_every_backend() {
+fn built_in_configurations_hold() {
     let cases = Case::built_in(12, 1).expect("valid");
     let mut places = verify::present(&RunOptions::default(), None).expect("backends");
     let labels: Vec<String> = places.iter().map(Place::label).collect();
     for needed in ["cpu f32", "cpu f64", "gpu f32", "gpu f64"] {
         assert!(labels.iter().any(|l| l == needed), "no {needed} (Debian: apt install mesa-vulkan-drivers)");
     }
+    places.retain(|place| place.label() != "gpu f64");
+    let labels: Vec<String> = places.iter().map(Place::label).collect();
     let lines = verify::run(&cases, &mut places, &AtomicBool::new(false), &mut Silent).expect("it runs");
     assert_eq!(lines.len(), ALL.len() * places.len());
     let mut faults = Vec::new();
