@@ -4,8 +4,8 @@ use crate::design::Shared;
 use crate::scene::{Convention, Scene};
 use crate::status::Status;
 
-/// Relative widening of the range of interest.
-const WIDENING: f64 = 1e-6;
+/// Relative widening of the range of interest, in which a second root makes an estimate ambiguous.
+pub const WIDENING: f64 = 1e-6;
 
 /// An estimated distance.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -29,7 +29,7 @@ use serde_json::{Value, json};
 use crate::error::Error;
 use crate::sink::{
     folder::{Folder, hash},
-    run_json::FORMAT,
+    run_json,
 };
 use place::Place;
 use roofline::{Load, Peak};
@@ -116,9 +116,7 @@ pub fn run(
         write(&mut folder, &name, &bytes)?;
     }
     let seconds = start.elapsed().as_secs_f64();
-    let run = serde_json::to_string_pretty(&document(settings, places, &text, &measured, seconds))
-        .map_err(|e| Error::Run(e.to_string()))?;
-    write(&mut folder, "run.json", format!("{run}\n").as_bytes())?;
+    folder.run_json(&document(settings, places, &text, &measured, seconds))?;
     Ok(Report { files: folder.finish()?, measured, seconds })
 }
 
@@ -129,20 +127,19 @@ fn write(folder: &mut Folder, name: &str, bytes: &[u8]) -> Result<(), Error> {
 }
 
 fn document(settings: &Settings, places: &[Place], text: &str, m: &Measured, seconds: f64) -> Value {
-    json!({
-        "format": FORMAT,
-        "command": "bench",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": "bench", "hash": hash(text), "text": text },
-        "machine": machine(),
-        "backends": places.iter().map(|p| json!(p.choice.backend)).collect::<Vec<_>>(),
-        "settings": settings.json(),
-        "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
-        "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
-        "counts": counts(m),
-        "seconds": { "total": seconds },
-    })
+    run_json::document(
+        "bench",
+        json!({ "name": "bench", "hash": hash(text), "text": text }),
+        json!({
+            "machine": machine(),
+            "backends": places.iter().map(|p| json!(p.choice.backend)).collect::<Vec<_>>(),
+            "settings": settings.json(),
+            "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
+            "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
+            "counts": counts(m),
+            "seconds": { "total": seconds },
+        }),
+    )
 }
 
 /// How much was measured.

@@ -66,19 +66,18 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
     let result = report::result(&found, &rig);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = json!({
-        "format": run_json::FORMAT,
-        "command": "calibrate",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": rig.scene.name, "hash": identity, "text": rig.scene.text },
-        "data": { "file": data.file, "hash": asked.hash },
-        "in_force": run_json::in_force(&rig.scene),
-        "material_fit": run_json::material_fit(&rig.scene, None),
-        "counts": counts,
-        "seconds": seconds,
-        "result": result,
-    });
+    let document = run_json::document(
+        "calibrate",
+        json!({ "name": rig.scene.name, "hash": identity, "text": rig.scene.text }),
+        json!({
+            "data": { "file": data.file, "hash": asked.hash },
+            "in_force": run_json::in_force(&rig.scene),
+            "material_fit": run_json::material_fit(&rig.scene, None),
+            "counts": counts,
+            "seconds": seconds,
+            "result": result,
+        }),
+    );
     let target = output::Target { out: &out, hash: &identity, force: options.force == Some(true) };
     let files = output::write(&found, &data, &locator, &document, &target)?;
     let mut text = report::text(&found, &data, &rig);

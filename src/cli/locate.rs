@@ -94,21 +94,18 @@ fn filed(
         None => stream::answer(locator, std::io::stdin().lock(), None, &mut write)?,
     };
     file.close()?;
-    let document = json!({
-        "format": run_json::FORMAT,
-        "command": "locate",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": stem, "hash": identity },
-        "calibration": { "file": args.calibration.display().to_string(), "checksum": calibration.checksum },
-        "readings": { "file": label, "hash": digest },
-        "estimator": locator.estimator.name(),
-        "counts": counted(&counts),
-        "seconds": { "total": start.elapsed().as_secs_f64() },
-    });
-    let mut run = folder.file("run.json")?;
-    run.write(format!("{document:#}\n").as_bytes())?;
-    run.close()?;
+    let document = run_json::document(
+        "locate",
+        json!({ "name": stem, "hash": identity }),
+        json!({
+            "calibration": { "file": args.calibration.display().to_string(), "checksum": calibration.checksum },
+            "readings": { "file": label, "hash": digest },
+            "estimator": locator.estimator.name(),
+            "counts": counted(&counts),
+            "seconds": { "total": start.elapsed().as_secs_f64() },
+        }),
+    );
+    folder.run_json(&document)?;
     let files = folder.finish()?;
     let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };

@@ -59,21 +59,18 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
     file.close()?;
     let counted = json!({ "taps": counts.taps, "zero_readings": counts.zeros, "unsolved": counts.unsolved, "faults": counts.faults });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = json!({
-        "format": run_json::FORMAT,
-        "command": "simulate",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": rig.scene.name, "hash": hash, "text": rig.scene.text },
-        "in_force": run_json::in_force(&rig.scene),
-        "source": simulate::SOURCE,
-        "settings": result,
-        "counts": counted,
-        "seconds": seconds,
-    });
-    let mut run = folder.file("run.json")?;
-    run.write(format!("{document:#}\n").as_bytes())?;
-    run.close()?;
+    let document = run_json::document(
+        "simulate",
+        json!({ "name": rig.scene.name, "hash": hash, "text": rig.scene.text }),
+        json!({
+            "in_force": run_json::in_force(&rig.scene),
+            "source": simulate::SOURCE,
+            "settings": result,
+            "counts": counted,
+            "seconds": seconds,
+        }),
+    );
+    folder.run_json(&document)?;
     let files = folder.finish()?;
     let empty = match counts.unsolved {
         0 => String::new(),

@@ -83,11 +83,7 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
         lines: &lines,
         seconds,
     };
-    let mut file = folder.file("run.json")?;
-    let document = serde_json::to_string_pretty(&census::document(&verified));
-    file.write(document.map_err(|e| Error::Run(e.to_string()))?.as_bytes())?;
-    file.write(b"\n")?;
-    file.close()?;
+    folder.run_json(&census::document(&verified))?;
     let files = folder.finish()?;
     let mut text = table(&lines, &places);
     let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();

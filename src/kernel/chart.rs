@@ -9,6 +9,7 @@
 //! The polynomials interpolate the exact law at Chebyshev points and are cut where the coefficients left out stay
 //! below the accuracy asked.
 
+use crate::physics::chebyshev::{coefficients, coefficients2, points, transpose};
 use crate::physics::section::SectionLaw;
 use crate::scene::Material;
 
@@ -80,7 +81,7 @@ impl Chart {
 
     fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
         let [rows, columns] = POINTS;
-        let (betas, ts) = (chebyshev_points(rows), chebyshev_points(columns));
+        let (betas, ts) = (points(rows), points(columns));
         let (mut r, mut c) = (Vec::new(), Vec::new());
         let (mut p, mut q) = (vec![vec![0.0; columns]; rows], vec![vec![0.0; columns]; rows]);
         for (j, &x) in ts.iter().enumerate() {
@@ -99,10 +100,10 @@ impl Chart {
             }
         }
         let most = bending[0] + bending[1].abs() * axial;
-        let (p, cut_p) = trimmed(transform2(&p), accuracy / most);
-        let (q, cut_q) = trimmed(transform2(&q), accuracy / (most * most));
-        let (r, cut_r) = trimmed1(transform(&r), accuracy / axial);
-        let (c, cut_c) = trimmed1(transform(&c), accuracy / axial);
+        let (p, cut_p) = trimmed(coefficients2(&p), accuracy / most);
+        let (q, cut_q) = trimmed(coefficients2(&q), accuracy / (most * most));
+        let (r, cut_r) = trimmed1(coefficients(&r), accuracy / axial);
+        let (c, cut_c) = trimmed1(coefficients(&c), accuracy / axial);
         let error = cut_p * most + cut_q * most * most + (cut_r + cut_c) * axial;
         Some(Self {
             axial,
@@ -115,36 +116,6 @@ impl Chart {
             whole: true,
         })
     }
-}
-
-/// Points cos(π (i + ½)/n), ascending. n is even, so that none is 0.
-pub(crate) fn chebyshev_points(n: usize) -> Vec<f64> {
-    (0..n).map(|i| -(std::f64::consts::PI * (i as f64 + 0.5) / n as f64).cos()).collect()
-}
-
-/// T_k(x).
-fn chebyshev(k: usize, x: f64) -> f64 {
-    (k as f64 * x.clamp(-1.0, 1.0).acos()).cos()
-}
-
-/// Chebyshev coefficients of values at the Chebyshev points.
-fn transform(values: &[f64]) -> Vec<f64> {
-    let n = values.len();
-    let points = chebyshev_points(n);
-    let coefficient = |k: usize| {
-        let sum: f64 = points.iter().zip(values).map(|(&x, v)| v * chebyshev(k, x)).sum();
-        sum * if k == 0 { 1.0 } else { 2.0 } / n as f64
-    };
-    (0..n).map(coefficient).collect()
-}
-
-fn transpose(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    (0..m[0].len()).map(|j| m.iter().map(|row| row[j]).collect()).collect()
-}
-
-pub(crate) fn transform2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let rows: Vec<_> = values.iter().map(|row| transform(row)).collect();
-    transpose(&transpose(&rows).iter().map(|column| transform(column)).collect::<Vec<_>>())
 }
 
 /// Cuts the tail that sums to less than `accuracy`; what was cut, at least the last coefficient.

@@ -11,13 +11,12 @@ use super::table::{Curve, Table};
 use super::{Estimator, Found, SAME, between, bracket};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
+use crate::estimate::WIDENING;
 use crate::evaluate::Method;
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Theory};
 use crate::status::Status;
 
-/// Relative widening of the range of interest.
-const WIDENING: f64 = 1e-6;
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
 const BEYOND: f64 = 3.0;
 

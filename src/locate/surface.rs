@@ -6,8 +6,8 @@
 
 use crate::design::{Design, amount};
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::kernel::chart::{chebyshev_points, transform2};
 use crate::measure::Rig;
+use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::physics::linear::StrainCurve;
 use crate::physics::root::bracketed;
 use crate::scene::{Drive, Scene, Side, Tuple};
@@ -113,10 +113,10 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(drive));
         let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
         let Some(piece) = piece else { return f64::NAN };
-        let y = scaled(drive, strip.drives);
+        let y = scaled(strip.drives, drive);
         let mut c = [0.0; NODES[0]];
-        c.iter_mut().zip(&piece.coefficients).for_each(|(c, row)| *c = clenshaw(row, y).0);
-        amount(self.kind, drive) * self.curve.value(a) * clenshaw(&c, scaled(u, piece.u)).0
+        c.iter_mut().zip(&piece.coefficients).for_each(|(c, row)| *c = series(row, y).0);
+        amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
     fn strip(&self, drive: f64) -> &Strip {
@@ -127,11 +127,11 @@ impl Surface {
     pub fn slice(&self, drive: f64) -> Slice {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
-        let y = scaled(drive, strip.drives);
+        let y = scaled(strip.drives, drive);
         let contract = |p: &Piece| {
             let mut c = [0.0; NODES[0]];
             for (c, row) in c.iter_mut().zip(&p.coefficients) {
-                *c = clenshaw(row, y).0;
+                *c = series(row, y).0;
             }
             (p.u, c)
         };
@@ -178,12 +178,12 @@ impl Solve<'_> {
 
     fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, String> {
         let columns = if drives[0] < drives[1] { NODES[1] } else { 1 };
-        let (xs, ys) = (chebyshev_points(NODES[0]), chebyshev_points(columns));
+        let (xs, ys) = (points(NODES[0]), points(columns));
         let mut tasks = Vec::with_capacity(us.len() * NODES[0] * columns);
         for u in us {
             for x in &xs {
-                let a = 1.0 / placed(*x, *u);
-                tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(*y, drives) }));
+                let a = 1.0 / placed(*u, *x);
+                tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(drives, *y) }));
             }
         }
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;
@@ -194,7 +194,7 @@ impl Solve<'_> {
             .collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
-            let c = transform2(&rows);
+            let c = coefficients2(&rows);
             let size = |x: f64| x.abs();
             let rows: f64 = c[NODES[0] - 2..].iter().flatten().copied().map(size).sum();
             let last = |row: &Vec<f64>| {
@@ -237,7 +237,7 @@ impl Slice {
     fn at(&self, u: f64) -> (f64, f64) {
         let piece = self.pieces.iter().find(|(range, _)| u <= range[1]).or(self.pieces.last());
         let Some((range, c)) = piece else { return (f64::NAN, f64::NAN) };
-        let (r, dr) = clenshaw(c, scaled(u, *range));
+        let (r, dr) = series(c, scaled(*range, u));
         let dr = dr * 2.0 / (range[1] - range[0]);
         let (f, df) = self.curve.at_inverse(u);
         (self.amount * f * r, self.amount * (df * r + f * dr))
@@ -288,26 +288,4 @@ impl Slice {
         let before = if i == 0 { f64::NEG_INFINITY } else { at(i - 1) };
         at(i).max(at(i + 1)) >= before.max(at(i + 2))
     }
-}
-
-/// Place of `x` in [−1, 1] within `range`.
-fn placed(x: f64, range: [f64; 2]) -> f64 {
-    0.5 * (range[0] + range[1]) + 0.5 * (range[1] - range[0]) * x
-}
-
-/// `x` of `range` in [−1, 1]; 0 for a range that is a point.
-fn scaled(x: f64, range: [f64; 2]) -> f64 {
-    let width = range[1] - range[0];
-    if width > 0.0 { (2.0 * x - range[0] - range[1]) / width } else { 0.0 }
-}
-
-/// Σ c_k T_k(x) and its derivative (Clenshaw 1955, and its derivative line by line).
-fn clenshaw(c: &[f64], x: f64) -> (f64, f64) {
-    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
-    for c in c[1..].iter().rev() {
-        let b = 2.0 * x * b1 - b2 + c;
-        let d = 2.0 * b1 + 2.0 * x * d1 - d2;
-        (b2, b1, d2, d1) = (b1, b, d1, d);
-    }
-    (c[0] + x * b1 - b2, b1 + x * d1 - d2)
 }

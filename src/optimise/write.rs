@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::scene::search::Search;
 use crate::scene::{Column, Convention, Material, Scene, Tuple};
 use crate::sink::csv::Text;
-use crate::sink::folder::{Folder, hash};
+use crate::sink::folder::Folder;
 use crate::sink::run_json;
 use crate::sink::table::{self, Field, Table};
 
@@ -38,22 +38,20 @@ pub fn all(
         // pareto.csv holds them.
         front.remove("rows");
     }
-    let document = json!({
-        "format": run_json::FORMAT,
-        "command": "optimise",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
-        "in_force": run_json::in_force(scene),
-        "warnings": scene.warnings,
-        "backend": report.backends[0],
-        "backend_polish": report.backends[1],
-        "counts": counts(report),
-        "seconds": seconds(report),
-        "result": result,
-    });
-    let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
-    put("run.json", format!("{text}\n").as_bytes())?;
+    let document = run_json::document(
+        "optimise",
+        run_json::spec(scene),
+        json!({
+            "in_force": run_json::in_force(scene),
+            "warnings": scene.warnings,
+            "backend": report.backends[0],
+            "backend_polish": report.backends[1],
+            "counts": counts(report),
+            "seconds": seconds(report),
+            "result": result,
+        }),
+    );
+    folder.run_json(&document)?;
     folder.finish()
 }
 

@@ -1,5 +1,6 @@
 //! The physics, pure: f64, no files, no devices. Units mm, N, MPa, radians.
 
+pub mod chebyshev;
 pub mod fit;
 pub mod inverse;
 pub mod linear;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::csv::Text;
 use super::folder::{Folder, hash};
-use super::run_json::{FORMAT, in_force, material_fit};
+use super::run_json::{self, in_force, material_fit};
 use super::table::Field;
 use crate::backend::Backend;
 use crate::error::Error;
@@ -160,20 +160,19 @@ pub fn line_json(line: &Line, backend: &Backend) -> Value {
 /// The whole of `run.json`.
 pub fn document(v: &Verified<'_>) -> Value {
     let (name, text) = v.scene.map_or(("verify", BUILT_IN), |s| (&s.name, &s.text));
-    json!({
-        "format": FORMAT,
-        "command": "verify",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": name, "hash": hash(text), "text": text },
-        "in_force": v.scene.map(in_force),
-        "material_fit": v.scene.map(|s| material_fit(s, None)),
-        "warnings": v.scene.map_or(&[][..], |s| &s.warnings),
-        "samples": v.samples,
-        "seed": v.seed,
-        "backends": v.backends,
-        "counts": counts(v.lines),
-        "census": v.lines.iter().map(|l| line_json(l, v.backends[l.place])).collect::<Vec<_>>(),
-        "seconds": { "total": v.seconds },
-    })
+    run_json::document(
+        "verify",
+        json!({ "name": name, "hash": hash(text), "text": text }),
+        json!({
+            "in_force": v.scene.map(in_force),
+            "material_fit": v.scene.map(|s| material_fit(s, None)),
+            "warnings": v.scene.map_or(&[][..], |s| &s.warnings),
+            "samples": v.samples,
+            "seed": v.seed,
+            "backends": v.backends,
+            "counts": counts(v.lines),
+            "census": v.lines.iter().map(|l| line_json(l, v.backends[l.place])).collect::<Vec<_>>(),
+            "seconds": { "total": v.seconds },
+        }),
+    )
 }

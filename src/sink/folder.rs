@@ -110,6 +110,13 @@ impl Folder {
         Ok(Self { target: target.to_owned(), partial, names: Vec::new() })
     }
 
+    /// Writes run.json, from which a result is known again.
+    pub fn run_json(&mut self, document: &serde_json::Value) -> Result<(), Error> {
+        let mut file = self.file("run.json")?;
+        file.write(format!("{document:#}\n").as_bytes())?;
+        file.close()
+    }
+
     /// A new file of the result.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.partial.path().join(name);

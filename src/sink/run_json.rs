@@ -118,14 +118,29 @@ pub fn material_fit(scene: &Scene, c: Option<&Counts>) -> Value {
     value
 }
 
-/// The whole of `run.json`.
-pub fn document(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
-    json!({
+/// A scene's spec as it stands in `run.json`.
+pub fn spec(scene: &Scene) -> Value {
+    json!({ "name": scene.name, "hash": hash(&scene.text), "text": scene.text })
+}
+
+/// The whole of a `run.json`: what made it, of which spec, and `body`.
+pub fn document(command: &str, spec: Value, body: Value) -> Value {
+    let mut whole = json!({
         "format": FORMAT,
-        "command": "sweep",
+        "command": command,
         "version": env!("CARGO_PKG_VERSION"),
         "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
+        "spec": spec,
+    });
+    if let (Some(whole), Value::Object(body)) = (whole.as_object_mut(), body) {
+        whole.extend(body);
+    }
+    whole
+}
+
+/// The `run.json` of a sweep.
+pub fn of_sweep(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
+    let body = json!({
         "in_force": in_force(scene),
         "material_fit": material_fit(scene, Some(c)),
         "warnings": scene.warnings,
@@ -133,5 +148,6 @@ pub fn document(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) 
         "counts": counts(c),
         "seconds": seconds,
         "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
-    })
+    });
+    document("sweep", spec(scene), body)
 }

@@ -5,6 +5,7 @@
 //! in between: where a check fails, the caller solves drive by drive.
 
 use crate::kernel::Solution;
+use crate::physics::chebyshev::{self, placed};
 
 /// Share of the tolerance that an interpolated strain may be off at the checking points.
 const SHARE: f64 = 0.1;
@@ -46,7 +47,7 @@ impl DriveAxis {
         let hi = drives.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / points as f64;
         let mut nodes: Vec<f64> =
-            (0..points).map(|k| 0.5 * ((hi + lo) - (hi - lo) * angle(k).cos())).collect();
+            chebyshev::points(points).into_iter().map(|x| placed([lo, hi], x)).collect();
         // Barycentric weights of Chebyshev points of the first kind.
         let weights: Vec<f64> =
             (0..points).map(|k| if k % 2 == 0 { angle(k).sin() } else { -angle(k).sin() }).collect();
@@ -61,9 +62,7 @@ impl DriveAxis {
         let between: Vec<f64> = CHECKS.iter().map(|c| lo + c * (hi - lo)).collect();
         let rows = drives.iter().map(|&x| row(x)).collect();
         let checks = between.iter().map(|&x| row(x)).collect();
-        let tail =
-            |k: usize| (0..points).map(|j| 2.0 / points as f64 * (k as f64 * angle(j)).cos()).collect();
-        let tails = vec![tail(points - 2), tail(points - 1)];
+        let tails = chebyshev::matrix(points).split_off(points - 2);
         nodes.extend(between);
         Self { nodes, drives: drives.to_vec(), rows, checks, tails }
     }

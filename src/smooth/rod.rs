@@ -14,6 +14,7 @@
 //! which only the coefficients that matter are kept. Their values come from the f64 kernel.
 
 use crate::kernel::{self, Effects, Kernel, Rung, Solution, Tap, cpu::Cpu, rule};
+use crate::physics::chebyshev::{basis, coefficients, placed, points, scaled, series};
 use crate::scene::Precision;
 
 /// Most terms over p and over s, and points over t.
@@ -140,8 +141,8 @@ impl RodChart {
     fn through(range: Range, square: f64, count: usize, solved: &mut u64) -> Option<Self> {
         let [rows, columns, _] = MOST;
         let squares: Vec<f64> = squares(square, count);
-        let tapers: Vec<f64> = chebyshev_points(rows).map(|x| taper(range.taper, x)).collect();
-        let places: Vec<f64> = chebyshev_points(columns).map(|x| between(range.place, x)).collect();
+        let tapers: Vec<f64> = points(rows).into_iter().map(|x| taper(range.taper, x)).collect();
+        let places: Vec<f64> = points(columns).into_iter().map(|x| placed(range.place, x)).collect();
         let wanted: Vec<(f64, f64)> =
             squares.iter().flat_map(|&t| tapers.iter().map(move |&p| (p, t))).collect();
         let points = solve(&wanted, &places)?;
@@ -182,13 +183,7 @@ impl RodChart {
 
     /// Values at t of the polynomials over t.
     pub fn basis(&self, t: f64) -> Vec<f64> {
-        let x = 2.0 * t / self.square - 1.0;
-        let mut all = vec![1.0, x];
-        for k in 1..self.values.len() {
-            all.push(2.0 * x * all[k] - all[k - 1]);
-        }
-        all.truncate(self.values.len());
-        all
+        basis(self.values.len(), scaled([0.0, self.square], t))
     }
 
     /// Largest errors on points in between: of the strain, and of δ/t relative to |δ/t| + [`SMALL`].
@@ -202,9 +197,8 @@ impl RodChart {
                 (p, (most * at(i, 0.671_043_606_703_789_2)).powi(2))
             })
             .collect();
-        let places: Vec<f64> = (0..each)
-            .map(|k| between(self.range.place, 2.0 * at(k, 0.549_700_477_901_970_1) - 1.0))
-            .collect();
+        let places: Vec<f64> =
+            (0..each).map(|k| placed(self.range.place, 2.0 * at(k, 0.549_700_477_901_970_1) - 1.0)).collect();
         let points = solve(&wanted, &places)?;
         *solved += (n * each) as u64;
         let (mut strain, mut relative) = (0.0f64, 0.0f64);
@@ -222,14 +216,13 @@ impl RodChart {
 
     /// ω, ζ and X(s).
     pub fn at(&self, p: f64, t: f64, s: f64) -> [f64; 3] {
-        let (x, y) = (unit(self.range.stiffness(), 1.0 / (1.0 - p)), unit(self.range.place, s));
-        let basis = self.basis(t);
+        let (x, y) = (scaled(self.range.stiffness(), 1.0 / (1.0 - p)), scaled(self.range.place, s));
         let mut sum = [0.0; 3];
-        for (values, l) in self.values.iter().zip(&basis) {
-            let series: Vec<f64> = values.iter().map(|c| chebyshev(c, x)).collect();
-            sum[0] += l * series[0];
-            sum[1] += l * series[1];
-            sum[2] += l * chebyshev(&series[2..], y);
+        for (values, l) in self.values.iter().zip(&self.basis(t)) {
+            let over_place: Vec<f64> = values.iter().map(|c| series(c, x).0).collect();
+            sum[0] += l * over_place[0];
+            sum[1] += l * over_place[1];
+            sum[2] += l * series(&over_place[2..], y).0;
         }
         sum
     }
@@ -279,61 +272,15 @@ fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
     Some(wanted.iter().zip(solutions.chunks(places.len())).map(point).collect())
 }
 
-/// The point x ∈ [−1, 1] of a range.
-fn between([lo, hi]: [f64; 2], x: f64) -> f64 {
-    0.5 * ((hi + lo) + (hi - lo) * x)
-}
-
 /// p at x ∈ [−1, 1] of a range; the charts are polynomials in 1/(1 − p), on which the rod depends most evenly: over p = 0…0.8
 /// they need 11 terms, against more than 24 in p and 17 in log(1 − p).
 fn taper([lo, hi]: [f64; 2], x: f64) -> f64 {
-    1.0 - 1.0 / between([1.0 / (1.0 - lo), 1.0 / (1.0 - hi)], x)
-}
-
-/// x ∈ [−1, 1] of a point of a range; 0 for a range of one point.
-pub fn unit([lo, hi]: [f64; 2], v: f64) -> f64 {
-    if hi > lo { (2.0 * v - (hi + lo)) / (hi - lo) } else { 0.0 }
-}
-
-/// Chebyshev points of the first kind on [−1, 1].
-fn chebyshev_points(n: usize) -> impl Iterator<Item = f64> {
-    (0..n).map(move |k| -(std::f64::consts::PI * (k as f64 + 0.5) / n as f64).cos())
-}
-
-/// Chebyshev coefficients of the interpolant of `values` at [`chebyshev_points`].
-fn coefficients(values: &[f64]) -> Vec<f64> {
-    let n = values.len();
-    let angle = |j: usize| std::f64::consts::PI * (1.0 - (j as f64 + 0.5) / n as f64);
-    let coefficient = |k: usize| {
-        let sum: f64 = values.iter().enumerate().map(|(j, y)| y * (k as f64 * angle(j)).cos()).sum();
-        sum * if k == 0 { 1.0 } else { 2.0 } / n as f64
-    };
-    (0..n).map(coefficient).collect()
-}
-
-/// Σ c_k T_k(x).
-fn chebyshev(c: &[f64], x: f64) -> f64 {
-    if c.is_empty() {
-        return 0.0;
-    }
-    let (mut b1, mut b2) = (0.0, 0.0);
-    for &c in c[1..].iter().rev() {
-        (b1, b2) = (2.0 * x * b1 - b2 + c, b1);
-    }
-    x * b1 - b2 + c[0]
+    1.0 - 1.0 / placed([1.0 / (1.0 - lo), 1.0 / (1.0 - hi)], x)
 }
 
 /// `count` Chebyshev points of t ∈ [0, `square`].
 pub fn squares(square: f64, count: usize) -> Vec<f64> {
-    chebyshev_points(count).map(|x| 0.5 * square * (1.0 + x)).collect()
-}
-
-/// Matrix from values at Chebyshev points to coefficients: row k, column j.
-pub fn to_coefficients(count: usize) -> Vec<Vec<f64>> {
-    let columns: Vec<Vec<f64>> = (0..count)
-        .map(|j| coefficients(&(0..count).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>()))
-        .collect();
-    (0..count).map(|k| columns.iter().map(|c| c[k]).collect()).collect()
+    points(count).into_iter().map(|x| placed([0.0, square], x)).collect()
 }
 
 #[cfg(test)]

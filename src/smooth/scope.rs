@@ -1,6 +1,7 @@
 //! Which sweeps the chart of the rod can rank, and the tables that all their designs share.
 
 use super::rod::{Range, RodChart};
+use crate::estimate::WIDENING;
 use crate::kernel::Effects;
 use crate::kernel::nodes::gauss;
 use crate::plan::Layout;
@@ -14,9 +15,6 @@ const MOST_AXIS: u64 = 4096;
 
 /// Largest x2/a of a charted tap: nearer contacts are solved.
 const NEAREST: f64 = 0.9;
-
-/// Relative widening of the range of interest of an estimate.
-const WIDENING: f64 = 1e-6;
 
 /// Error of the mean over the gauge that its points may leave, relative to the tolerance of a chart.
 const WIDE_GAUGE: [f64; 2] = [0.16, 0.45];
@@ -73,8 +71,8 @@ pub struct Scope {
     pub elongation: bool,
     /// What is ranked.
     pub rank: Rank,
-    /// Largest x2 of a charted design, mm.
-    pub gauge_end: f64,
+    /// Smallest and largest distance, mm.
+    reach: [f64; 2],
 }
 
 /// How a design is dealt with.
@@ -143,7 +141,7 @@ impl Scope {
             fixed: scene.estimate.k.map(|k| k - 1.0),
             elongation,
             rank: Rank { by, per: scene.output.per, keep: 2 * top + 64 },
-            gauge_end,
+            reach: [near, far],
             chart,
         })
     }
@@ -155,7 +153,7 @@ impl Scope {
         if !positive || x_ss < 0.0 || x_ss + l > L_a * (1.0 + 1e-12) {
             return Case::Void;
         }
-        let [near, far] = [self.reach(f64::min), self.reach(f64::max)];
+        let [near, far] = self.reach;
         let tau = (D - d) / (D * L_a);
         let [lo, hi] = self.chart.range.taper;
         let [first, last] = self.chart.range.place;
@@ -167,8 +165,9 @@ impl Scope {
         if charted { Case::Easy } else { Case::Hard }
     }
 
-    fn reach(&self, f: impl Fn(f64, f64) -> f64) -> f64 {
-        self.distances.iter().map(|d| d.a).reduce(f).unwrap_or(f64::NAN)
+    /// Smallest and largest distance, mm.
+    pub fn reach(&self) -> [f64; 2] {
+        self.reach
     }
 
     /// Whether estimates are ranked.

@@ -105,12 +105,7 @@ pub fn run(
     let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
     run.writers.close()?;
     let seconds = Seconds::new(start.elapsed(), open, solve);
-    let document = run_json::document(scene, &choice.backend, &counts, seconds);
-    let mut file = folder.file("run.json")?;
-    let text = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
-    file.write(text.as_bytes())?;
-    file.write(b"\n")?;
-    file.close()?;
+    folder.run_json(&run_json::of_sweep(scene, &choice.backend, &counts, seconds))?;
     Ok(Report { files: folder.finish()?, counts, seconds, backend: choice.backend.clone(), highlights })
 }
 

@@ -8,7 +8,7 @@ use crate::estimate::Estimator;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Scene, Space};
 use crate::sink::csv::Text;
-use crate::sink::folder::{Folder, hash};
+use crate::sink::folder::Folder;
 use crate::sink::run_json;
 use crate::sink::table::{Field, drive_unit, elongation};
 
@@ -89,26 +89,22 @@ pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Er
         fields.push(Field::Status(row.status));
         text.row(&mut fields).map_err(fail)?;
     }
-    let document = json!({
-        "format": run_json::FORMAT,
-        "command": "tap",
-        "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
-        "spec": { "name": scene.name, "hash": hash(&scene.text), "text": scene.text },
-        "in_force": run_json::in_force(scene),
-        "warnings": scene.warnings,
-        "backend": report.backend,
-        "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
-        "seconds": { "total": report.seconds },
-        "result": result(scene, report),
-    });
-    let json = serde_json::to_string_pretty(&document).map_err(|e| Error::Run(e.to_string()))?;
-    for (name, bytes) in [("tap.csv", text.into_bytes()), ("run.json", format!("{json}\n").into_bytes())] {
-        let mut file = folder.file(name)?;
-        file.write(&bytes)?;
-        file.close()?;
-    }
-    Ok(())
+    let document = run_json::document(
+        "tap",
+        run_json::spec(scene),
+        json!({
+            "in_force": run_json::in_force(scene),
+            "warnings": scene.warnings,
+            "backend": report.backend,
+            "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
+            "seconds": { "total": report.seconds },
+            "result": result(scene, report),
+        }),
+    );
+    let mut file = folder.file("tap.csv")?;
+    file.write(&text.into_bytes())?;
+    file.close()?;
+    folder.run_json(&document)
 }
 
 /// One sentence on what limits the optimum.

@@ -14,9 +14,10 @@ mod estimate;
 mod rows;
 mod tap;
 
-use super::rod::{MOST, squares, to_coefficients, unit};
+use super::rod::{MOST, squares};
 use super::scope::Scope;
 use crate::kernel::cpu::pack::Pack;
+use crate::physics::chebyshev::{matrix, scaled};
 use crate::scene::{Per, RankBy, Tuple};
 use estimate::Edges;
 use rows::Rows;
@@ -145,8 +146,8 @@ impl Tables {
         let wide = |v: &[f64]| std::array::from_fn(|k| v.get(k).map_or(0.0, |&x| x as f32));
         // x = scale v + shift.
         let affine = |range: [f64; 2]| {
-            let shift = unit(range, 0.0);
-            [(unit(range, 1.0) - shift) as f32, shift as f32]
+            let shift = scaled(range, 0.0);
+            [(scaled(range, 1.0) - shift) as f32, shift as f32]
         };
         let distance = |d: &super::scope::Distance| Distance {
             a: d.a as f32,
@@ -156,7 +157,7 @@ impl Tables {
         Self {
             squares: narrow(&points),
             at_squares: points.iter().map(|&t| wide(&chart.basis(t))).collect(),
-            from_squares: to_coefficients(points.len()).iter().map(|row| wide(row)).collect(),
+            from_squares: matrix(points.len()).iter().map(|row| wide(row)).collect(),
             square: chart.square as f32,
             terms: chart.terms,
             places: chart.place_terms,

@@ -92,11 +92,11 @@ impl Shader {
 
 fn constants(scope: &Scope, s: &Sizes) -> String {
     let range = &scope.chart.range;
-    let distances = scope.distances.iter().map(|d| d.a);
+    let [near, far] = scope.reach();
     let slack = 1e-6;
     let named = [
-        ("NEAREST", distances.clone().fold(f64::INFINITY, f64::min)),
-        ("FARTHEST", distances.fold(0.0, f64::max)),
+        ("NEAREST", near),
+        ("FARTHEST", far),
         ("TAPER_LO", range.taper[0] - slack),
         ("TAPER_HI", range.taper[1] + slack),
         ("PLACE_LO", range.place[0] * (1.0 - slack)),

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::{DISTANCE, Sizes, lit, sum};
-use crate::smooth::rod::{squares, to_coefficients, unit};
+use crate::physics::chebyshev::{matrix, scaled};
+use crate::smooth::rod::squares;
 use crate::smooth::scope::Scope;
 
 /// The chart at the design's own angle.
@@ -32,8 +33,8 @@ pub(super) fn own(scope: &Scope) -> String {
 pub(super) fn tap(scope: &Scope, s: &Sizes) -> String {
     let chart = &scope.chart;
     let affine = |range: [f64; 2]| {
-        let shift = unit(range, 0.0);
-        (lit(unit(range, 1.0) - shift), lit(shift))
+        let shift = scaled(range, 0.0);
+        (lit(scaled(range, 1.0) - shift), lit(shift))
     };
     let (place, place_shift) = affine(chart.range.place);
     let (stiffness, stiffness_shift) = affine(chart.range.stiffness());
@@ -119,7 +120,7 @@ pub(super) fn tap(scope: &Scope, s: &Sizes) -> String {
             at("excess")
         );
     }
-    let back = to_coefficients(chart.values.len());
+    let back = matrix(chart.values.len());
     for k in 0..s.m {
         let coefficient = |name: &str| match s.own {
             true => format!("{name}_0"),

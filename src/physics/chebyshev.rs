@@ -1,0 +1,90 @@
+//! Chebyshev interpolation on an interval: points, coefficients, values.
+//!
+//! Points are those of the first kind, x_i = −cos(π (i + ½)/n) ∈ (−1, 1), ascending; a series is Σ c_k T_k(x).
+
+/// The n points. None is 0 for an even n.
+pub fn points(n: usize) -> Vec<f64> {
+    (0..n).map(|i| -(std::f64::consts::PI * (i as f64 + 0.5) / n as f64).cos()).collect()
+}
+
+/// Coefficients of the interpolant of values at the points.
+pub fn coefficients(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    // T_k at point i is cos(k φ_i).
+    let angle = |i: usize| std::f64::consts::PI * (1.0 - (i as f64 + 0.5) / n as f64);
+    let coefficient = |k: usize| {
+        let sum: f64 = values.iter().enumerate().map(|(i, v)| v * (k as f64 * angle(i)).cos()).sum();
+        sum * if k == 0 { 1.0 } else { 2.0 } / n as f64
+    };
+    (0..n).map(coefficient).collect()
+}
+
+/// [`coefficients`] along both axes of a table.
+pub fn coefficients2(values: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let rows: Vec<_> = values.iter().map(|row| coefficients(row)).collect();
+    transpose(&transpose(&rows).iter().map(|column| coefficients(column)).collect::<Vec<_>>())
+}
+
+/// Rows for columns.
+pub fn transpose(m: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    (0..m[0].len()).map(|j| m.iter().map(|row| row[j]).collect()).collect()
+}
+
+/// The matrix of [`coefficients`]: row k, column i.
+pub fn matrix(n: usize) -> Vec<Vec<f64>> {
+    let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect::<Vec<_>>();
+    transpose(&(0..n).map(|i| coefficients(&unit(i))).collect::<Vec<_>>())
+}
+
+/// T_0(x) … T_{n−1}(x).
+pub fn basis(n: usize, x: f64) -> Vec<f64> {
+    let mut all = vec![1.0, x];
+    for k in 1..n {
+        all.push(2.0 * x * all[k] - all[k - 1]);
+    }
+    all.truncate(n);
+    all
+}
+
+/// Σ c_k T_k(x) and its derivative (Clenshaw 1955, and its derivative line by line); 0 of an empty series.
+pub fn series(c: &[f64], x: f64) -> (f64, f64) {
+    let Some((first, rest)) = c.split_first() else { return (0.0, 0.0) };
+    let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
+    for c in rest.iter().rev() {
+        let b = 2.0 * x * b1 - b2 + c;
+        let d = 2.0 * b1 + 2.0 * x * d1 - d2;
+        (b2, b1, d2, d1) = (b1, b, d1, d);
+    }
+    (first + x * b1 - b2, b1 + x * d1 - d2)
+}
+
+/// What lies at x ∈ [−1, 1] of `range`.
+pub fn placed([lo, hi]: [f64; 2], x: f64) -> f64 {
+    0.5 * (hi + lo) + 0.5 * (hi - lo) * x
+}
+
+/// Place of `v` in [−1, 1] of `range`; 0 in a range that is a point.
+pub fn scaled([lo, hi]: [f64; 2], v: f64) -> f64 {
+    if hi > lo { (2.0 * v - (hi + lo)) / (hi - lo) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smooth_function_is_rebuilt_with_its_slope() {
+        let range = [2.0, 5.0];
+        let values: Vec<f64> = points(20).iter().map(|x| placed(range, *x).ln()).collect();
+        let c = coefficients(&values);
+        for v in [2.0, 2.7, 4.1, 5.0f64] {
+            let (value, slope) = series(&c, scaled(range, v));
+            assert!((value - v.ln()).abs() < 1e-13 && (slope / 1.5 - 1.0 / v).abs() < 1e-11, "{v}");
+            let by_basis: f64 = basis(20, scaled(range, v)).iter().zip(&c).map(|(t, c)| t * c).sum();
+            assert!((by_basis - value).abs() < 1e-14);
+        }
+        for (row, c) in matrix(20).iter().zip(&c) {
+            assert!((row.iter().zip(&values).map(|(m, v)| m * v).sum::<f64>() - c).abs() < 1e-14);
+        }
+    }
+}
