@@ -118,6 +118,7 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
         sticking: false,
         sweeps: 0.0,
         interpolated: false,
+        referred: false,
         status: if beyond { Status::STRAIN_LIMIT } else { Status::OK },
     }
 }

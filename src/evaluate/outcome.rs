@@ -154,6 +154,7 @@ fn outcome(
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,
+        referred: false,
         status,
     }
 }

@@ -12,7 +12,7 @@ use crate::scene::{Drive, Scene};
 use crate::verify::{Figures, Line, QUANTITIES};
 
 /// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
-pub const COLUMNS: [&str; 34] = [
+pub const COLUMNS: [&str; 35] = [
     "configuration",
     "backend",
     "precision",
@@ -24,6 +24,7 @@ pub const COLUMNS: [&str; 34] = [
     "unsolved",
     "unanswered",
     "differ",
+    "referred",
     "strain_error_worst",
     "strain_error_median",
     "strain_error_p99",
@@ -85,7 +86,8 @@ fn fields(line: &Line, backend: &Backend) -> Vec<Field> {
         Field::Number(line.bound),
     ];
     fields.extend(
-        [line.taps, line.compared, line.neither, line.unsolved, line.unanswered, line.differ].map(count),
+        [line.taps, line.compared, line.neither, line.unsolved, line.unanswered, line.differ, line.referred]
+            .map(count),
     );
     fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99), over(0)]);
     fields.extend((1..QUANTITIES.len()).flat_map(|k| [value(k, |f| f.worst), over(k)]));
@@ -134,6 +136,7 @@ pub fn counts(lines: &[Line]) -> Value {
         "compared": sum(|l| l.compared),
         "neither": sum(|l| l.neither),
         "unsolved": sum(|l| l.unsolved),
+        "referred": sum(|l| l.referred),
         "unanswered": sum(|l| l.unanswered),
         "differ": sum(|l| l.differ),
         "strain_over": sum(|l| l.errors[0].map_or(0, |f| f.over)),

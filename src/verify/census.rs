@@ -58,6 +58,8 @@ pub struct Line {
     pub neither: usize,
     /// Taps that the reference solved and the backend did not.
     pub unsolved: usize,
+    /// Taps that the backend left to the reference, whose answer they have.
+    pub referred: usize,
     /// Taps that the backend solved and the reference did not.
     pub unanswered: usize,
     /// Taps whose words differ.
@@ -87,7 +89,13 @@ impl Line {
             (over(2), QUANTITIES[2]),
             (over(3), QUANTITIES[3]),
             (self.differ > 0, "status"),
-            (many(self.unsolved, self.compared + self.unsolved + self.differ), "unsolved"),
+            (
+                many(
+                    self.unsolved + self.referred,
+                    self.compared + self.unsolved + self.referred + self.differ,
+                ),
+                "unsolved",
+            ),
             (many(self.unanswered, self.taps), "unanswered"),
         ];
         checks.into_iter().filter(|(wrong, _)| *wrong).map(|(_, word)| word).collect()
@@ -98,7 +106,7 @@ impl Line {
 #[derive(Debug, Default)]
 pub struct Census {
     taps: usize,
-    counts: [usize; 4],
+    counts: [usize; 5],
     odd: Option<(usize, usize)>,
     errors: [Vec<(f64, usize)>; 4],
     sweeps: (f64, f64),
@@ -122,12 +130,13 @@ impl Census {
                 return;
             }
             Compared::Neither => 0,
-            Compared::Unanswered => 1,
-            Compared::Unsolved => 2,
-            Compared::Differ => 3,
+            Compared::Referred => 1,
+            Compared::Unanswered => 2,
+            Compared::Unsolved => 3,
+            Compared::Differ => 4,
         };
         self.counts[slot] += 1;
-        if slot > self.odd.map_or(0, |(worst, _)| worst) {
+        if slot > self.odd.map_or(1, |(worst, _)| worst) {
             self.odd = Some((slot, at));
         }
     }
@@ -142,7 +151,7 @@ impl Census {
         (expected, found): (&[Outcome], &[Outcome]),
     ) -> Line {
         let compared = self.errors[0].len();
-        let [neither, unanswered, unsolved, differ] = self.counts;
+        let [neither, referred, unanswered, unsolved, differ] = self.counts;
         let [strain, k, force, arc] = self.errors;
         let errors = [(strain, 1.0), (k, 1.0), (force, FORCE), (arc, FORCE)]
             .map(|(errors, share)| Figures::new(errors, share * bound));
@@ -155,6 +164,7 @@ impl Census {
             compared,
             neither,
             unsolved,
+            referred,
             unanswered,
             differ,
             odd: self.odd.map(|(_, i)| (tuples[i], expected[i].status, found[i].status)),

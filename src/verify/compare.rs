@@ -27,6 +27,8 @@ pub enum Compared {
     /// The reference has an answer, the kernel gave up: `not_converged`, or `material_limit` where its section law ends before
     /// the material does.
     Unsolved,
+    /// The kernel left the tap to the reference, which has an answer.
+    Referred,
     /// The kernel has an answer, the reference is `not_converged`.
     Unanswered,
     /// The words differ in another way.
@@ -55,6 +57,7 @@ pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bo
     match (without(expected), without(found)) {
         (true, true) if invalid(expected) == invalid(found) => Compared::Neither,
         (false, true) if !invalid(found) => Compared::Unsolved,
+        (false, false) if found.referred => Compared::Referred,
         (true, false) if unsure(expected) => Compared::Unanswered,
         (false, false) if alike(scene, tap, expected, found, bound) => {
             Compared::Both(errors(tap, expected, found))

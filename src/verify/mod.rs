@@ -16,7 +16,7 @@ pub use places::{Place, present};
 
 use crate::design::{Design, amount};
 use crate::error::{Error, InputError};
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Task};
 use crate::scene::{Scene, Tuple};
 use crate::sweep::Progress;
 use census::Census;
@@ -83,7 +83,8 @@ pub fn run(
         let mut reference = Evaluator::new(scene, Method::Reference);
         for start in (0..designs.len()).step_by(PART) {
             let part = start..(start + PART).min(designs.len());
-            expected.extend(solve(&mut reference, &designs[part.clone()], &case.tuples[part])?);
+            let taps = tasks(&case.tuples[part.clone()]);
+            expected.extend(reference.run(&designs[part], &taps).map_err(Error::Run)?);
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Run("stopped; nothing was written".into()));
             }
@@ -92,7 +93,8 @@ pub fn run(
         done += expected.len() as u64;
         for (number, place) in places.iter_mut().enumerate() {
             let mut evaluator = Evaluator::new(scene, place.open(&scene.model)?);
-            let found = solve(&mut evaluator, &designs, &case.tuples)?;
+            let found =
+                evaluator.run_beside(&designs, &tasks(&case.tuples), &expected).map_err(Error::Run)?;
             place.keep(evaluator.into_method());
             let mut census = Census::default();
             for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {
@@ -105,10 +107,9 @@ pub fn run(
     Ok(lines)
 }
 
-fn solve(evaluator: &mut Evaluator<'_>, designs: &[Design], tuples: &[Tuple]) -> Result<Vec<Outcome>, Error> {
+fn tasks(tuples: &[Tuple]) -> Vec<Task> {
     let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
-    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    evaluator.run(designs, &tasks).map_err(Error::Run)
+    tuples.iter().enumerate().map(task).collect()
 }
 
 fn facts(scene: &Scene, design: &Design, tuple: &Tuple) -> compare::Tap {
