@@ -5,8 +5,7 @@ use vibrissa::bench::taps::{Taps, exact, linear};
 use vibrissa::design::{Design, amount};
 use vibrissa::estimate::Estimator;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
-use vibrissa::kernel::{Chart, Rung, Solver, rule::chart_range};
-use vibrissa::kernel::{cpu::Cpu, rule::ladder};
+use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::Precision;
@@ -22,12 +21,9 @@ fn main() {
 const TAPS: usize = 1 << 13;
 
 fn method(taps: &Taps, precision: Precision, tolerance: f64) -> Method {
-    let rung = |rule| {
-        let (axial, bending) = chart_range(precision, &rule);
-        Rung { rule, chart: Chart::new(&taps.scene.model.material, axial, bending, 0.02 * tolerance) }
-    };
+    let rungs = Rung::ladder(precision, &taps.scene.model.material, tolerance);
     let solver: Box<dyn Solver> = Box::new(Cpu::new(precision));
-    Method::Fast { solver, rungs: ladder(precision, tolerance).into_iter().map(rung).collect(), tolerance }
+    Method::Fast { solver, rungs, tolerance }
 }
 
 fn outcomes(taps: &Taps) -> Vec<Outcome> {

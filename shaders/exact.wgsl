@@ -28,22 +28,28 @@ fn solve(tap: Tap) -> Solution {
     var rate = ZERO;
     var sweeps = ZERO;
     let stop = STOP * TOLERANCE;
+    let felt = shares(tap);
     for (var i = 0u; i < SWEEPS; i++) {
         let stepping = (i + 1u) % SETTLE == 0u;
         sweep(tap, &state, stepping);
         if !stepping {
             continue;
         }
-        let felt = select(sensitivity(tap, tap.arc + state.arc), ONE, STICK);
-        let change = abs(state.step_force) + felt * abs(state.step_other);
+        var change = felt.across * abs(state.step_force) + felt.along * abs(state.step_other);
+        if !STICK {
+            change = abs(state.step_force) + felt.across * sensitivity(tap, tap.arc + state.arc) * abs(state.step_other);
+        }
+        let expected = rate * last;
         // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);
         sweeps += real(SETTLE);
-        error = change * rate / (1.0 - rate);
+        // Where two unknowns turn around each other a step may be small by chance.
+        let believed = select(change, max(change, CHANCE * expected), OFFSET);
+        error = believed * rate / (1.0 - rate);
         if !(error > stop) && i + 1u >= LEAST_SWEEPS {
             break;
         }
     }
-    return gauge(tap, &state, error + CHART_ERROR, sweeps);
+    return gauge(tap, &state, error + max(felt.across, felt.along) * CHART_ERROR, sweeps);
 }

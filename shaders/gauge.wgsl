@@ -13,6 +13,30 @@ fn sensitivity(tap: Tap, x: real) -> real {
     return 1.0 + weight * select(clear, on_gauge, far < 0.0);
 }
 
+// How relative errors of W and of H (per W0) show in the strain; see the Rust twin.
+struct Shares {
+    across: real,
+    along: real,
+}
+
+fn shares(tap: Tap) -> Shares {
+    if !OFFSET {
+        return Shares(ONE, ONE);
+    }
+    let b1 = 1.0 / fma(tap.taper, tap.near, tap.rest);
+    let b2 = 1.0 / max(fma(tap.taper, tap.far, tap.rest), TINY);
+    let end = select(b2, 1.0 / tap.rest, tap.far < 0.0);
+    let bent = select(ONE, max(tap.near, ZERO) / tap.width, tap.far < 0.0);
+    let clear = 0.5 * b1 * b2 * (tap.near * b1 + tap.far * b2);
+    let lever = select(clear, 0.5 * tap.near * b1 * b1 * bent / tap.rest, tap.far < 0.0);
+    var along = tap.contact_radius * 0.5 * bent * b1 * end * (b1 + end);
+    if EXTENSION {
+        along += 0.25 * tap.radius * bent * b1 * end;
+    }
+    let scale = tap.weight * tap.radius * abs(tap.force) / max(abs(tap.strain), TINY);
+    return Shares(max(scale * abs(lever), ONE), max(scale * abs(along), ONE));
+}
+
 // How far beyond the contact the lever reaches where it has no moment.
 fn past(end: real, b2: real, g2: real, width: real) -> real {
     return end * end * b2 * b2 / (2.0 * g2 * width);
@@ -131,11 +155,13 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         }
         strain = more / tap.strain;
     }
-    var error = residual + truncation(tap, state, series, m, g2, sensitivity(tap, x));
+    var error = residual + shares(tap).across * truncation(tap, state, series, m, g2, sensitivity(tap, x));
     if OFFSET {
         let height = 2.0 * g2 * m * (abs(climbs[N - 1]) + abs(climbs[N - 2]));
         let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);
         error += HEIGHT_TAIL * tap.weight * lost;
+        // The estimate so far is relative to the first-order strain.
+        error = error / clamp(abs(1.0 + strain), 1e-3, ONE);
     }
     if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
         error = HOPELESS;

@@ -8,10 +8,10 @@ use serde::Serialize;
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
-    Chart, Rung, Solver,
+    Rung, Solver,
     cpu::Cpu,
     gpu::{self, Adapter, Gpu},
-    rule::{chart_range, ladder, smallest_tolerance},
+    rule::smallest_tolerance,
 };
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene, Written};
 
@@ -153,18 +153,12 @@ impl Choice {
     /// Solves taps of `model` with `solver`, which [`Self::solver`] has opened; the reference takes none.
     pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
         match self.backend.tolerance {
-            Some(tolerance) => Method::Fast { solver, rungs: self.rungs(model, tolerance), tolerance },
+            Some(tolerance) => {
+                let rungs = Rung::ladder(self.precision, &model.material, tolerance);
+                Method::Fast { solver, rungs, tolerance }
+            }
             None => Method::Reference,
         }
-    }
-
-    /// Rungs for `tolerance`, with the section law of `model` on each.
-    fn rungs(&self, model: &Model, tolerance: f64) -> Vec<Rung> {
-        let rung = |rule| {
-            let (axial, bending) = chart_range(self.precision, &rule);
-            Rung { rule, chart: Chart::new(&model.material, axial, bending, 0.02 * tolerance) }
-        };
-        ladder(self.precision, tolerance).into_iter().map(rung).collect()
     }
 }
 

@@ -9,8 +9,8 @@ use crate::backend::Choice;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::kernel::{
-    Chart, Rule, Rung,
-    rule::{chart_range, every_rule, smallest_tolerance},
+    Rule, Rung,
+    rule::{every_rule, smallest_tolerance},
 };
 use crate::scene::{Model, Precision};
 use crate::verify::configuration::Configuration;
@@ -113,7 +113,9 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
             for nodes in settings.nodes(p) {
                 watch.next(&format!("{} on {}, {nodes} nodes", c.name, p.name))?;
                 let tolerance = smallest_tolerance(p.precision);
-                let alone = |m: &Model| Ok(vec![rung(rule(p.precision, nodes), p.precision, m, tolerance)]);
+                let alone = |m: &Model| {
+                    Ok(vec![Rung::new(rule(p.precision, nodes), p.precision, &m.material, tolerance)])
+                };
                 let run = fast(&timed, p, settings.repeats, alone, (1.0, Some(tolerance)))?;
                 points.push(judge.point((c, place, Solved::Nodes(nodes), Some(tolerance)), run));
             }
@@ -260,11 +262,6 @@ fn rule(precision: Precision, nodes: usize) -> Rule {
     let ladder = every_rule(precision);
     let known = ladder.iter().find(|r| r.nodes == nodes);
     known.copied().unwrap_or(Rule { nodes, ..ladder[0] })
-}
-
-fn rung(rule: Rule, precision: Precision, model: &Model, tolerance: f64) -> Rung {
-    let (axial, bending) = chart_range(precision, &rule);
-    Rung { rule, chart: Chart::new(&model.material, axial, bending, 0.02 * tolerance) }
 }
 
 /// Times `taps` on `place` on the rungs that `rungs` makes for their model. `alone`: the only rung, solved to that tolerance,

@@ -52,10 +52,15 @@ impl Scaled {
 }
 
 impl Chart {
-    /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, to `accuracy` relative to the strain. A range that the
-    /// material does not bear is shortened, as is one so near to the end of what it bears that the polynomials are off by ten
-    /// times `accuracy`. `None` for Hooke's law, which needs none.
-    pub fn new(material: &Material, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
+    /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, cut at `accuracy` relative to the strain. A range that the
+    /// material does not bear is shortened, as is one so near to the end of what it bears that the polynomials are off by more
+    /// than `allowed`. `None` for Hooke's law, which needs none.
+    pub fn new(
+        material: &Material,
+        axial: f64,
+        bending: [f64; 2],
+        [accuracy, allowed]: [f64; 2],
+    ) -> Option<Self> {
         let law = SectionLaw::new(material);
         if law.is_linear() {
             return None;
@@ -72,7 +77,7 @@ impl Chart {
             if best.as_ref().is_none_or(|best| error < best.error) {
                 best = Some(chart);
             }
-            if error <= 10.0 * accuracy {
+            if error <= allowed {
                 break;
             }
         }
@@ -181,7 +186,7 @@ mod tests {
             for (axial, bending, accuracy) in
                 [(0.05, [0.2, 0.0], 1e-7), (0.05, [0.2, 0.0], 1e-10), (0.15, [0.5, 0.9], 1e-6)]
             {
-                let chart = Chart::new(&material, axial, bending, accuracy).unwrap();
+                let chart = Chart::new(&material, axial, bending, [accuracy, 10.0 * accuracy]).unwrap();
                 let law =
                     Scaled { law: SectionLaw::new(&material), unit: std::f64::consts::PI * material.e0() };
                 let mut worst: f64 = 0.0;

@@ -29,6 +29,8 @@ pub use effects::{Effects, Kernel};
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 
+use crate::scene::{Material, Precision};
+
 /// What one batch is solved with.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
@@ -49,6 +51,21 @@ pub struct Rung {
     pub rule: Rule,
     /// Section law over the range of this rung.
     pub chart: Option<Chart>,
+}
+
+impl Rung {
+    /// The rung of `rule` for `material`, at `tolerance`.
+    pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
+        let (axial, bending) = rule::chart_range(precision, &rule);
+        let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
+        Self { rule, chart: Chart::new(material, axial, bending, errors) }
+    }
+
+    /// The rungs for `tolerance`, cheapest first.
+    pub fn ladder(precision: Precision, material: &Material, tolerance: f64) -> Vec<Self> {
+        let rules = rule::ladder(precision, tolerance);
+        rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect()
+    }
 }
 
 /// A backend that solves batches of dimensionless taps.

@@ -108,6 +108,14 @@ pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     }
 }
 
+/// Shares of the tolerance: at which the chart of a rung is cut, and which it may be off before its range is shortened. Taps climb
+/// to the second rung also because bending and the force along the whisker nearly cancel at the gauge, which shows the errors
+/// of both.
+pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
+    let second = every_rule(precision).get(1) == Some(rule);
+    [if second { 0.004 } else { 0.02 }, 0.2]
+}
+
 /// Guards of the iteration, the same numbers on every backend.
 pub mod limits {
     /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
@@ -134,6 +142,8 @@ pub mod limits {
     pub const LARGEST_FULL_RATE: f64 = 0.5;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
+    /// Least share of the expected change of a step that is believed, with friction or a radius.
+    pub const CHANCE: f64 = 0.25;
     /// Largest growth of the lever that is told apart.
     pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
@@ -155,13 +165,14 @@ pub mod limits {
     pub const HEIGHT_TAIL: f64 = 0.005;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 14] = [
+    pub const NAMED: [(&str, f64); 15] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
         ("LEAST_FORCE", LEAST_FORCE),
         ("MOST_FORCE", MOST_FORCE),
         ("LONGEST_STEP", LONGEST_STEP),
+        ("CHANCE", CHANCE),
         ("MOST_GROWTH", MOST_GROWTH),
         ("ASTRAY", ASTRAY),
         ("MOST_PULL", MOST_PULL),

@@ -242,7 +242,7 @@ mod tests {
         for precision in [Precision::F32, Precision::F64] {
             for rule in every_rule(precision) {
                 let (axial, bending) = chart_range(precision, &rule);
-                let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, 1e-6);
+                let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, [1e-6, 1e-5]);
                 let effects = (0..64u32).map(|bits| {
                     let on = |k: u32| bits >> k & 1 == 1;
                     Effects {

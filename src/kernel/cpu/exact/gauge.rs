@@ -23,6 +23,38 @@ pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
     one + weight * far.if_less(of(0.0), on_gauge, clear)
 }
 
+/// How relative errors of W and of H (per W₀) show in the strain, relative to max(|ε|, 1e-3 θ f_max); at least 1. They show more
+/// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp.
+#[inline(always)]
+pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
+    effects: &Effects,
+    tap: &Tap<Pack<T, L, FMA>>,
+) -> [Pack<T, L, FMA>; 2] {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
+    if !effects.offset {
+        return [one, one];
+    }
+    let (b1, b2) = (
+        one / tap.taper.mul_add(tap.near, tap.rest),
+        one / tap.taper.mul_add(tap.far, tap.rest).max(of(TINY)),
+    );
+    let end = tap.far.if_less(zero, one / tap.rest, b2);
+    let bent = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
+    // Means of the lever and of 1/(1 − τs)³ over the gauge, up to the contact.
+    let lever = tap.far.if_less(
+        zero,
+        half * tap.near * b1 * b1 * bent / tap.rest,
+        half * b1 * b2 * (tap.near * b1 + tap.far * b2),
+    );
+    let mut along = tap.contact_radius * half * bent * b1 * end * (b1 + end);
+    if effects.extension {
+        along = along + of(0.25) * tap.radius * bent * b1 * end;
+    }
+    let scale = tap.weight * tap.radius * tap.force.abs() / tap.strain.abs().max(of(TINY));
+    [lever, along].map(|part| (scale * part.abs()).max(one))
+}
+
 /// The solution of a tap whose last sweep left `residual`.
 #[inline(always)]
 pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
@@ -147,11 +179,19 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let mut error = residual + truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    let mut error = truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    if offset {
+        error = error * shares(effects, tap)[0];
+    }
+    error = error + residual;
     if offset {
         let height = two * g2 * m * (climbs[n - 1].abs() + climbs[n - 2].abs());
         let lost = tap.radius * h_force.abs() * height / tap.strain.abs().max(tiny);
         error = error + of(HEIGHT_TAIL) * tap.weight * lost;
+    }
+    if offset {
+        // The estimate so far is relative to the first-order strain.
+        error = error / (one + strain).abs().min(one).max(of(1e-3));
     }
     let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
     let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };

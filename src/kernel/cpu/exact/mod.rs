@@ -33,7 +33,7 @@ mod tables;
 
 use super::pack::{Pack, Scalar};
 use crate::kernel::{Effects, Rule, Solution, Tap, rule::limits::*};
-use gauge::{gauge, sensitivity};
+use gauge::{gauge, sensitivity, shares};
 use sweep::{State, sweep};
 pub use tables::{Tables, series};
 
@@ -68,6 +68,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
     let stop = of(rule.stop() * tolerance);
     let least = Rule::least(effects, tolerance);
+    let [across, along] = if PLAIN { [of(1.0); 2] } else { shares(effects, tap) };
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
@@ -79,16 +80,22 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
             continue;
         }
         let [first, second] = state.steps;
-        let felt = if !PLAIN && effects.stick { of(1.0) } else { sensitivity(tap, tap.arc + state.arc) };
-        let change = first.abs() + felt * second.abs();
+        let change = if !PLAIN && effects.stick {
+            across * first.abs() + along * second.abs()
+        } else {
+            first.abs() + across * sensitivity(tap, tap.arc + state.arc) * second.abs()
+        };
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
+        let expected = rate * last;
         let next =
             (change / last).max(of(0.5) * rate).min(of(rule.largest_rate())).max(of(rule.smallest_rate()));
         let open = |now, old| zero.if_less(done, old, now);
         rate = open(next, rate);
         last = open(change.max(of(TINY)), last);
         sweeps = sweeps + open(of(rule.settle().into()), zero);
-        error = open(change * rate / (of(1.0) - rate), error);
+        // Where two unknowns turn around each other a step may be small by chance.
+        let believed = if !PLAIN && effects.offset { change.max(of(CHANCE) * expected) } else { change };
+        error = open(believed * rate / (of(1.0) - rate), error);
         if step >= least {
             done = stop.if_less(error, done, of(1.0));
             if of(1.0).all_at_most(done) {
@@ -97,7 +104,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         }
     }
     if let Some(chart) = tables.chart() {
-        error = error + of(chart.error);
+        error = error + across.max(along) * of(chart.error);
     }
     gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, error, sweeps)
 }
