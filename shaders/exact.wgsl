@@ -51,5 +51,12 @@ fn solve(tap: Tap) -> Solution {
             break;
         }
     }
-    return gauge(tap, &state, error + max(felt.across, felt.along) * CHART_ERROR, sweeps);
+    if LAW {
+        // What the law is off shows in the strains, and in the arc by what the force and the angle made of it.
+        let x = tap.arc + state.arc;
+        let turned = select(tap.angle * tap.angle, tap.angle, OFFSET);
+        let moved = felt.across * (sensitivity(tap, x) - 1.0) * (abs(x) + turned);
+        error += (felt.strains + moved) * CHART_ERROR;
+    }
+    return gauge(tap, &state, error, sweeps);
 }

@@ -17,11 +17,12 @@ fn sensitivity(tap: Tap, x: real) -> real {
 struct Shares {
     across: real,
     along: real,
+    strains: real,
 }
 
 fn shares(tap: Tap) -> Shares {
     if !OFFSET {
-        return Shares(ONE, ONE);
+        return Shares(ONE, ONE, ONE);
     }
     let b1 = 1.0 / fma(tap.taper, tap.near, tap.rest);
     let b2 = 1.0 / max(fma(tap.taper, tap.far, tap.rest), TINY);
@@ -33,8 +34,12 @@ fn shares(tap: Tap) -> Shares {
     if EXTENSION {
         along += 0.25 * tap.radius * bent * b1 * end;
     }
-    let scale = tap.weight * tap.radius * abs(tap.force) / max(abs(tap.strain), TINY);
-    return Shares(max(scale * abs(lever), ONE), max(scale * abs(along), ONE));
+    let scale = tap.weight * tap.radius / max(abs(tap.strain), TINY);
+    let across = scale * abs(tap.force * lever);
+    let moving = scale * abs(tap.force * along);
+    let held = scale * abs(tap.along * along);
+    let strains = across + select(held, max(moving, held), STICK);
+    return Shares(max(across, ONE), max(moving, ONE), max(strains, ONE));
 }
 
 // How far beyond the contact the lever reaches where it has no moment.

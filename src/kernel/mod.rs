@@ -92,6 +92,16 @@ fn trusted(kernel: Kernel) -> f64 {
     }
 }
 
+/// What to believe of a tap after a finer rung. Estimates of full Newton are generous: where it converged it is nearer than an
+/// answer whose own estimate is not trusted, even if it does not claim so.
+fn finer(old: &Solution<f64>, new: Solution<f64>, tolerance: f64) -> Solution<f64> {
+    match (old.within(tolerance), new.within(10.0 * tolerance)) {
+        (true, true) => Solution { error: new.error.min(old.error), ..new },
+        (true, false) => *old,
+        (false, _) => new,
+    }
+}
+
 /// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. The order of `out` is
 /// that of `taps`; a tap that no rung brought below the tolerance keeps an `error` above it.
 pub fn solve(
@@ -120,8 +130,7 @@ pub fn solve(
             solver.solve(&job, &again, &mut part)?;
             for (&i, new) in indices.iter().zip(part.drain(..)) {
                 let sweeps = out[i].sweeps + new.sweeps;
-                let better = new.within(tolerance) || !out[i].within(tolerance);
-                out[i] = Solution { sweeps, ..if better { new } else { out[i] } };
+                out[i] = Solution { sweeps, ..finer(&out[i], new, tolerance) };
             }
         }
     }

@@ -24,16 +24,17 @@ pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
 }
 
 /// How relative errors of W and of H (per W₀) show in the strain, relative to max(|ε|, 1e-3 θ f_max); at least 1. They show more
-/// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp.
+/// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp. The third number is the
+/// same of the section law, which shows in the strains of both, and where the contact sticks in the forces too.
 #[inline(always)]
 pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
     effects: &Effects,
     tap: &Tap<Pack<T, L, FMA>>,
-) -> [Pack<T, L, FMA>; 2] {
+) -> [Pack<T, L, FMA>; 3] {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
     if !effects.offset {
-        return [one, one];
+        return [one; 3];
     }
     let (b1, b2) = (
         one / tap.taper.mul_add(tap.near, tap.rest),
@@ -51,8 +52,11 @@ pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
     if effects.extension {
         along = along + of(0.25) * tap.radius * bent * b1 * end;
     }
-    let scale = tap.weight * tap.radius * tap.force.abs() / tap.strain.abs().max(of(TINY));
-    [lever, along].map(|part| (scale * part.abs()).max(one))
+    let scale = tap.weight * tap.radius / tap.strain.abs().max(of(TINY));
+    let (lever, along) = (scale * lever.abs(), scale * along.abs());
+    let (across, along, held) = (tap.force.abs() * lever, tap.force.abs() * along, tap.along.abs() * along);
+    let strains = across + if effects.stick { along.max(held) } else { held };
+    [across, along, strains].map(|share| share.max(one))
 }
 
 /// The solution of a tap whose last sweep left `residual`.

@@ -68,7 +68,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
     let stop = of(rule.stop() * tolerance);
     let least = Rule::least(effects, tolerance);
-    let [across, along] = if PLAIN { [of(1.0); 2] } else { shares(effects, tap) };
+    let [across, along, strains] = if PLAIN { [of(1.0); 3] } else { shares(effects, tap) };
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
@@ -104,7 +104,11 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         }
     }
     if let Some(chart) = tables.chart() {
-        error = error + across.max(along) * of(chart.error);
+        // What the law is off shows in the strains, and in the arc by what the force and the angle made of it.
+        let x = tap.arc + state.arc;
+        let turned = if effects.offset { tap.angle } else { tap.angle * tap.angle };
+        let moved = across * (sensitivity(tap, x) - of(1.0)) * (x.abs() + turned);
+        error = error + (strains + moved) * of(chart.error);
     }
     gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, error, sweeps)
 }
