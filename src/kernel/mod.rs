@@ -88,6 +88,7 @@ pub trait Solver: Send {
 fn trusted(kernel: Kernel) -> f64 {
     match kernel {
         Kernel::Exact(effects) if effects.offset => 0.3,
+        Kernel::Exact(effects) if !effects.plain() => 0.6,
         _ => 1.0,
     }
 }

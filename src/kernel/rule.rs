@@ -49,8 +49,12 @@ impl Rule {
     }
 
     /// Share of the tolerance at which the iteration stops.
-    pub fn stop(&self) -> f64 {
-        if self.full { limits::FULL_STOP } else { limits::STOP }
+    pub fn stop(&self, effects: &Effects) -> f64 {
+        match (self.full, effects.plain()) {
+            (true, _) => limits::FULL_STOP,
+            (false, true) => limits::STOP,
+            (false, false) => limits::EFFECTS_STOP,
+        }
     }
 
     /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
@@ -148,6 +152,8 @@ pub mod limits {
     pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
+    /// The same with any effect, whose lag goes on a little longer than the steps tell.
+    pub const EFFECTS_STOP: f64 = 0.05;
     /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
     pub const FULL_STOP: f64 = 0.5;
     /// Error from which on an iteration has not come near any equilibrium.

@@ -147,7 +147,7 @@ fn switches(e: &Effects, job: &Job<'_>) -> String {
         rule.passes(),
         rule.largest_rate(),
         rule.smallest_rate(),
-        rule.stop(),
+        rule.stop(e),
     )
 }
 

@@ -66,7 +66,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         load: zero,
     };
     let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
-    let stop = of(rule.stop() * tolerance);
+    let stop = of(rule.stop(effects) * tolerance);
     let least = Rule::least(effects, tolerance);
     let [across, along, strains] = if PLAIN { [of(1.0); 3] } else { shares(effects, tap) };
     let mut done = zero;
