@@ -198,7 +198,7 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     let t = options.tolerance.unwrap_or(default);
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
-        let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-11" } else { "" };
+        let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
         let error = InputError::new("this precision cannot keep such a tolerance")
             .allowed(format!("{least:e} … 1 (exclusive){hint}"));
         return Err(match options.tolerance_at.clone() {

@@ -18,7 +18,7 @@ impl Progress for Silent {
 }
 
 /// Work and gaps of one configuration on the built-in taps: largest mean and largest number of sweeps of a tap in f32 and f64,
-/// and taps on which the kernel gives up. A slower solver, or one that gives up sooner, is noticed.
+/// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
 struct Pin(&'static str, [(f64, f64); 2], usize);
 
 const PINS: [Pin; 34] = [
@@ -26,45 +26,39 @@ const PINS: [Pin; 34] = [
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-passive", [(0.0, 0.0), (0.0, 0.0)], 0),
-    Pin("hooke", [(4.2, 26.0), (5.9, 37.0)], 0),
-    Pin("surface", [(6.2, 37.0), (7.1, 37.0)], 0),
-    Pin("timoshenko", [(5.5, 26.0), (7.5, 40.0)], 0),
-    Pin("neo", [(6.7, 52.0), (9.3, 74.0)], 0),
-    Pin("mooney-coulomb", [(10.5, 75.0), (13.0, 103.0)], 0),
-    Pin("stick", [(15.4, 97.0), (18.4, 120.0)], 2),
-    Pin("pole-far", [(6.4, 46.0), (8.8, 72.0)], 0),
-    Pin("yeoh", [(6.6, 42.0), (9.2, 69.0)], 0),
-    Pin("shear", [(5.5, 26.0), (7.6, 38.0)], 0),
-    Pin("extension", [(5.3, 26.0), (6.7, 38.0)], 0),
-    Pin("extension-far", [(5.3, 26.0), (6.7, 38.0)], 0),
-    Pin("pole", [(6.0, 37.0), (6.8, 35.0)], 0),
-    Pin("coulomb", [(7.5, 44.0), (8.5, 51.0)], 0),
-    Pin("sticking", [(16.3, 83.0), (21.8, 129.0)], 2),
-    Pin("neo-alone", [(6.3, 41.0), (8.5, 66.0)], 0),
-    Pin("mooney-alone", [(6.3, 41.0), (8.3, 66.0)], 0),
-    Pin("yeoh-alone", [(6.6, 45.0), (8.9, 67.0)], 0),
-    Pin("softening", [(6.8, 36.0), (7.8, 56.0)], 0),
-    Pin("coulomb-zero", [(6.3, 42.0), (7.2, 37.0)], 0),
-    Pin("coulomb-huge", [(12.7, 96.0), (13.9, 111.0)], 1),
-    Pin("hooke-hub", [(7.4, 64.0), (8.5, 65.0)], 0),
-    Pin("timoshenko-hub", [(7.7, 68.0), (9.9, 61.0)], 0),
-    Pin("neo-hub", [(9.0, 52.0), (11.8, 80.0)], 0),
-    Pin("mooney-coulomb-hub", [(11.8, 102.0), (15.4, 152.0)], 3),
-    Pin("stick-hub", [(15.3, 102.0), (18.6, 152.0)], 2),
-    Pin("hooke-passive", [(4.7, 26.0), (6.2, 33.0)], 0),
-    Pin("neo-passive", [(7.2, 63.0), (9.6, 52.0)], 0),
-    Pin("mooney-coulomb-passive", [(6.2, 28.0), (8.4, 51.0)], 2),
-    Pin("stick-passive", [(14.1, 103.0), (18.0, 152.0)], 1),
-    Pin("pole-far-passive", [(6.2, 32.0), (8.5, 38.0)], 0),
+    Pin("hooke", [(4.0, 25.0), (5.7, 36.0)], 0),
+    Pin("surface", [(6.5, 41.0), (7.8, 45.0)], 0),
+    Pin("timoshenko", [(5.4, 25.0), (7.8, 41.0)], 0),
+    Pin("neo", [(7.2, 51.0), (10.1, 77.0)], 0),
+    Pin("mooney-coulomb", [(10.2, 79.0), (13.6, 106.0)], 2),
+    Pin("stick", [(20.4, 92.0), (19.4, 119.0)], 2),
+    Pin("pole-far", [(7.0, 51.0), (9.3, 77.0)], 0),
+    Pin("yeoh", [(7.1, 45.0), (9.9, 72.0)], 0),
+    Pin("shear", [(5.5, 25.0), (7.8, 41.0)], 0),
+    Pin("extension", [(5.4, 25.0), (6.8, 37.0)], 0),
+    Pin("extension-far", [(5.4, 25.0), (6.8, 37.0)], 0),
+    Pin("pole", [(6.1, 42.0), (6.8, 39.0)], 0),
+    Pin("coulomb", [(6.9, 48.0), (8.4, 57.0)], 5),
+    Pin("sticking", [(17.4, 86.0), (22.5, 130.0)], 2),
+    Pin("neo-alone", [(6.6, 44.0), (9.1, 69.0)], 0),
+    Pin("mooney-alone", [(6.5, 44.0), (9.1, 69.0)], 0),
+    Pin("yeoh-alone", [(6.9, 49.0), (9.7, 72.0)], 0),
+    Pin("softening", [(7.4, 41.0), (8.2, 59.0)], 5),
+    Pin("coulomb-zero", [(6.9, 46.0), (7.9, 45.0)], 0),
+    Pin("coulomb-huge", [(13.8, 100.0), (14.5, 110.0)], 0),
+    Pin("hooke-hub", [(7.2, 62.0), (8.3, 63.0)], 0),
+    Pin("timoshenko-hub", [(8.1, 70.0), (10.1, 62.0)], 0),
+    Pin("neo-hub", [(10.1, 51.0), (12.8, 83.0)], 0),
+    Pin("mooney-coulomb-hub", [(11.7, 99.0), (17.3, 148.0)], 5),
+    Pin("stick-hub", [(17.3, 99.0), (21.4, 144.0)], 2),
+    Pin("hooke-passive", [(4.4, 25.0), (6.0, 32.0)], 0),
+    Pin("neo-passive", [(7.9, 76.0), (11.0, 99.0)], 0),
+    Pin("mooney-coulomb-passive", [(7.5, 36.0), (10.1, 54.0)], 3),
+    Pin("stick-passive", [(15.5, 102.0), (20.8, 146.0)], 1),
+    Pin("pole-far-passive", [(7.3, 51.0), (9.1, 48.0)], 0),
 ];
 
-/// Configurations whose worst tap in f32 exceeds the bound, and by what factor at most: a stuck or rubbing contact on the gauge,
-/// next to the clamp of a whisker behind a hub, where the strain is a small difference of bending and stretch. Any other
-/// fault, any fault in f64 and any larger one fails.
-const EXCEEDED: [(&str, f64); 2] = [("mooney-coulomb-hub", 1.8), ("stick-hub", 1.2)];
-
-/// Everything that the program verifies without a spec. The f64 shaders, whose kernel is that of the CPU in f64, are left to the tests of
-/// effects and of hard cases: unsolvable taps cost seconds on each backend.
+/// Everything that the program verifies without a spec.
 #[test]
 fn built_in_configurations_hold() {
     let cases = Case::built_in(12, 1).expect("valid");
@@ -73,8 +67,6 @@ fn built_in_configurations_hold() {
     for needed in ["cpu f32", "cpu f64", "gpu f32", "gpu f64"] {
         assert!(labels.iter().any(|l| l == needed), "no {needed} (Debian: apt install mesa-vulkan-drivers)");
     }
-    places.retain(|place| place.label() != "gpu f64");
-    let labels: Vec<String> = places.iter().map(Place::label).collect();
     let lines = verify::run(&cases, &mut places, &AtomicBool::new(false), &mut Silent).expect("it runs");
     assert_eq!(lines.len(), ALL.len() * places.len());
     let mut faults = Vec::new();
@@ -83,14 +75,10 @@ fn built_in_configurations_hold() {
         let (mean, max) = line.sweeps;
         let worst = line.errors[0].map_or(f64::NAN, |f| f.worst);
         println!(
-            "{:<22} {place}: worst {worst:.1e}, sweeps {mean:.1} {max}, unsolved {}",
-            line.configuration, line.unsolved
+            "{:<22} {place}: worst {worst:.1e}, sweeps {mean:.1} {max}, unsolved {}, referred {}",
+            line.configuration, line.unsolved, line.referred
         );
-        let excess = EXCEEDED.iter().find(|(name, _)| *name == line.configuration && place.ends_with("f32"));
-        let excused = excess.is_some_and(|(_, most)| {
-            worst <= most * line.bound && line.faults().iter().all(|word| ["strain", "K"].contains(word))
-        });
-        if !line.faults().is_empty() && !excused {
+        if !line.faults().is_empty() {
             faults.push(format!("{} on {place}: {:?} {:?}", line.configuration, line.faults(), line.at));
         }
         let Some(Pin(_, work, unsolved)) = PINS.iter().find(|p| p.0 == line.configuration) else {
@@ -98,10 +86,11 @@ fn built_in_configurations_hold() {
             continue;
         };
         let (most_mean, most) = work[usize::from(place.ends_with("f64"))];
-        if mean > most_mean || max > most || line.unsolved > *unsolved {
+        if mean > most_mean || max > most || line.unsolved + line.referred > *unsolved {
             faults.push(format!(
-                "{} on {place}: sweeps {mean:.2} (at most {most_mean}), {max} ({most}), unsolved {} ({unsolved})",
-                line.configuration, line.unsolved
+                "{} on {place}: sweeps {mean:.2} (at most {most_mean}), {max} ({most}), left to the reference {} ({unsolved})",
+                line.configuration,
+                line.unsolved + line.referred
             ));
         }
     }
@@ -124,6 +113,29 @@ fn taps_are_those_of_the_seed() {
         |seed| -> Vec<_> { Case::built_in(5, seed).expect("valid").into_iter().map(|c| c.tuples).collect() };
     assert_eq!(taps(3), taps(3));
     assert_ne!(taps(3), taps(4));
+}
+
+/// 160 000 ranked taps: the chart that stands in for the kernel has a line of its own.
+#[test]
+fn the_chart_of_a_ranked_spec_is_verified() {
+    let desk = Desk::new(
+        "[whisker]\nD = { from = 8, to = 12, steps = 40 }\nd = { from = 3, to = 9, steps = 40 }\nL_a = 50\n\
+         [gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 20, to = 48, steps = 10 }\n\
+         theta = { from = 0.5, to = 10, steps = 10 }\n[output]\ntop = 10\n",
+    );
+    let taps = ["--samples", "3000", "--backend", "cpu", "--precision", "f32", "--json"];
+    let ran = desk.run(&[&["verify", "spec.toml"], &taps[..]].concat()).exits(0);
+    let census = &ran.json()["result"]["census"];
+    assert_eq!(census.as_array().map(Vec::len), Some(2), "{census}");
+    let (chart, kernel) = (&census[0], &census[1]);
+    assert_eq!((&chart["configuration"], &kernel["configuration"]), (&"spec chart".into(), &"spec".into()));
+    assert_eq!((&chart["compared"], &chart["verdict"]), (&3000.into(), &"ok".into()), "{chart}");
+    let worst = chart["strain_error_worst"].as_f64().expect("an error");
+    assert!(worst > 0.0 && worst < 3e-6, "{worst:.1e}");
+    // A sweep that solves every tap has no chart.
+    let ran = desk
+        .run(&[&["verify", "spec.toml", "--precision", "f64", "--force"], &taps[..4], &["--json"]].concat());
+    assert_eq!(ran.exits(0).json()["result"]["census"].as_array().map(Vec::len), Some(1));
 }
 
 #[test]

@@ -26,7 +26,10 @@ impl Times {
     }
 }
 
-/// Times `repeats` ≥ 1 runs of `f`; the result is that of the last.
+/// Seconds after which slow work is not repeated more often than twice.
+const ENOUGH: f64 = 1.5;
+
+/// Times `repeats` ≥ 1 runs of `f`, slow ones only two; the result is that of the last.
 ///
 /// # Errors
 /// The first error of `f`.
@@ -36,7 +39,8 @@ pub fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) -> Resu
         let start = Instant::now();
         let result = f()?;
         seconds.push(start.elapsed().as_secs_f64());
-        if seconds.len() >= repeats {
+        let slow = seconds.len() >= 2 && seconds.iter().sum::<f64>() > ENOUGH;
+        if slow || seconds.len() >= repeats {
             return Ok((result, Times::of(seconds)));
         }
     }

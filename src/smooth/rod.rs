@@ -17,6 +17,9 @@ use crate::kernel::{self, Effects, Kernel, Rung, Solution, Tap, cpu::Cpu, rule};
 use crate::physics::chebyshev::{basis, coefficients, placed, points, scaled, series};
 use crate::scene::Precision;
 
+/// Tolerance of the solves.
+const TOLERANCE: f64 = 1e-11;
+
 /// Most terms over p and over s, and points over t.
 pub const MOST: [usize; 3] = [24, 12, 8];
 
@@ -235,9 +238,8 @@ fn deviation(t: f64, s: f64, [force, arc, shortening]: [f64; 3]) -> f64 {
 
 /// Solves the rod at each (p, t) with a point gauge at each of `places`.
 fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
-    let tolerance = rule::smallest_tolerance(Precision::F64);
     let rungs: Vec<Rung> =
-        rule::ladder(Precision::F64, tolerance).into_iter().map(|rule| Rung { rule, chart: None }).collect();
+        rule::ladder(Precision::F64, TOLERANCE).into_iter().map(|rule| Rung { rule, chart: None }).collect();
     let tap = |p: f64, t: f64, s: f64| Tap {
         taper: p,
         rest: 1.0 - p,
@@ -256,8 +258,8 @@ fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
         wanted.iter().flat_map(|&(p, t)| places.iter().map(move |&s| tap(p, t, s))).collect();
     let mut solutions: Vec<Solution<f64>> = Vec::new();
     let kernel = Kernel::Exact(Effects::default());
-    kernel::solve(&mut Cpu::new(Precision::F64), kernel, &rungs, tolerance, &taps, &mut solutions).ok()?;
-    if !solutions.iter().all(|s| s.within(tolerance)) {
+    kernel::solve(&mut Cpu::new(Precision::F64), kernel, &rungs, TOLERANCE, &taps, &mut solutions).ok()?;
+    if !solutions.iter().all(|s| s.within(TOLERANCE)) {
         return None;
     }
     let point = |(&(_, t), row): (&(f64, f64), &[Solution<f64>])| {

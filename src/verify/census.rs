@@ -141,6 +141,15 @@ impl Census {
         }
     }
 
+    /// Takes tap number `self.taps`, of which only the strain is known; NaN where it is not read.
+    pub fn push_strain(&mut self, error: Option<f64>) {
+        match error {
+            Some(error) => self.errors[0].push((error, self.taps)),
+            None => self.counts[0] += 1,
+        }
+        self.taps += 1;
+    }
+
     /// The line; `tuples` are the taps in the order in which they came, with what reference and backend made of them.
     pub fn close(
         self,

@@ -4,6 +4,7 @@
 //! one of them solves is counted; it is hidden in no figure.
 
 mod census;
+mod charted;
 mod compare;
 pub mod configuration;
 mod places;
@@ -101,6 +102,7 @@ pub fn run(
                 census.push(compare::compare(scene, &facts(scene, design, t), e, f, place.bound), f.sweeps);
             }
             let at = (number, place.bound);
+            lines.extend(charted::line(case, place, at, &designs, &expected));
             lines.push(census.close(&case.name, scene.drive, at, &case.tuples, (&expected, &found)));
         }
     }

@@ -40,6 +40,11 @@ impl Place {
         format!("{} {}", self.choice.backend.name, self.choice.backend.precision)
     }
 
+    /// Tolerance of a chart that stands in for the CPU kernel where designs are ranked; `None` where there is none.
+    pub(super) fn chart_tolerance(&self) -> Option<f64> {
+        self.choice.chart_tolerance().filter(|_| self.backend().name == "cpu")
+    }
+
     /// What solves taps of `model`, on a device of its own.
     ///
     /// # Errors

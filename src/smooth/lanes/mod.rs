@@ -207,6 +207,49 @@ impl Tables {
         }
     }
 
+    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
+    pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        #[cfg(target_arch = "x86_64")]
+        if crate::kernel::cpu::fused() {
+            // SAFETY: the CPU has just been found to have both features.
+            return unsafe { self.deviations_avx2(taps) };
+        }
+        self.deviations_lanes::<{ cfg!(target_arch = "aarch64") }>(taps)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn deviations_avx2(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        self.deviations_lanes::<true>(taps)
+    }
+
+    #[inline(always)]
+    fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        let mut scratch = Scratch::<FMA>::new(self);
+        let mut found = Vec::with_capacity(taps.len());
+        for taps in taps.chunks(LANES) {
+            let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
+            let ks = vec![0; taps.len()];
+            let own = self.angles.is_empty();
+            let rows = match own {
+                true => Rows::new::<true>(self, &ks, &tuples, &mut scratch),
+                false => Rows::new::<false>(self, &ks, &tuples, &mut scratch),
+            };
+            for (lane, (tuple, i)) in taps.iter().enumerate() {
+                let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);
+                let angle = tuple.drive.to_radians() as f32;
+                let shared = self.angles.iter().find(|a| a.angle == angle);
+                let deviation = match shared {
+                    Some(a) => a.square * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),
+                    None if own => rows.own[1].0[lane] * kappa[0],
+                    None => f32::NAN,
+                };
+                found.push(f64::from(deviation));
+            }
+        }
+        found
+    }
+
     /// Terms over t that are carried: those of the chart, or one at each design's own angle.
     #[inline(always)]
     fn carried<const OWN: bool>(&self) -> usize {

@@ -12,7 +12,7 @@ const LARGEST: f32 = 0.3;
 pub(super) struct Rows<T> {
     pub live: usize,
     pub design: Whisker<T>,
-    /// Each design's own angle and its square.
+    /// Each design's own angle and its square, rad.
     pub own: [T; 2],
     /// Mean of κ.
     pub mean: [T; SQUARES],
