@@ -56,7 +56,7 @@ pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
     let (lever, along) = (scale * lever.abs(), scale * along.abs());
     let (across, along, held) = (tap.force.abs() * lever, tap.force.abs() * along, tap.along.abs() * along);
     let strains = across + if effects.stick { along.max(held) } else { held };
-    [across, along, strains].map(|share| share.max(one))
+    [across.max(one), along.max(one), strains.max(one)]
 }
 
 /// The solution of a tap whose last sweep left `residual`.

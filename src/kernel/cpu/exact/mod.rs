@@ -103,12 +103,12 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
             }
         }
     }
-    if let Some(chart) = tables.chart() {
+    if let Some(chart_error) = tables.chart_error() {
         // What the law is off shows in the strains, and in the arc by what the force and the angle made of it.
         let x = tap.arc + state.arc;
         let turned = if effects.offset { tap.angle } else { tap.angle * tap.angle };
         let moved = across * (sensitivity(tap, x) - of(1.0)) * (x.abs() + turned);
-        error = error + (strains + moved) * of(chart.error);
+        error = error + (strains + moved) * of(chart_error);
     }
     gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, error, sweeps)
 }

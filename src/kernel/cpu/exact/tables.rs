@@ -18,7 +18,35 @@ pub struct Tables<T, const N: usize> {
     pub gauge: Vec<(T, T)>,
     one_minus_cos: Vec<T>,
     x_minus_sin: Vec<T>,
-    chart: Option<Chart>,
+    law: Option<Law<T>>,
+}
+
+/// A section chart.
+#[derive(Debug, Clone)]
+struct Law<T> {
+    error: f64,
+    /// 1/axial.
+    scale: T,
+    bending: [T; 2],
+    r: Vec<T>,
+    c: Vec<T>,
+    p: Vec<Vec<T>>,
+    q: Vec<Vec<T>>,
+}
+
+impl<T: Scalar> Law<T> {
+    fn new(chart: &Chart) -> Self {
+        let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
+        Self {
+            error: chart.error,
+            scale: T::of(1.0 / chart.axial),
+            bending: chart.bending.map(T::of),
+            r: line(&chart.r),
+            c: line(&chart.c),
+            p: chart.p.iter().map(line).collect(),
+            q: chart.q.iter().map(line).collect(),
+        }
+    }
 }
 
 impl<T: Scalar, const N: usize> Tables<T, N> {
@@ -36,7 +64,7 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
             gauge: points.iter().zip(&weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
             one_minus_cos: series(rule.terms, 2).into_iter().map(T::of).collect(),
             x_minus_sin: series(rule.terms, 3).into_iter().map(T::of).collect(),
-            chart: chart.cloned(),
+            law: chart.map(Law::new),
         }
     }
 
@@ -46,9 +74,9 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         if PLAIN { N } else { self.count.min(N) }
     }
 
-    /// Section law, if it is not Hooke's.
-    pub fn chart(&self) -> Option<&Chart> {
-        self.chart.as_ref()
+    /// Error of the chart of the section law, if it is not Hooke's.
+    pub fn chart_error(&self) -> Option<f64> {
+        self.law.as_ref().map(|law| law.error)
     }
 
     /// 1 − cos x.
@@ -73,16 +101,15 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         b: Pack<T, L, FMA>,
     ) -> [Pack<T, L, FMA>; 3] {
         let of = Pack::<T, L, FMA>::of;
-        let Some(chart) = &self.chart else { return [of(0.0); 3] };
-        let most = t.mul_add(of(chart.bending[1]), of(chart.bending[0]));
+        let Some(law) = &self.law else { return [of(0.0); 3] };
+        let most = t.mul_add(Pack::splat(law.bending[1]), Pack::splat(law.bending[0]));
         let b2 = b * b;
         let beta = b2 / (most * most);
-        let x = t * of(1.0 / chart.axial);
+        let x = t * Pack::splat(law.scale);
         let load = beta.max(x.abs());
         let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
-        let line = |c: &[f64]| c.iter().rev().fold(of(0.0), |sum, &c| sum.mul_add(x, of(c)));
-        let plane = |c: &[Vec<f64>]| c.iter().rev().fold(of(0.0), |sum, row| sum.mul_add(y, line(row)));
-        [t * t * line(&chart.r) + b2 * plane(&chart.p), t * line(&chart.c) + b2 * plane(&chart.q), load]
+        let (extra, chi) = (plane(&law.p, x, y), plane(&law.q, x, y));
+        [t * t * polynomial(&law.r, x) + b2 * extra, t * polynomial(&law.c, x) + b2 * chi, load]
     }
 }
 
@@ -95,9 +122,24 @@ pub fn series(terms: usize, first: u32) -> Vec<f64> {
 /// Σ c_k z^k.
 #[inline(always)]
 fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
-    let mut sum = Pack::splat(c[c.len() - 1]);
-    for &next in c[..c.len() - 1].iter().rev() {
+    let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
+    let mut sum = Pack::splat(last);
+    for &next in others.iter().rev() {
         sum = sum.mul_add(z, Pack::splat(next));
+    }
+    sum
+}
+
+/// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
+#[inline(always)]
+fn plane<T: Scalar, const L: usize, const FMA: bool>(
+    c: &[Vec<T>],
+    x: Pack<T, L, FMA>,
+    y: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let mut sum = Pack::of(0.0);
+    for row in c.iter().rev() {
+        sum = sum.mul_add(y, polynomial(row, x));
     }
     sum
 }
