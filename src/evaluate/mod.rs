@@ -7,8 +7,7 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::kernel::{self, Rung, Solution, Solver, Tap};
-use crate::physics::onset::Grip;
-use crate::scene::{Geometry, Scene};
+use crate::scene::{Contact, Geometry, Scene};
 use crate::smooth::drives::DriveAxis;
 use crate::status::Status;
 use outcome::{fast, reference};
@@ -122,7 +121,7 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: sticking contacts that no rung
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: contacts with friction that no rung
     /// solves, whether a contact sticks where none finds out, and taps where the chart of the section law ends before the
     /// material does.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
@@ -213,10 +212,13 @@ impl<'a> Evaluator<'a> {
             }
             Method::Reference => false,
         };
+        let friction = scene.model.geometry == Geometry::Exact
+            && matches!(scene.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
         let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
         let doubtful = |s: &Solved| {
-            let missed = !s.solution.within(tolerance) && s.solution.load <= most;
-            missed && (beyond_chart || s.grip == Grip::Stick)
+            let ended = s.solution.load > most;
+            let missed = !s.solution.within(tolerance) && !ended;
+            missed && (beyond_chart || friction)
         };
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
