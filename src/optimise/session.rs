@@ -188,7 +188,9 @@ impl<'a> Session<'a> {
                 scores
             }
             None => {
-                if self.budget.seconds.is_some_and(|s| self.begun.elapsed().as_secs_f64() >= s) {
+                // However slow the machine, there is an answer.
+                let spent = |s| self.evaluations > 0 && self.begun.elapsed().as_secs_f64() >= s;
+                if self.budget.seconds.is_some_and(spent) {
                     return Err(Halt::Ended(Ended::Seconds));
                 }
                 let scores = self.scorer(stage).scores(&points[..take])?;
