@@ -100,7 +100,7 @@ fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {
 }
 
 fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Result<Load, Error> {
-    let taps = Taps::new(c, settings.timed)?;
+    let taps = Taps::new(c, settings.timed_of(c))?;
     let Method::Fast { solver, rungs, tolerance } = p.choice.open(&taps.scene.model)? else {
         return Err(Error::Run("the reference has no kernel".into()));
     };

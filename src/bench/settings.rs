@@ -57,6 +57,12 @@ impl Settings {
         }
     }
 
+    /// Taps of `c` on which a fast kernel is timed: fewer with friction, whose taps take tens of sweeps.
+    pub fn timed_of(&self, c: &Configuration) -> usize {
+        let friction = c.model.contains("contact");
+        (self.timed / if friction { 8 } else { 1 }).max(self.compared)
+    }
+
     /// Numbers of nodes that are measured each alone. A GPU compiles any; the CPU kernels have those of the ladder.
     pub fn nodes(&self, place: &Place) -> Vec<usize> {
         let ladder: Vec<usize> = every_rule(place.precision).iter().map(|r| r.nodes).collect();

@@ -103,7 +103,7 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
     for (i, c) in settings.configurations.iter().enumerate() {
         let judge = Judge::new(settings, places, c, watch)?;
         points.push(judge.point.clone());
-        let timed = Taps::new(c, settings.timed.max(judge.compared.tasks.len()))?;
+        let timed = Taps::new(c, settings.timed_of(c).max(judge.compared.tasks.len()))?;
         for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
             for tolerance in settings.tolerances(p.precision) {
                 watch.next(&format!("{} on {}, tolerance {tolerance:e}", c.name, p.name))?;
