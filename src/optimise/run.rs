@@ -231,7 +231,10 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
         let mut left = session.take();
         left.retain(|(stage, _)| *stage == Stage::Swarm);
         left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
-        let points: Vec<Tuple> = left.iter().take(AGAIN).map(|(_, f)| f.point).collect();
+        // A search that ends between swarm and polish has left nothing but its best.
+        let last = session.best().filter(|_| best.is_none() && left.is_empty());
+        let points: Vec<Tuple> =
+            left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();
         let scores = session.report()[1].scores(&points)?;
         for (point, score) in points.into_iter().zip(scores) {
             if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {

@@ -243,6 +243,11 @@ impl<'a> Session<'a> {
         self.best[1]
     }
 
+    /// The best of all.
+    pub fn best(&self) -> Option<Found> {
+        self.best[0]
+    }
+
     /// Everything scored since the last time.
     pub fn take(&mut self) -> Vec<(Stage, Found)> {
         std::mem::take(&mut self.archive)
