@@ -58,5 +58,5 @@ fn solve(tap: Tap) -> Solution {
         let moved = felt.across * (sensitivity(tap, x) - 1.0) * (abs(x) + turned);
         error += (felt.strains + moved) * CHART_ERROR;
     }
-    return gauge(tap, &state, error, sweeps);
+    return gauge(tap, &state, error, felt.across, sweeps);
 }

@@ -53,7 +53,7 @@ fn place(from_contact: real, u: real, c: real, g: real) -> real {
     return max(from_contact, ZERO) * (1.0 + g) / (c * root * (root + g));
 }
 
-fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) -> Solution {
+fn gauge(tap: Tap, state: ptr<function, State>, residual: real, across: real, sweeps: real) -> Solution {
     let x = tap.arc + state.arc;
     let c = 1.0 + x;
     let g2 = max(tap.rest - tap.taper * x, APEX * tap.rest);
@@ -160,7 +160,7 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, sweeps: real) ->
         }
         strain = more / tap.strain;
     }
-    var error = residual + shares(tap).across * truncation(tap, state, series, m, g2, sensitivity(tap, x));
+    var error = residual + across * truncation(tap, state, series, m, g2, sensitivity(tap, x));
     if OFFSET {
         let height = 2.0 * g2 * m * (abs(climbs[N - 1]) + abs(climbs[N - 2]));
         let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);

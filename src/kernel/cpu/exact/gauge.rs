@@ -59,7 +59,7 @@ pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
     [across.max(one), along.max(one), strains.max(one)]
 }
 
-/// The solution of a tap whose last sweep left `residual`.
+/// The solution of a tap whose last sweep left `residual`; `across` is the first of its [`shares`].
 #[inline(always)]
 pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
     tables: &Tables<T, N>,
@@ -67,7 +67,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     effects: &Effects,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
-    residual: Pack<T, L, FMA>,
+    [residual, across]: [Pack<T, L, FMA>; 2],
     sweeps: Pack<T, L, FMA>,
 ) -> Solution<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
@@ -185,7 +185,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 
     let mut error = truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
     if offset {
-        error = error * shares(effects, tap)[0];
+        error = error * across;
     }
     error = error + residual;
     if offset {

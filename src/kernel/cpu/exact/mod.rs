@@ -110,5 +110,5 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         let moved = across * (sensitivity(tap, x) - of(1.0)) * (x.abs() + turned);
         error = error + (strains + moved) * of(chart_error);
     }
-    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, error, sweeps)
+    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, [error, across], sweeps)
 }
