@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::Method;
 use vibrissa::kernel::tap::{Ask, Frame};
-use vibrissa::kernel::{self, Effects, Kernel, Tap};
+use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Contact, Geometry, RunOptions, Scene, Tuple};
@@ -30,7 +30,6 @@ const MODELS: [(&str, &str); 15] = [
         "shear = false\nextension = false\nsurface = false\npole_radius = 0.0\ncontact = \"frictionless\"",
     ),
     ("hooke, an effect that is on but of no size", "pole_radius = 1e-9"),
-    ("linear theory", "geometry = \"linear\""),
     ("shear", "shear = true"),
     ("extension", "extension = true"),
     ("surface", "surface = true"),
@@ -72,12 +71,9 @@ fn tuple(index: u32) -> Tuple {
 }
 
 /// The batches that a configuration solves: one, or with Coulomb friction the sticking one and then the sliding one.
-fn batches(scene: &Scene) -> Vec<(Kernel, Vec<Tap<f64>>)> {
+fn batches(scene: &Scene) -> Vec<(Effects, Vec<Tap<f64>>)> {
     let side = scene.gauge.side;
-    let kernel = |stick| match scene.model.geometry {
-        Geometry::Linear => Kernel::Linear,
-        Geometry::Exact => Kernel::Exact(Effects::new(&scene.model, side, stick)),
-    };
+    let effects = |stick| Effects::new(&scene.model, side, stick);
     let taps = |grip: Grip| {
         let frame = |index: u32| {
             let t = tuple(index);
@@ -85,25 +81,23 @@ fn batches(scene: &Scene) -> Vec<(Kernel, Vec<Tap<f64>>)> {
             let amount = amount(scene.drive, t.drive);
             let (curve, peak) = (&shared.model, shared.peak);
             let ask = Ask { model: &scene.model, side, curve, peak, a: t.a, amount, grip };
-            let frame =
-                if kernel(false) == Kernel::Linear { Frame::linear(&ask) } else { Frame::exact(&ask) };
-            frame.map(|f| *f.tap())
+            Frame::new(&ask).map(|f| *f.tap())
         };
         (0..TAPS).into_par_iter().filter_map(frame).collect()
     };
     match scene.model.contact {
-        Contact::Stick => vec![(kernel(true), taps(Grip::Stick))],
+        Contact::Stick => vec![(effects(true), taps(Grip::Stick))],
         Contact::Coulomb(mu) if mu > 0.0 => {
-            vec![(kernel(true), taps(Grip::Stick)), (kernel(false), taps(Grip::Slide(mu)))]
+            vec![(effects(true), taps(Grip::Stick)), (effects(false), taps(Grip::Slide(mu)))]
         }
-        _ => vec![(kernel(false), taps(Grip::Slide(0.0)))],
+        _ => vec![(effects(false), taps(Grip::Slide(0.0)))],
     }
 }
 
 /// A configuration on a backend, ready to run again and again.
 struct Ready {
     method: Method,
-    batches: Vec<(Kernel, Vec<Tap<f64>>)>,
+    batches: Vec<(Effects, Vec<Tap<f64>>)>,
     best: f64,
     sweeps: f64,
     lost: usize,
@@ -116,9 +110,9 @@ impl Ready {
         };
         let mut out = Vec::new();
         let (mut seconds, mut sweeps, mut lost) = (0.0, 0.0, 0);
-        for (kernel, taps) in &self.batches {
+        for (effects, taps) in &self.batches {
             let start = Instant::now();
-            kernel::solve(solver.as_mut(), *kernel, rungs, *tolerance, taps, &mut out)
+            kernel::solve(solver.as_mut(), *effects, rungs, *tolerance, taps, &mut out)
                 .expect("the backend answers");
             seconds += start.elapsed().as_secs_f64();
             sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / out.len() as f64;

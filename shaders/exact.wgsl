@@ -11,8 +11,12 @@ struct State {
     arc: real,
     step_force: real,
     step_other: real,
+    noise_force: real,
+    noise_other: real,
+    fold: real,
     base: real,
     load: real,
+    beyond: real,
     lag: Nodes,
     angle: Nodes,
     shortening: Nodes,
@@ -27,6 +31,7 @@ fn solve(tap: Tap) -> Solution {
     var last = ONE;
     var rate = ZERO;
     var sweeps = ZERO;
+    var rounded = ZERO;
     let stop = STOP * TOLERANCE;
     let felt = shares(tap);
     for (var i = 0u; i < SWEEPS; i++) {
@@ -35,18 +40,18 @@ fn solve(tap: Tap) -> Solution {
         if !stepping {
             continue;
         }
-        var change = felt.across * abs(state.step_force) + felt.along * abs(state.step_other);
-        if !STICK {
-            change = abs(state.step_force) + felt.across * sensitivity(tap, tap.arc + state.arc) * abs(state.step_other);
-        }
+        let moved = sensitivity(tap, tap.arc + state.arc);
+        let change = shows(felt, moved, state.step_force, state.step_other);
         let expected = rate * last;
         // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);
         sweeps += real(SETTLE);
-        // Where two unknowns turn around each other a step may be small by chance.
-        let believed = select(change, max(change, CHANCE * expected), OFFSET);
+        // Where two unknowns turn around each other, or the lever grows on the way, a step may be small by chance.
+        let wary = OFFSET || FULL || tap.near + state.arc > GROWN * tap.near;
+        let believed = select(change, max(change, CHANCE * expected), wary);
         error = believed * rate / (1.0 - rate);
+        rounded = shows(felt, moved, state.noise_force, state.noise_other);
         if !(error > stop) && i + 1u >= LEAST_SWEEPS {
             break;
         }
@@ -58,5 +63,17 @@ fn solve(tap: Tap) -> Solution {
         let moved = felt.across * (sensitivity(tap, x) - 1.0) * (abs(x) + turned);
         error += (felt.strains + moved) * CHART_ERROR;
     }
-    return gauge(tap, &state, error, felt.across, sweeps);
+    if PLAIN {
+        let x = abs(state.arc) * (ARC_ROUNDINGS * ROUNDING);
+        rounded = abs(state.force) * (ROUNDINGS * ROUNDING) + sensitivity(tap, state.arc) * x;
+    }
+    return gauge(tap, &state, error, rounded, felt.across, sweeps);
+}
+
+// How changes of the two unknowns show in the strain.
+fn shows(felt: Shares, moved: real, force: real, other: real) -> real {
+    if STICK {
+        return felt.across * abs(force) + felt.along * abs(other);
+    }
+    return abs(force) + felt.across * moved * abs(other);
 }

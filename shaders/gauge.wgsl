@@ -9,7 +9,8 @@ fn sensitivity(tap: Tap, x: real) -> real {
     let clear = (u1 + u2) / max(near * u2 + far * u1, TINY);
     let on_gauge = 2.0 / near + tap.taper / tap.rest;
     let growth = min(near / max(tap.near, TINY), MOST_GROWTH);
-    let weight = min(tap.weight * growth * growth, ONE);
+    let share = select(growth * growth, max(growth, growth * growth), OFFSET);
+    let weight = min(tap.weight * share, ONE);
     return 1.0 + weight * select(clear, on_gauge, far < 0.0);
 }
 
@@ -53,7 +54,7 @@ fn place(from_contact: real, u: real, c: real, g: real) -> real {
     return max(from_contact, ZERO) * (1.0 + g) / (c * root * (root + g));
 }
 
-fn gauge(tap: Tap, state: ptr<function, State>, residual: real, across: real, sweeps: real) -> Solution {
+fn gauge(tap: Tap, state: ptr<function, State>, residual: real, rounded: real, across: real, sweeps: real) -> Solution {
     let x = tap.arc + state.arc;
     let c = 1.0 + x;
     let g2 = max(tap.rest - tap.taper * x, APEX * tap.rest);
@@ -73,7 +74,10 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, across: real, sw
     let farther = clamp(x / max(tap.near, TINY), -MOST_GROWTH, MOST_GROWTH);
     let slim = tap.taper * x / g2;
     let longer = farther * (2.0 + farther);
-    let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
+    // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
+    let left = 0.5 * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
+    let leaving = on_gauge * (longer + slim + longer * slim) - past(max(c2, ZERO), b2, g2, tap.width);
+    let on_gauge_change = select(leaving, left, c2 > LEFT * tap.width);
     let lever = max(select(clear, on_gauge, tap.far < 0.0), TINY);
     let change = select(clear_change, on_gauge_change, tap.far < 0.0);
 
@@ -160,19 +164,52 @@ fn gauge(tap: Tap, state: ptr<function, State>, residual: real, across: real, sw
         }
         strain = more / tap.strain;
     }
-    var error = residual + across * truncation(tap, state, series, m, g2, sensitivity(tap, x));
+    var error = residual + rounded + across * truncation(tap, state, series, m, g2, sensitivity(tap, x));
     if OFFSET {
         let height = 2.0 * g2 * m * (abs(climbs[N - 1]) + abs(climbs[N - 2]));
         let lost = tap.radius * abs(h_force) * height / max(abs(tap.strain), TINY);
         error += HEIGHT_TAIL * tap.weight * lost;
-        // The estimate so far is relative to the first-order strain.
-        error = error / clamp(abs(1.0 + strain), 1e-3, ONE);
     }
-    if state.base > MAX_ANGLE || (LAW && state.load > 1.0) {
-        error = HOPELESS;
+    // The estimate so far is relative to the first-order strain.
+    error = error / clamp(abs(1.0 + strain), 1e-3, ONE);
+    var outside = state.base > MAX_ANGLE || state.fold < 0.0;
+    var load = ZERO;
+    if LAW {
+        load = state.load;
+        for (var end = 0u; end < 2u; end++) {
+            // The fibres next to the contact and at the base, which no node looks at.
+            let w = real(end);
+            let y = select(ONE, g, end == 1u);
+            let y2 = y * y;
+            var angle = ZERO;
+            var direct = ZERO;
+            if EXTENSION {
+                angle = legendre(angles, w);
+                let unit = 0.25 * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
+                let sine = angle - x_minus_sin(angle);
+                direct = h_force * unit - (h_force * one_minus_cos(angle) + w_force * sine) * unit;
+            }
+            let moment = w * (2.0 * g2 * m * (w_force * series[0] - h_force * climbs[0]));
+            let arm = g2 * m * w * (1.0 + y) / y2;
+            let whole = w_force * arm + h_force * contact_radius - moment;
+            let b = abs(tap.radius * whole * (y2 * y2 * y2) * ig6);
+            let law = section(direct, b);
+            let e = direct + law.extra;
+            let kr = b * (1.0 + law.chi);
+            load = max(load, max(e + kr, 2.0 * (kr - e)));
+            outside = outside || law.load > 1.0;
+        }
+        outside = outside || state.beyond > 1.0;
     }
-    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
-    let load = select(ZERO, state.load, residual < ASTRAY);
+    // What the material bears, and what lies beyond, is told by an equilibrium only, not by an iteration gone astray.
+    let astray = !(residual < ASTRAY);
+    if OFFSET && tap.rest < LEAST_REST {
+        error = LOST;
+    }
+    if outside || load > 1.0 {
+        error = select(HOPELESS, LOST, astray);
+    }
+    load = select(load, ZERO, outside || astray);
     return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);
 }
 

@@ -53,7 +53,16 @@ fn follow(rod: ptr<function, Rod>, fixed: Turned) -> Turned {
     return turned;
 }
 
-fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: Nodes, heights: Nodes, across: real, along: real) -> vec2<real> {
+// A Newton step; see the Rust twin.
+struct Step {
+    force: real,
+    other: real,
+    noise_force: real,
+    noise_other: real,
+    fold: real,
+}
+
+fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: Nodes, heights: Nodes, across: real, along: real, noise_across: real, noise_along: real) -> Step {
     let c = 1.0 + bent.x;
     let g2 = max(tap.rest - tap.taper * bent.x, APEX * tap.rest);
     let m = c / (1.0 + sqrt(g2));
@@ -146,7 +155,15 @@ fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: 
     let m21 = tap.force * (bent.pole_x * move1_x + bent.pole_y * move1_y);
     let m22 = unit2 * (bent.pole_x * move2_x + bent.pole_y * move2_y);
     let det = m11 * m22 - m12 * m21;
-    return vec2<real>((m22 * across - m12 * along) / det, (m11 * along - m21 * across) / det);
+    let id = 1.0 / det;
+    let size = abs(id);
+    return Step(
+        (m22 * across - m12 * along) * id,
+        (m11 * along - m21 * across) * id,
+        (abs(m22) * noise_across + abs(m12) * noise_along) * size,
+        (abs(m11) * noise_along + abs(m21) * noise_across) * size,
+        det,
+    );
 }
 
 // Turn by a unit of W at a fixed shape.

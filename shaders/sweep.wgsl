@@ -81,6 +81,7 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
         heights = integrate(climb);
     }
     var load = ZERO;
+    var beyond = ZERO;
     for (var i = 0u; i < N; i++) {
         let y2 = y[i] * y[i];
         if PLAIN {
@@ -101,7 +102,8 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
             moment -= whole * law.chi;
             let e = axial[i] + law.extra;
             let kr = b * (1.0 + law.chi);
-            load = max(max(load, law.load), max(e + kr, 2.0 * (kr - e)));
+            load = max(load, max(e + kr, 2.0 * (kr - e)));
+            beyond = max(beyond, law.load);
         }
         bending[i] = moment * (y2 * y2 * y[i]);
     }
@@ -234,6 +236,7 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
 
     state.base = abs(base);
     state.load = load;
+    state.beyond = beyond;
     state.lag = lags;
     state.shortening = shortening;
     state.climb = climb;
@@ -242,19 +245,48 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
         return;
     }
 
+    // Terms that may cancel in the residuals: each is off by a rounding or so.
+    var noise_across = ZERO;
+    var noise_along = ZERO;
+    if !PLAIN {
+        noise_across = abs(tap.force)
+            * ((abs(turn * psi1) + abs(x0 * eta1)) * abs(grown) + abs(1.0 + grown) * (abs(turn * d_psi1) + abs(x0 * d_eta1)))
+            + abs(turn_c * lag) + abs(x0 * sigma) + abs(back * x0 * beta) + abs(pole_y * x0 * cosine) + abs(tap.angle * x * s1);
+        noise_along = abs(x * s1) + abs(x0 * back_more);
+        if OFFSET {
+            let dh = abs(tap.force * state.along);
+            noise_across += dh * abs(a0) + abs(h_force * d_a0) + abs(rise * y0 * beta) + abs(y0 * back_more);
+            noise_along += abs(y0) * (dh * abs(b0) + abs(sigma) + abs(h_force * d_b0) + abs(rise));
+        }
+        noise_across *= ROUNDINGS * ROUNDING;
+        noise_along *= ROUNDINGS * ROUNDING;
+    }
+    state.fold = ONE;
+
     // Newton for (w, z), or (w, k) of a sticking contact.
     var dw = ZERO;
     var dx = ZERO;
     if OFFSET || FULL {
         let bent = Bent(x, w_force, h_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
-        let steps = newton(tap, bent, state, y, density, heights, across, along);
-        dw = steps.x;
-        dx = steps.y;
+        let step = newton(tap, bent, state, y, density, heights, across, along, noise_across, noise_along);
+        dw = step.force;
+        dx = step.other;
+        state.noise_force = step.noise_force;
+        state.noise_other = step.noise_other;
+        // The same of the unloaded rod, per unit of its forces.
+        let b1 = eta1 + hub * psi1;
+        let ratio = select(ZERO, tap.ratio, OFFSET);
+        let held = a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1;
+        let sliding = (a1 + ratio * (a0 + y0 * f)) * s1 - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0));
+        state.fold = step.fold * select(sliding * tap.force, held, STICK);
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
         let m12 = w_force * (a1 + d_a1) * (3.0 / c + tap.taper * ig2) - tap.angle * s1;
+        let m11 = tap.force * (a1 + d_a1);
         dx = along / pole_x;
-        dw = (across - m12 * dx) / (tap.force * (a1 + d_a1));
+        dw = (across - m12 * dx) / m11;
+        state.noise_other = noise_along / abs(pole_x);
+        state.noise_force = (noise_across + abs(m12) * state.noise_other) / abs(m11);
     }
     state.step_force = dw;
     state.step_other = dx;

@@ -14,7 +14,7 @@ pub struct Estimated {
     pub distance: f64,
     /// σ_a = K̄ σ_ε/(θ |f′(â)|), mm.
     pub sigma: f64,
-    /// `no_root`, `ambiguous` or nothing.
+    /// `no_root`; `ambiguous` also where only the near side of the peak gives the reading; or nothing.
     pub status: Status,
 }
 
@@ -64,7 +64,8 @@ impl<'a> Estimator<'a> {
         };
         let slope = self.shared.theory.curve().slope(roots.far).abs();
         let inside = |a: f64| a >= self.range[0] && a <= self.range[1];
-        let status = if roots.near.is_some_and(inside) { Status::AMBIGUOUS } else { Status::OK };
+        let twice = roots.only_near || roots.near.is_some_and(inside);
+        let status = if twice { Status::AMBIGUOUS } else { Status::OK };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
         Estimated { distance: roots.far, sigma, status }
     }

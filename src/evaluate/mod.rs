@@ -86,13 +86,9 @@ pub enum Method {
         /// Bound on the strain error.
         tolerance: f64,
     },
-    /// f64 shooting; the closed forms where the geometry is linear.
+    /// f64 shooting.
     Reference,
 }
-
-/// Load on a chart that ends before the material does, from which on the material has surely ended too: the load is the square of the
-/// bending moment.
-const SURELY_BEYOND: f64 = 3.0;
 
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
@@ -121,12 +117,17 @@ impl<'a> Evaluator<'a> {
         }
     }
 
+    /// Whether taps are answered by the reference, or the geometry is linear: closed forms in f64 on every backend.
+    fn needs_no_kernel(&self) -> bool {
+        matches!(self.method, Method::Reference) || self.scene.model.geometry == Geometry::Linear
+    }
+
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: contacts with friction that no rung
-    /// solves, whether a contact sticks where none finds out, and taps where the chart of the section law ends before the
-    /// material does.
+    /// solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the material
+    /// bears them, or whether they lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
         let scene = self.scene;
-        if matches!(self.method, Method::Reference) {
+        if self.needs_no_kernel() {
             return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
         }
         let solved = self.solutions(designs, tasks)?;
@@ -140,6 +141,9 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         expected: &[Outcome],
     ) -> Result<Vec<Outcome>, String> {
+        if self.needs_no_kernel() {
+            return self.run(designs, tasks);
+        }
         let solved = self.solutions(designs, tasks)?;
         Ok(self.outcomes(designs, tasks, &solved, Some(expected)))
     }
@@ -152,14 +156,11 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), String> {
-        if matches!(self.method, Method::Reference) {
+        if self.needs_no_kernel() {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
         let scene = self.scene;
-        let ways = match (&self.method, scene.model.geometry) {
-            (Method::Fast { .. }, Geometry::Exact) => DriveAxis::ways(drives),
-            _ => Vec::new(),
-        };
+        let ways = DriveAxis::ways(drives);
         let tolerance = self.tolerance();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
         let mut open: Vec<usize> = (0..tasks.len() / drives.len()).collect();
@@ -212,13 +213,10 @@ impl<'a> Evaluator<'a> {
             }
             Method::Reference => false,
         };
-        let friction = scene.model.geometry == Geometry::Exact
-            && matches!(scene.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
-        let most = if beyond_chart { SURELY_BEYOND } else { 1.0 };
+        let friction = matches!(scene.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
         let doubtful = |s: &Solved| {
-            let ended = s.solution.load > most;
-            let missed = !s.solution.within(tolerance) && !ended;
-            missed && (beyond_chart || friction)
+            let missed = !s.solution.within(tolerance) && !s.solution.ended();
+            s.solution.unsure() || missed && (beyond_chart || friction)
         };
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];

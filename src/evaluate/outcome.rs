@@ -3,7 +3,6 @@
 use super::solve::Solved;
 use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount};
-use crate::kernel::{Effects, Kernel};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
 use crate::scene::{Geometry, Scene, Side};
@@ -25,20 +24,13 @@ pub(super) fn fast(
     let Some(Solved { frame, solution, grip, interpolated, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
-        let limit = solved.is_some_and(|s| s.solution.load > 1.0);
+        let limit = solved.is_some_and(|s| s.solution.ended());
         let why = if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
         return unsolved(scene, shared, task, linear, why);
     };
-    let kernel = match scene.model.geometry {
-        Geometry::Linear => Kernel::Linear,
-        Geometry::Exact => Kernel::Exact(Effects::default()),
-    };
-    let response = frame.response(kernel, solution);
+    let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
-    let ratio = match scene.model.geometry {
-        Geometry::Linear => theories_apart(shared, task),
-        Geometry::Exact => linear / frame.tap().strain - 1.0,
-    };
+    let ratio = linear / frame.tap().strain - 1.0;
     let found = Found {
         strain: response.strain,
         deviation: (ratio - response.deviation) / (1.0 + response.deviation),
@@ -58,7 +50,7 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     (model - theory) / (1.0 + theory)
 }
 
-/// What the reference says of a tap.
+/// What the reference says of a tap, or where the geometry is linear, the closed forms.
 pub(super) fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
     let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
     else {

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 use super::{Evaluator, Method, Task};
 use crate::design::{Design, amount};
 use crate::kernel::{
-    self, Effects, Kernel, Solution,
+    self, Effects, Solution,
     rule::limits::ASTRAY,
     tap::{Ask, Frame, Response},
 };
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Geometry, Scene};
+use crate::scene::{Contact, Scene};
 
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
@@ -33,9 +33,6 @@ impl Evaluator<'_> {
         tasks: &[Task],
     ) -> Result<Vec<Option<Solved>>, String> {
         match self.scene.model.contact {
-            _ if self.scene.model.geometry == Geometry::Linear => {
-                self.solve(designs, tasks, &|_| Grip::Slide(0.0))
-            }
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0))
             }
@@ -70,11 +67,8 @@ impl Evaluator<'_> {
         }
         self.taps.clear();
         self.taps.extend(solved.iter().flatten().map(|s| *s.frame.tap()));
-        let kernel = match (scene.model.geometry, grip(0)) {
-            (Geometry::Linear, _) => Kernel::Linear,
-            (_, g) => Kernel::Exact(Effects::new(&scene.model, scene.gauge.side, g == Grip::Stick)),
-        };
-        kernel::solve(solver.as_mut(), kernel, rungs, *tolerance, &self.taps, &mut self.solutions)?;
+        let effects = Effects::new(&scene.model, scene.gauge.side, grip(0) == Grip::Stick);
+        kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         for (place, s) in solved.iter_mut().flatten().zip(&self.solutions) {
             place.solution = *s;
         }
@@ -89,10 +83,9 @@ impl Evaluator<'_> {
         tasks: &[Task],
         mu: f64,
     ) -> Result<Vec<Option<Solved>>, String> {
-        let stuck = Kernel::Exact(Effects::new(&self.scene.model, self.scene.gauge.side, true));
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
         let decide = |s: &Solved| {
-            let Response { tangential, normal, .. } = s.frame.response(stuck, &s.solution);
+            let Response { tangential, normal, .. } = s.frame.response(&s.solution);
             let spare = mu * normal - tangential.abs();
             let rough = ROUGH * s.solution.error * tangential.abs().max(normal.abs());
             match spare {
@@ -131,8 +124,5 @@ pub(super) fn frame(scene: &Scene, design: &Design, task: &Task, grip: Grip) -> 
         amount: amount(scene.drive, task.drive),
         grip,
     };
-    match scene.model.geometry {
-        Geometry::Linear => Frame::linear(&ask),
-        Geometry::Exact => Frame::exact(&ask),
-    }
+    Frame::new(&ask)
 }

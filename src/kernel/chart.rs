@@ -10,7 +10,7 @@
 //! below the accuracy asked.
 
 use crate::physics::chebyshev::{coefficients, coefficients2, points, transpose};
-use crate::physics::section::SectionLaw;
+use crate::physics::section::{SectionLaw, SectionStrain};
 use crate::scene::Material;
 
 /// Points over β and t at which the law is solved.
@@ -35,6 +35,8 @@ pub struct Chart {
     pub error: f64,
     /// Whether it reaches as far as was asked.
     pub whole: bool,
+    /// Whether some fibre has left the range of the law wherever the bending strain is the largest of the chart.
+    pub covers: bool,
 }
 
 /// The law in the variables of the chart.
@@ -87,7 +89,7 @@ impl Chart {
     fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
         let [rows, columns] = POINTS;
         let (betas, ts) = (points(rows), points(columns));
-        let (mut r, mut c) = (Vec::new(), Vec::new());
+        let (mut r, mut c, mut covers) = (Vec::new(), Vec::new(), true);
         let (mut p, mut q) = (vec![vec![0.0; columns]; rows], vec![vec![0.0; columns]; rows]);
         for (j, &x) in ts.iter().enumerate() {
             let t = axial * x;
@@ -103,6 +105,8 @@ impl Chart {
                 p[i][j] = (e - straight) / (b * b);
                 q[i][j] = (k / b - 1.0 - chi) / (b * b);
             }
+            let (axial, bending) = law.at(t, bending[0] + bending[1] * t)?;
+            covers &= !SectionStrain { axial, bending }.is_in_range();
         }
         let most = bending[0] + bending[1].abs() * axial;
         let (p, cut_p) = trimmed(coefficients2(&p), accuracy / most);
@@ -119,6 +123,7 @@ impl Chart {
             q: monomials2(&q),
             error,
             whole: true,
+            covers,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Which effects a kernel computes; kernels are specialised on it.
 
-use crate::scene::{Contact, Geometry, Material, Model, Side};
+use crate::scene::{Contact, Material, Model, Side};
 
 /// Effects of the exact rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -38,26 +38,5 @@ impl Effects {
     /// Frictionless, on the centreline, Hooke: everything off.
     pub fn plain(&self) -> bool {
         *self == Self::default()
-    }
-}
-
-/// What a kernel computes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kernel {
-    /// Closed forms of the linear theory.
-    Linear,
-    /// The exact rod with these effects.
-    Exact(Effects),
-}
-
-impl Kernel {
-    /// The kernel that `model` needs first; with Coulomb friction the sticking one.
-    pub fn new(model: &Model, side: Side) -> Self {
-        match (model.geometry, model.contact) {
-            (Geometry::Linear, _) => Self::Linear,
-            (_, Contact::Frictionless) => Self::Exact(Effects::new(model, side, false)),
-            (_, Contact::Stick) => Self::Exact(Effects::new(model, side, true)),
-            (_, Contact::Coulomb(mu)) => Self::Exact(Effects::new(model, side, mu != 0.0)),
-        }
     }
 }

@@ -26,7 +26,8 @@ pub mod rule;
 pub mod tap;
 
 pub use chart::Chart;
-pub use effects::{Effects, Kernel};
+use cpu::Cpu;
+pub use effects::Effects;
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 
@@ -35,8 +36,8 @@ use crate::scene::{Material, Precision};
 /// What one batch is solved with.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// Kernel.
-    pub kernel: Kernel,
+    /// What the kernel computes.
+    pub effects: Effects,
     /// Nodes, terms, sweeps.
     pub rule: &'a Rule,
     /// Bound on the strain error.
@@ -52,20 +53,35 @@ pub struct Rung {
     pub rule: Rule,
     /// Section law over the range of this rung.
     pub chart: Option<Chart>,
+    /// Solved on the CPU in f64 and far below the tolerance, whatever the backend: for the few taps that the others cannot tell.
+    pub spare: bool,
 }
+
+/// Share of the tolerance that spare rungs are solved to: they are few.
+const SPARE: f64 = 0.01;
 
 impl Rung {
     /// The rung of `rule` for `material`, at `tolerance`.
     pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
         let (axial, bending) = rule::chart_range(precision, &rule);
         let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
-        Self { rule, chart: Chart::new(material, axial, bending, errors) }
+        Self { rule, chart: Chart::new(material, axial, bending, errors), spare: false }
     }
 
     /// The rungs for `tolerance`, cheapest first.
     pub fn ladder(precision: Precision, material: &Material, tolerance: f64) -> Vec<Self> {
         let rules = rule::ladder(precision, tolerance);
-        rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect()
+        let mut rungs: Vec<Self> =
+            rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
+        let finest = rule::smallest_tolerance(Precision::F64);
+        if SPARE * tolerance >= finest {
+            let spare = |rule: &Rule| Self {
+                spare: true,
+                ..Self::new(*rule, Precision::F64, material, SPARE * tolerance)
+            };
+            rungs.extend(rule::every_rule(Precision::F64)[1..].iter().map(spare));
+        }
+        rungs
     }
 }
 
@@ -86,10 +102,10 @@ pub trait Solver: Send {
 
 /// Share of the tolerance above which a tap's own error estimate sends it to the next rung. Where the force does not act
 /// across the centreline, estimates are up to three times too small: contacts with friction next to the gauge.
-fn trusted(kernel: Kernel) -> f64 {
-    match kernel {
-        Kernel::Exact(effects) if effects.offset => 0.3,
-        Kernel::Exact(effects) if !effects.plain() => 0.6,
+fn trusted(effects: &Effects) -> f64 {
+    match effects {
+        effects if effects.offset => 0.3,
+        effects if !effects.plain() => 0.6,
         _ => 1.0,
     }
 }
@@ -108,17 +124,21 @@ fn finer(old: &Solution<f64>, new: Solution<f64>, tolerance: f64) -> Solution<f6
 /// that of `taps`; a tap that no rung brought below the tolerance keeps an `error` above it.
 pub fn solve(
     solver: &mut dyn Solver,
-    kernel: Kernel,
+    effects: Effects,
     rungs: &[Rung],
     tolerance: f64,
     taps: &[Tap<f64>],
     out: &mut Vec<Solution<f64>>,
 ) -> Result<(), String> {
     out.clear();
-    let (limit, trusted) = (solver.batch_limit(), trusted(kernel));
+    let trusted = trusted(&effects);
+    let mut spare = Cpu::new(Precision::F64);
     let mut part = Vec::new();
     for (step, rung) in rungs.iter().enumerate() {
-        let job = Job { kernel, rule: &rung.rule, tolerance, chart: rung.chart.as_ref() };
+        let solver: &mut dyn Solver = if rung.spare { &mut spare } else { &mut *solver };
+        let limit = solver.batch_limit();
+        let share = if rung.spare { SPARE } else { 1.0 };
+        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart.as_ref() };
         if step == 0 {
             for chunk in taps.chunks(limit) {
                 solver.solve(&job, chunk, &mut part)?;
@@ -126,7 +146,9 @@ pub fn solve(
             }
             continue;
         }
-        let hard: Vec<usize> = (0..out.len()).filter(|&i| !out[i].within(trusted * tolerance)).collect();
+        // A material that has ended has ended in any precision.
+        let open = |s: &Solution<f64>| !s.within(trusted * tolerance) && !(rung.spare && s.ended());
+        let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;

@@ -63,12 +63,19 @@ impl Rule {
     }
 
     /// Largest |ψ| (rad) at which `terms` terms of both series reach the precision they are meant for; a tap that bends further
-    /// climbs.
+    /// climbs. Beyond 2 rad a rod has several equilibria, and only the path from the unloaded one tells which is meant.
     pub fn max_angle(&self) -> f64 {
         match self.terms {
             ..9 => 1.0,
-            _ => 3.2,
+            _ => 2.0,
         }
+    }
+
+    /// Least 1 − τa that few nodes serve where the force does not act across the centreline: next to the apex the radius enters
+    /// with a high power.
+    pub fn least_rest(&self) -> f64 {
+        let first = self.nodes < 10 || self.terms > 9 && self.nodes < 16;
+        if first { limits::SHARP } else { 0.0 }
     }
 }
 
@@ -126,6 +133,8 @@ pub mod limits {
     pub const APEX: f64 = 1e-3;
     /// Least c/a − 1 while iterating.
     pub const LEAST_ARC: f64 = -0.5;
+    /// Least 1 − τa on the first rung with friction or a radius.
+    pub const SHARP: f64 = 0.1;
     /// Largest c/a − 1 while iterating.
     pub const MOST_ARC: f64 = 2.0;
     /// Least W/W₀ − 1 while iterating.
@@ -148,6 +157,10 @@ pub mod limits {
     pub const SMALLEST_RATE: f64 = 0.05;
     /// Least share of the expected change of a step that is believed, with friction or a radius.
     pub const CHANCE: f64 = 0.25;
+    /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
+    pub const LEFT: f64 = 0.25;
+    /// Growth of the distance between contact and gauge from which on a step may be small by chance.
+    pub const GROWN: f64 = 2.0;
     /// Largest growth of the lever that is told apart.
     pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
@@ -158,8 +171,16 @@ pub mod limits {
     pub const FULL_STOP: f64 = 0.5;
     /// Error from which on an iteration has not come near any equilibrium.
     pub const ASTRAY: f64 = 1e-2;
-    /// Error of a tap whose angle lies outside the range of the series.
+    /// Error of a tap at an equilibrium beyond what the kernel can tell: the range of its series or of its chart, or a fold of the path.
     pub const HOPELESS: f64 = 1e9;
+    /// Error of an iteration that has gone astray as far.
+    pub const LOST: f64 = 1e12;
+    /// Roundings that add up in a residual of the closure, at most.
+    pub const ROUNDINGS: f64 = 8.0;
+    /// Roundings of the arc where no Jacobian tells how they show.
+    pub const ARC_ROUNDINGS: f64 = 30.0;
+    /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.
+    pub const EDGE: f64 = 0.02;
     /// Below every number of interest and above underflow in f32.
     pub const TINY: f64 = 1e-20;
 
@@ -171,7 +192,7 @@ pub mod limits {
     pub const HEIGHT_TAIL: f64 = 0.005;
 
     /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 15] = [
+    pub const NAMED: [(&str, f64); 20] = [
         ("APEX", APEX),
         ("LEAST_ARC", LEAST_ARC),
         ("MOST_ARC", MOST_ARC),
@@ -179,10 +200,15 @@ pub mod limits {
         ("MOST_FORCE", MOST_FORCE),
         ("LONGEST_STEP", LONGEST_STEP),
         ("CHANCE", CHANCE),
+        ("LEFT", LEFT),
+        ("GROWN", GROWN),
         ("MOST_GROWTH", MOST_GROWTH),
         ("ASTRAY", ASTRAY),
         ("MOST_PULL", MOST_PULL),
         ("HOPELESS", HOPELESS),
+        ("LOST", LOST),
+        ("ROUNDINGS", ROUNDINGS),
+        ("ARC_ROUNDINGS", ARC_ROUNDINGS),
         ("TINY", TINY),
         ("HEIGHT_TAIL", HEIGHT_TAIL),
         ("BENDING_TAIL", BENDING_TAIL),

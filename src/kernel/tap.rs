@@ -5,7 +5,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::Kernel;
+use super::rule::limits::{EDGE, HOPELESS};
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::onset::{Grip, Groups, direction};
 use crate::scene::{Drive, Model, Side};
@@ -28,7 +28,7 @@ pub struct Tap<T> {
     pub far: T,
     /// (x2 − x1)/a.
     pub width: T,
-    /// EI₀/(k G A₀) (S/3); in the linear kernel S/a² of the shear theory.
+    /// EI₀/(k G A₀) (S/3).
     pub shear: T,
     /// |ε|/max(|ε|, 1e-3 θ f_max) of the linear strain: weight of relative strain errors.
     pub weight: T,
@@ -64,11 +64,11 @@ pub struct Solution<T> {
     pub along: T,
     /// z: c − 1 − x₀.
     pub arc: T,
-    /// Exact kernel: strain over that of the first-order solution, less 1. Linear kernel: ε a/(D θ).
+    /// Strain over that of the first-order solution, less 1.
     pub strain: T,
     /// Estimated error of the strain relative to max(|ε|, 1e-3 θ f_max).
     pub error: T,
-    /// Largest section load; above 1 the material law ends.
+    /// Largest load of a fibre; above 1 the material law ends. 0 where there is no equilibrium, or the chart does not tell.
     pub load: T,
     /// Sweeps spent.
     pub sweeps: T,
@@ -124,6 +124,17 @@ impl Solution<f64> {
             && [self.force, self.along, self.arc, self.strain].iter().all(|x| x.is_finite())
     }
 
+    /// Whether an equilibrium was found at which a fibre has surely left the range of its law.
+    pub fn ended(&self) -> bool {
+        self.load > 1.0 + EDGE
+    }
+
+    /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
+    /// beyond a fold of the path, or with a fibre next to the end of its law.
+    pub fn unsure(&self) -> bool {
+        self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
+    }
+
     /// A tap that has no solution.
     pub const FAILED: Self = Self {
         force: f64::NAN,
@@ -142,8 +153,6 @@ pub struct Frame {
     tap: Tap<f64>,
     /// Contact distance, mm.
     a: f64,
-    /// Base diameter, mm.
-    diameter: f64,
     /// EI₀/a², N.
     unit: f64,
     /// cos α, sin α at the contact.
@@ -157,7 +166,7 @@ pub struct Frame {
 pub struct Response {
     /// Strain, positive as on the contact side whichever side the gauge is on.
     pub strain: f64,
-    /// Strain over that of the first-order solution, less 1, at full relative precision; 0 for the linear theory.
+    /// Strain over that of the first-order solution, less 1, at full relative precision.
     pub deviation: f64,
     /// P, N.
     pub normal: f64,
@@ -187,16 +196,8 @@ pub struct Ask<'a> {
 }
 
 impl Frame {
-    /// The closed forms of the linear theory; `None` where the contact would be at or beyond the virtual apex.
-    pub fn linear(ask: &Ask<'_>) -> Option<Self> {
-        let (a, curve) = (ask.a, ask.curve);
-        let angle = if curve.drive == Drive::Angle { ask.amount } else { ask.amount / a };
-        let tap = Tap { angle, hub: curve.hub / a, shear: curve.shear / (a * a), ..bare(curve, a) };
-        (tap.rest > 0.0).then(|| Self::with(ask, tap, 0.0))
-    }
-
-    /// The exact rod; `None` where the contact would be at or beyond the virtual apex.
-    pub fn exact(ask: &Ask<'_>) -> Option<Self> {
+    /// The tap `ask`; `None` where the contact would be at or beyond the virtual apex.
+    pub fn new(ask: &Ask<'_>) -> Option<Self> {
         let (a, curve, model) = (ask.a, ask.curve, ask.model);
         let bare = bare(curve, a);
         if bare.rest <= 0.0 {
@@ -263,14 +264,7 @@ impl Frame {
             Grip::Slide(friction) => Some(friction),
             Grip::Stick => None,
         };
-        Self {
-            tap,
-            a: ask.a,
-            diameter,
-            unit: stiffness / (ask.a * ask.a),
-            direction: direction(slope),
-            friction,
-        }
+        Self { tap, a: ask.a, unit: stiffness / (ask.a * ask.a), direction: direction(slope), friction }
     }
 
     /// The dimensionless tap.
@@ -278,20 +272,9 @@ impl Frame {
         &self.tap
     }
 
-    /// Reads a solution of `kernel`.
-    pub fn response(&self, kernel: Kernel, s: &Solution<f64>) -> Response {
+    /// Reads a solution.
+    pub fn response(&self, s: &Solution<f64>) -> Response {
         let t = &self.tap;
-        if kernel == Kernel::Linear {
-            // Eq. 4 with shear; the moment of P at a stands where the lever vanishes.
-            let force = 3.0 * t.angle * t.rest * (1.0 + t.hub) / (1.0 + t.shear);
-            return Response {
-                strain: s.strain * t.angle * self.diameter / self.a,
-                deviation: 0.0,
-                normal: force * self.unit,
-                tangential: 0.0,
-                arc: self.a,
-            };
-        }
         let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
         let (cos, sin) = self.direction;
         let normal = (w * cos - h * sin) * self.unit;

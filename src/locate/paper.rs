@@ -39,7 +39,9 @@ impl Paper {
         let roots = self.inverse.roots(k * reading / amount)?;
         let slope = amount * self.inverse.curve().slope(roots.far) / k;
         let variance = between(&self.drives, &self.factors.variance, drive);
-        Some(Found { a: roots.far, near: roots.near, slope, variance: reading * reading * variance })
+        // A distance on the near side alone may belong to one beyond the calibration.
+        let near = roots.near.or(roots.only_near.then_some(roots.far));
+        Some(Found { a: roots.far, near, slope, variance: reading * reading * variance })
     }
 
     /// Reading that the theory expects at a, mm.

@@ -13,6 +13,8 @@ pub struct Inverse {
     curve: StrainCurve,
     /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0).
     pieces: Vec<f64>,
+    /// u and f at the peak.
+    peak: (f64, f64),
 }
 
 /// Distances at which the linear theory gives a reading, mm.
@@ -22,6 +24,9 @@ pub struct Roots {
     pub far: f64,
     /// The next one, if any.
     pub near: Option<f64>,
+    /// Whether the largest lies on the near side of the peak: a widening whisker, whose f does not vanish far out, gives a
+    /// small reading there only.
+    pub only_near: bool,
 }
 
 /// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
@@ -55,7 +60,11 @@ impl Inverse {
             }
         }
         pieces.push(hi);
-        Self { curve, pieces }
+        let peak = pieces
+            .iter()
+            .map(|&u| (u, curve.at_inverse(u).0))
+            .fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        Self { curve, pieces, peak }
     }
 
     /// The curve that is inverted.
@@ -66,11 +75,7 @@ impl Inverse {
     /// Distance (mm) and value of the largest strain per unit of drive; infinitely far for a whisker that widens so
     /// much that f only falls with u.
     pub fn peak(&self) -> (f64, f64) {
-        let (u, f) = self.pieces.iter().map(|&u| (u, self.curve.at_inverse(u).0)).fold(
-            (self.pieces[0], f64::NEG_INFINITY),
-            |best, next| if next.1 > best.1 { next } else { best },
-        );
-        (1.0 / u, f)
+        (1.0 / self.peak.0, self.peak.1)
     }
 
     /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak, and for a widening whisker
@@ -91,7 +96,11 @@ impl Inverse {
                 }
             }
         }
-        found[0].map(|far| Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u) })
+        found[0].map(|far| Roots {
+            far: 1.0 / far,
+            near: found[1].map(|u| 1.0 / u),
+            only_near: self.peak.0 > 0.0 && far > self.peak.0,
+        })
     }
 
     /// Both roots of C (u − τ)(A − B u) = f, or of C₁ (1 − x1 u)² = f where the contact would be on the gauge.

@@ -13,7 +13,7 @@
 //! X̃ the mean of X over the gauge [s1, s2] with the weight 1/(1 − ps)³. ω, ζ and X are smooth: Chebyshev series in t, 1/(1 − p) and s, of
 //! which only the coefficients that matter are kept. Their values come from the f64 kernel.
 
-use crate::kernel::{self, Effects, Kernel, Rung, Solution, Tap, cpu::Cpu, rule};
+use crate::kernel::{self, Effects, Rung, Solution, Tap, cpu::Cpu, rule};
 use crate::physics::chebyshev::{basis, coefficients, placed, points, scaled, series};
 use crate::scene::Precision;
 
@@ -238,8 +238,10 @@ fn deviation(t: f64, s: f64, [force, arc, shortening]: [f64; 3]) -> f64 {
 
 /// Solves the rod at each (p, t) with a point gauge at each of `places`.
 fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
-    let rungs: Vec<Rung> =
-        rule::ladder(Precision::F64, TOLERANCE).into_iter().map(|rule| Rung { rule, chart: None }).collect();
+    let rungs: Vec<Rung> = rule::ladder(Precision::F64, TOLERANCE)
+        .into_iter()
+        .map(|rule| Rung { rule, chart: None, spare: false })
+        .collect();
     let tap = |p: f64, t: f64, s: f64| Tap {
         taper: p,
         rest: 1.0 - p,
@@ -257,8 +259,15 @@ fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
     let taps: Vec<Tap<f64>> =
         wanted.iter().flat_map(|&(p, t)| places.iter().map(move |&s| tap(p, t, s))).collect();
     let mut solutions: Vec<Solution<f64>> = Vec::new();
-    let kernel = Kernel::Exact(Effects::default());
-    kernel::solve(&mut Cpu::new(Precision::F64), kernel, &rungs, TOLERANCE, &taps, &mut solutions).ok()?;
+    kernel::solve(
+        &mut Cpu::new(Precision::F64),
+        Effects::default(),
+        &rungs,
+        TOLERANCE,
+        &taps,
+        &mut solutions,
+    )
+    .ok()?;
     if !solutions.iter().all(|s| s.within(TOLERANCE)) {
         return None;
     }

@@ -53,7 +53,11 @@ pub fn find(
             }
         }
     }
-    Ok(best)
+    // Brent's method stops just inside a bound towards which the value falls.
+    let bound = [&samples[0], &samples[last]].into_iter().find(|end| {
+        allowed(end) && best.as_ref().is_some_and(|b| (b.drive - end.drive).abs() <= REACHED * end.drive)
+    });
+    Ok(bound.copied().or(best))
 }
 
 /// The farthest allowed sample from `from` towards `to`.

@@ -72,6 +72,8 @@ impl PartialOrd for Counted {
 }
 
 impl Scalar for Counted {
+    const ROUNDING: f64 = f64::ROUNDING;
+
     fn of(x: f64) -> Self {
         Self(x)
     }
@@ -139,7 +141,7 @@ impl Solver for Counter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::{Effects, Kernel, Rule, cpu::pack::Pack};
+    use crate::kernel::{Effects, Rule, cpu::pack::Pack};
 
     #[test]
     fn every_operation_is_seen_once() {
@@ -172,9 +174,9 @@ mod tests {
         };
         let flops = |nodes: usize, sweeps: u32| {
             let rule = Rule { nodes, terms: 9, full: false, sweeps };
-            let (kernel, mut counter) = (Kernel::Exact(Effects::default()), Counter::default());
+            let (effects, mut counter) = (Effects::default(), Counter::default());
             // A tolerance that is never met: exactly `sweeps` sweeps.
-            let job = Job { kernel, rule: &rule, tolerance: 0.0, chart: None };
+            let job = Job { effects, rule: &rule, tolerance: 0.0, chart: None };
             let mut out = Vec::new();
             counter.solve(&job, &[tap], &mut out).unwrap();
             assert_eq!(out[0].sweeps, f64::from(sweeps));

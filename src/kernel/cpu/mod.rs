@@ -5,7 +5,6 @@
 
 mod count;
 mod exact;
-mod linear;
 pub(crate) mod pack;
 mod peak;
 
@@ -18,7 +17,7 @@ pub use exact::series;
 use pack::{Pack, Scalar};
 pub use peak::{bandwidth, flops};
 
-use super::{Job, Kernel, Solution, Solver, Tap};
+use super::{Job, Solution, Solver, Tap};
 use crate::scene::Precision;
 
 /// Taps of one work item: enough to hide scheduling, few enough to balance.
@@ -76,13 +75,12 @@ impl Solver for Cpu {
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, $run:ident, $($n:literal)*) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
-            match (job.kernel, job.rule.nodes) {
-                (Kernel::Linear, _) => $run(taps, out, |t, o| block::<$t, 2, $lanes>(None, job, t, o)),
-                $((Kernel::Exact(_), $n) => {
+            match job.rule.nodes {
+                $($n => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    $run(taps, out, |t, o| block::<$t, $n, $lanes>(Some(&tables), job, t, o));
+                    $run(taps, out, |t, o| block::<$t, $n, $lanes>(&tables, job, t, o));
                 })*
-                (_, n) => return Err(format!("no CPU kernel with {n} nodes")),
+                n => return Err(format!("no CPU kernel with {n} nodes")),
             }
             Ok(())
         }
@@ -107,7 +105,7 @@ fn parallel(
 
 /// Solves one work item with the best instruction set there is.
 fn block<T: Scalar, const N: usize, const L: usize>(
-    tables: Option<&Tables<T, N>>,
+    tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
@@ -128,7 +126,7 @@ fn block<T: Scalar, const N: usize, const L: usize>(
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn block_avx2<T: Scalar, const N: usize, const L: usize>(
-    tables: Option<&Tables<T, N>>,
+    tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
@@ -139,7 +137,7 @@ fn block_avx2<T: Scalar, const N: usize, const L: usize>(
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
 fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
-    tables: Option<&Tables<T, N>>,
+    tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
@@ -147,14 +145,11 @@ fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
-        let solved: Solution<Pack<T, L, FMA>> = match (tables, job.kernel) {
-            (Some(tables), Kernel::Exact(e)) if const { N <= exact::PLAIN_NODES } && e.plain() => {
-                exact::taps::<T, N, L, FMA, true>(tables, job.rule, &e, job.tolerance, &packed)
-            }
-            (Some(tables), Kernel::Exact(e)) => {
-                exact::taps::<T, N, L, FMA, false>(tables, job.rule, &e, job.tolerance, &packed)
-            }
-            _ => linear::taps(&packed),
+        let effects = &job.effects;
+        let solved: Solution<Pack<T, L, FMA>> = if const { N <= exact::PLAIN_NODES } && effects.plain() {
+            exact::taps::<T, N, L, FMA, true>(tables, job.rule, effects, job.tolerance, &packed)
+        } else {
+            exact::taps::<T, N, L, FMA, false>(tables, job.rule, effects, job.tolerance, &packed)
         };
         for (i, o) in out.iter_mut().enumerate() {
             *o = solved.map(|x| x.0[i].get());

@@ -5,6 +5,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Send + Sync + 'static {
+    /// Largest relative error of one rounding.
+    const ROUNDING: f64;
     /// Rounded from f64.
     fn of(x: f64) -> Self;
     /// Widened.
@@ -26,6 +28,7 @@ pub trait Scalar: Copy + PartialOrd + Send + Sync + 'static {
 macro_rules! scalar {
     ($t:ty) => {
         impl Scalar for $t {
+            const ROUNDING: f64 = 0.5 * <$t>::EPSILON as f64;
             #[inline(always)]
             fn of(x: f64) -> Self {
                 x as $t

@@ -4,8 +4,8 @@
 use std::fmt::Write;
 
 use crate::kernel::{
-    Chart, Effects, Job, Kernel, Rule, Solution, Tap,
-    cpu::series,
+    Chart, Effects, Job, Rule, Solution, Tap,
+    cpu::{pack::Scalar, series},
     nodes::{Nodes, gauss},
     rule::limits,
 };
@@ -17,7 +17,7 @@ pub const WORKGROUP: u32 = 64;
 /// What a compute pipeline is specialised on.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant<'a> {
-    /// Kernel, rule, tolerance, section law.
+    /// Effects, rule, tolerance, section law.
     pub job: Job<'a>,
     /// Type of every number.
     pub precision: Precision,
@@ -27,25 +27,22 @@ impl Variant<'_> {
     /// Name in messages.
     pub fn name(&self) -> String {
         let Rule { nodes, terms, .. } = self.job.rule;
-        format!("{:?} {:?} nodes={nodes} terms={terms}", self.job.kernel, self.precision).to_lowercase()
+        format!("{:?} {:?} nodes={nodes} terms={terms}", self.job.effects, self.precision).to_lowercase()
     }
 
     /// The whole WGSL text; two variants with the same text are the same pipeline.
     pub fn wgsl(&self) -> String {
         let main = include_str!("../../../shaders/main.wgsl");
-        match self.job.kernel {
-            Kernel::Linear => [&header(self), include_str!("../../../shaders/linear.wgsl"), main].join("\n"),
-            Kernel::Exact(effects) => [
-                &header(self),
-                &tables(self, &effects),
-                include_str!("../../../shaders/exact.wgsl"),
-                include_str!("../../../shaders/sweep.wgsl"),
-                include_str!("../../../shaders/newton.wgsl"),
-                include_str!("../../../shaders/gauge.wgsl"),
-                main,
-            ]
-            .join("\n"),
-        }
+        [
+            &header(self),
+            &tables(self, &self.job.effects),
+            include_str!("../../../shaders/exact.wgsl"),
+            include_str!("../../../shaders/sweep.wgsl"),
+            include_str!("../../../shaders/newton.wgsl"),
+            include_str!("../../../shaders/gauge.wgsl"),
+            main,
+        ]
+        .join("\n")
     }
 }
 
@@ -59,9 +56,9 @@ fn literal(precision: Precision, x: f64) -> String {
 
 /// Types, layouts and the named numbers that every kernel uses.
 fn header(v: &Variant<'_>) -> String {
-    let real = match v.precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
+    let (real, rounding) = match v.precision {
+        Precision::F32 => ("f32", f32::ROUNDING),
+        Precision::F64 => ("f64", f64::ROUNDING),
     };
     let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
     let named = [
@@ -73,6 +70,8 @@ fn header(v: &Variant<'_>) -> String {
         ("THREE", 3.0),
         ("TOLERANCE", v.job.tolerance),
         ("MAX_ANGLE", v.job.rule.max_angle()),
+        ("LEAST_REST", v.job.rule.least_rest()),
+        ("ROUNDING", rounding),
     ];
     for (name, x) in named.into_iter().chain(limits::NAMED) {
         let _ = writeln!(text, "const {name}: real = {};", literal(v.precision, x));
@@ -179,7 +178,8 @@ fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
         let _ = writeln!(text, "    let {name} = {};", nested(&names, "y"));
     }
     let _ = writeln!(text, "    let r = {};\n    let c = {};", line(&chart.r), line(&chart.c));
-    let _ = writeln!(text, "    return Section(t * t * r + b2 * p, t * c + b2 * q, max(beta, abs(s)));\n}}");
+    let load = if chart.covers { "abs(s)" } else { "max(beta, abs(s))" };
+    let _ = writeln!(text, "    return Section(t * t * r + b2 * p, t * c + b2 * q, {load});\n}}");
     text + &format!("const CHART_ERROR: real = {};\n", lit(chart.error))
 }
 
@@ -255,10 +255,9 @@ mod tests {
                     }
                 });
                 let sensible = effects.filter(|e| !e.stick || (e.extension && e.offset));
-                for kernel in sensible.map(Kernel::Exact).chain([Kernel::Linear]) {
-                    let law = matches!(kernel, Kernel::Exact(e) if e.law);
-                    let job =
-                        Job { kernel, rule: &rule, tolerance: 1e-5, chart: chart.as_ref().filter(|_| law) };
+                for effects in sensible {
+                    let chart = chart.as_ref().filter(|_| effects.law);
+                    let job = Job { effects, rule: &rule, tolerance: 1e-5, chart };
                     f(&Variant { job, precision });
                     seen += 1;
                 }
@@ -272,24 +271,13 @@ mod tests {
         let seen = each_variant(|v| {
             validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
         });
-        assert_eq!(seen, 6 * (32 + 8 + 1));
-    }
-
-    #[test]
-    fn linear_variant_holds_nothing_of_the_rod() {
-        each_variant(|v| {
-            if v.job.kernel == Kernel::Linear {
-                let module = validate(&v.name(), &v.wgsl()).unwrap();
-                let names: Vec<_> = module.functions.iter().filter_map(|(_, f)| f.name.clone()).collect();
-                assert_eq!(names, ["solve"]);
-            }
-        });
+        assert_eq!(seen, 6 * (32 + 8));
     }
 
     #[test]
     fn struct_layouts_are_those_of_rust() {
         let rule = every_rule(Precision::F32)[0];
-        let job = Job { kernel: Kernel::Linear, rule: &rule, tolerance: 1e-5, chart: None };
+        let job = Job { effects: Effects::default(), rule: &rule, tolerance: 1e-5, chart: None };
         let v = Variant { job, precision: Precision::F32 };
         let module = validate("layout", &v.wgsl()).unwrap();
         let offsets = |name: &str| {

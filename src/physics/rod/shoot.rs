@@ -12,6 +12,9 @@ use crate::scene::model::Drive;
 /// Size of the Newton step, relative to the unknowns, at which a shot hits.
 const HIT: f64 = 1e-12;
 
+/// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
+const NEARLY: f64 = 1e-9;
+
 /// Difference of an unknown, relative to its scale, for the Jacobian.
 const PROBE: f64 = 1e-6;
 
@@ -149,9 +152,8 @@ impl<'a> Shooter<'a> {
                 return Ok((z, shot));
             }
             let mut missed = Missed::Stalled;
-            let (fraction, trial, next) = (0..=MOST_HALVINGS)
-                .map(|halvings| 0.5_f64.powi(halvings))
-                .find_map(|fraction| {
+            let Some((fraction, trial, next)) =
+                (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
                     let Some(trial) = self.shoot(amount, z + fraction * step) else {
                         missed = Missed::NoState;
                         return None;
@@ -160,7 +162,10 @@ impl<'a> Shooter<'a> {
                     let next = -(jacobian.inverse() * trial.miss);
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
                 })
-                .ok_or(missed)?;
+            else {
+                // Steps that do not shrink any more are what rounding leaves of lengths that cancel.
+                return if self.size(z, step) <= NEARLY { Ok((z, shot)) } else { Err(missed) };
+            };
             let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
             z += fraction * step;
             jacobian = if contracts {
@@ -172,7 +177,7 @@ impl<'a> Shooter<'a> {
             shot = trial;
             step = -(jacobian.inverse() * shot.miss);
         }
-        Err(Missed::Stalled)
+        if self.size(z, step) <= NEARLY { Ok((z, shot)) } else { Err(Missed::Stalled) }
     }
 
     /// What changes of the unknowns are measured by: P itself, a, and for T the contact force.

@@ -6,9 +6,11 @@ use super::tables::{Tables, dot};
 use crate::kernel::{Effects, Rule, Solution, Tap, rule::limits::*};
 
 /// How an error of the arc shows in the strain, relative to max(|ε|, 1e-3 θ f_max), for a contact at 1 + `x`: dℓ/dc / ℓ
-/// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way.
+/// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way, as the square of
+/// the bent part of the gauge; with an `offset` force, part of the strain goes as the bent part itself.
 #[inline(always)]
 pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
+    offset: bool,
     tap: &Tap<Pack<T, L, FMA>>,
     x: Pack<T, L, FMA>,
 ) -> Pack<T, L, FMA> {
@@ -19,7 +21,8 @@ pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
     let clear = (u1 + u2) / (near * u2 + far * u1).max(tiny);
     let on_gauge = of(2.0) / near + tap.taper / tap.rest;
     let growth = (near / tap.near.max(tiny)).min(of(MOST_GROWTH));
-    let weight = (tap.weight * growth * growth).min(one);
+    let share = if offset { growth.max(growth * growth) } else { growth * growth };
+    let weight = (tap.weight * share).min(one);
     one + weight * far.if_less(of(0.0), on_gauge, clear)
 }
 
@@ -59,7 +62,7 @@ pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
     [across.max(one), along.max(one), strains.max(one)]
 }
 
-/// The solution of a tap whose last sweep left `residual`; `across` is the first of its [`shares`].
+/// The solution of a tap whose last sweep left `residual`, and rounding `rounded`; `across` is the first of its [`shares`].
 #[inline(always)]
 pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
     tables: &Tables<T, N>,
@@ -67,7 +70,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     effects: &Effects,
     tap: &Tap<Pack<T, L, FMA>>,
     state: &State<Pack<T, L, FMA>, N>,
-    [residual, across]: [Pack<T, L, FMA>; 2],
+    [residual, rounded, across]: [Pack<T, L, FMA>; 3],
     sweeps: Pack<T, L, FMA>,
 ) -> Solution<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
@@ -94,7 +97,10 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
     let slim = tap.taper * x / g2;
     let longer = farther * (two + farther);
-    let on_gauge_change = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
+    // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
+    let left = of(0.5) * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
+    let leaving = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
+    let on_gauge_change = (of(LEFT) * tap.width).if_less(c2, left, leaving);
     let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
     let change = tap.far.if_less(zero, on_gauge_change, clear_change);
 
@@ -183,24 +189,51 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         more / tap.strain
     };
 
-    let mut error = truncation(n, tables, tap, state, &series, [m, g2, sensitivity(tap, x)]);
+    let mut error = truncation(n, tables, tap, state, &series, [m, g2, sensitivity(offset, tap, x)]);
     if offset {
         error = error * across;
     }
-    error = error + residual;
+    error = error + residual + rounded;
     if offset {
         let height = two * g2 * m * (climbs[n - 1].abs() + climbs[n - 2].abs());
         let lost = tap.radius * h_force.abs() * height / tap.strain.abs().max(tiny);
         error = error + of(HEIGHT_TAIL) * tap.weight * lost;
     }
-    if offset {
-        // The estimate so far is relative to the first-order strain.
-        error = error / (one + strain).abs().min(one).max(of(1e-3));
+    // The estimate so far is relative to the first-order strain.
+    error = error / (one + strain).abs().min(one).max(of(1e-3));
+    let mut outside = of(rule.max_angle()).if_less(state.base, one, state.fold.if_less(zero, one, zero));
+    let mut load = zero;
+    if law {
+        load = state.load;
+        for (w, y, shorter, height) in [(zero, one, zero, zero), (one, g, series[0], climbs[0])] {
+            // The fibres next to the contact and at the base, which no node looks at.
+            let (y2, angle) = (y * y, if axial { legendre(n, &angles, w) } else { zero });
+            let unit = of(0.25) * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
+            let sine = angle - tables.x_minus_sin(angle);
+            let direct = if axial {
+                h_force * unit - (h_force * tables.one_minus_cos(angle) + w_force * sine) * unit
+            } else {
+                zero
+            };
+            let moment = two * g2 * m * (w_force * shorter - h_force * height);
+            let arm = g2 * m * w * (one + y) / y2;
+            let whole = w_force * arm + h_force * contact_radius - moment;
+            let b = (tap.radius * whole * (y2 * y2 * y2) * ig6).abs();
+            let [extra, chi, beyond] = tables.section(direct, b);
+            let (e, kr) = (direct + extra, b * (one + chi));
+            load = load.max(e + kr).max(two * (kr - e));
+            outside = one.if_less(beyond, one, outside);
+        }
+        outside = one.if_less(state.beyond, one, outside);
     }
-    let error = of(rule.max_angle()).if_less(state.base, of(HOPELESS), error);
-    let error = if law { one.if_less(state.load, of(HOPELESS), error) } else { error };
-    // What the material bears is told by an equilibrium only, not by an iteration gone astray.
-    let load = residual.if_less(of(ASTRAY), state.load, zero);
+    // What the material bears, and what lies beyond, is told by an equilibrium only, not by an iteration gone astray.
+    let astray = residual.if_less(of(ASTRAY), zero, one);
+    let ended = one.if_less(load, one, zero);
+    if offset {
+        error = tap.rest.if_less(of(rule.least_rest()), of(LOST), error);
+    }
+    let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
+    let load = zero.if_less(outside.max(astray), zero, load);
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
 }
 

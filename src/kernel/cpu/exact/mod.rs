@@ -62,10 +62,13 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         bending: [zero; N],
         extra: [zero; N],
         steps: [zero; 2],
+        noise: [zero; 2],
+        fold: of(1.0),
         base: zero,
         load: zero,
+        beyond: zero,
     };
-    let (mut error, mut last, mut rate, mut sweeps) = (of(1.0), of(1.0), zero, zero);
+    let (mut error, mut last, mut rate, mut sweeps, mut rounded) = (of(1.0), of(1.0), zero, zero, zero);
     let stop = of(rule.stop(effects) * tolerance);
     let least = Rule::least(effects, tolerance);
     let [across, along, strains] = if PLAIN { [of(1.0); 3] } else { shares(effects, tap) };
@@ -79,12 +82,15 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         if !stepping {
             continue;
         }
-        let [first, second] = state.steps;
-        let change = if !PLAIN && effects.stick {
-            across * first.abs() + along * second.abs()
-        } else {
-            first.abs() + across * sensitivity(tap, tap.arc + state.arc) * second.abs()
+        let felt = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
+        let shows = |[first, second]: [Pack<T, L, FMA>; 2]| {
+            if !PLAIN && effects.stick {
+                across * first.abs() + along * second.abs()
+            } else {
+                first.abs() + across * felt * second.abs()
+            }
         };
+        let change = shows(state.steps);
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
         let expected = rate * last;
         let next =
@@ -93,9 +99,14 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         rate = open(next, rate);
         last = open(change.max(of(TINY)), last);
         sweeps = sweeps + open(of(rule.settle().into()), zero);
-        // Where two unknowns turn around each other a step may be small by chance.
-        let believed = if !PLAIN && effects.offset { change.max(of(CHANCE) * expected) } else { change };
+        // Where two unknowns turn around each other, or the lever grows on the way, a step may be small by chance.
+        let wary = change.max(of(CHANCE) * expected);
+        let believed = match () {
+            () if !PLAIN && (effects.offset || rule.full) => wary,
+            () => (of(GROWN) * tap.near).if_less(tap.near + state.arc, wary, change),
+        };
         error = open(believed * rate / (of(1.0) - rate), error);
+        rounded = open(shows(state.noise), rounded);
         if step >= least {
             done = stop.if_less(error, done, of(1.0));
             if of(1.0).all_at_most(done) {
@@ -107,8 +118,12 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         // What the law is off shows in the strains, and in the arc by what the force and the angle made of it.
         let x = tap.arc + state.arc;
         let turned = if effects.offset { tap.angle } else { tap.angle * tap.angle };
-        let moved = across * (sensitivity(tap, x) - of(1.0)) * (x.abs() + turned);
+        let moved = across * (sensitivity(effects.offset, tap, x) - of(1.0)) * (x.abs() + turned);
         error = error + (strains + moved) * of(chart_error);
     }
-    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, [error, across], sweeps)
+    if PLAIN {
+        let x = state.arc.abs() * of(ARC_ROUNDINGS * T::ROUNDING);
+        rounded = state.force.abs() * of(ROUNDINGS * T::ROUNDING) + sensitivity(false, tap, state.arc) * x;
+    }
+    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, [error, rounded, across], sweeps)
 }

@@ -79,9 +79,20 @@ fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     Turned { nodes, base }
 }
 
-/// Steps of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0. A unit of W, c or H turns the rod by
-/// ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
+/// A Newton step.
+pub struct Step<P> {
+    /// Of w and of z (or k).
+    pub steps: [P; 2],
+    /// Errors of both that the noise of the residuals makes.
+    pub noise: [P; 2],
+    /// Determinant of the Jacobian: its sign changes at a fold of the path from the unloaded rod.
+    pub fold: P,
+}
+
+/// The step of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0, and from their `noise`. A unit of W, c or
+/// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
@@ -90,7 +101,8 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     state: &State<Pack<T, L, FMA>, N>,
     bent: &Bent<Pack<T, L, FMA>, N>,
     [across, along]: [Pack<T, L, FMA>; 2],
-) -> (Pack<T, L, FMA>, Pack<T, L, FMA>) {
+    noise: [Pack<T, L, FMA>; 2],
+) -> Step<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let c = one + bent.x;
@@ -185,5 +197,14 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let (m11, m12) = (tap.force * row1(move1, base1), unit2 * row1(move2, base2));
     let (m21, m22) = (tap.force * row2(move1), unit2 * row2(move2));
     let det = m11 * m22 - m12 * m21;
-    ((m22 * across - m12 * along) / det, (m11 * along - m21 * across) / det)
+    let id = one / det;
+    let size = id.abs();
+    Step {
+        steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
+        noise: [
+            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
+            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
+        ],
+        fold: det,
+    }
 }

@@ -1,7 +1,7 @@
 //! One Picard sweep with a Newton step for the two unknowns of the contact. Twin of `shaders/sweep.wgsl`.
 
 use super::super::pack::{Pack, Scalar};
-use super::newton::{Bent, step};
+use super::newton::{Bent, Step, step};
 use super::tables::{Tables, dot};
 use crate::kernel::{Effects, Rule, Tap, rule::limits::*};
 
@@ -29,10 +29,16 @@ pub struct State<P, const N: usize> {
     pub extra: [P; N],
     /// Last Newton steps of w and of z (or k), before they were bounded.
     pub steps: [P; 2],
+    /// What rounding may have made of w and of z (or k).
+    pub noise: [P; 2],
+    /// Determinant of the last Jacobian, positive as long as it has the sign of the unloaded rod's; 1 where it cannot vanish.
+    pub fold: P,
     /// |ψ| at the base.
     pub base: P,
-    /// Largest load of a section: above 1 a fibre leaves the range of the law, or the section its chart.
+    /// Largest load of a fibre: above 1 it leaves the range of the law.
     pub load: P,
+    /// Largest load of a section on its chart: above 1 the chart does not tell what the section does.
+    pub beyond: P,
 }
 
 impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L, FMA>, N> {
@@ -44,8 +50,12 @@ impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L
         pick(&mut self.force, before.force);
         pick(&mut self.along, before.along);
         pick(&mut self.arc, before.arc);
+        pick(&mut self.noise[0], before.noise[0]);
+        pick(&mut self.noise[1], before.noise[1]);
+        pick(&mut self.fold, before.fold);
         pick(&mut self.base, before.base);
         pick(&mut self.load, before.load);
+        pick(&mut self.beyond, before.beyond);
         for i in 0..n {
             pick(&mut self.lag[i], before.lag[i]);
             pick(&mut self.angle[i], before.angle[i]);
@@ -149,7 +159,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         }
         state.shortening[i] = short * density[i];
     }
-    state.load = zero;
+    (state.load, state.beyond) = (zero, zero);
     for i in 0..n {
         let y2 = y[i] * y[i];
         let shorter = dot(n, &tables.integral[i], &state.shortening);
@@ -167,11 +177,12 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
             let arm = g2 * m * w * (one + y[i]) / y2;
             let whole = w_force * arm + h_force * contact_radius - moment;
             let b = tap.radius * whole * (y2 * y2 * y2) * g4 * ig2;
-            let [extra, chi, load] = tables.section(axial[i], b.abs());
+            let [extra, chi, beyond] = tables.section(axial[i], b.abs());
             state.extra[i] = extra;
             moment = moment - whole * chi;
             let (e, kr) = (axial[i] + extra, b.abs() * (one + chi));
-            state.load = state.load.max(load).max(e + kr).max(two * (kr - e));
+            state.load = state.load.max(e + kr).max(two * (kr - e));
+            state.beyond = state.beyond.max(beyond);
         }
         state.bending[i] = moment * (y2 * y2 * y[i]);
     }
@@ -285,8 +296,35 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         state.base = base.abs();
         return;
     }
+    // Terms that may cancel in the residuals: each is off by a rounding or so.
+    let noise = if PLAIN {
+        [zero; 2]
+    } else {
+        let rounding = of(ROUNDINGS * T::ROUNDING);
+        let lever1 = |psi: Pack<T, L, FMA>, eta: Pack<T, L, FMA>| (turn * psi).abs() + (x0 * eta).abs();
+        let forced =
+            tap.force.abs() * (lever1(psi1, eta1) * dw.abs() + (one + dw).abs() * lever1(d_psi1, d_eta1));
+        let mut first = forced
+            + (turn_c * lag).abs()
+            + (x0 * sigma).abs()
+            + (back * x0 * beta).abs()
+            + (pole_y * x0 * cosine).abs()
+            + (tap.angle * x * s1).abs();
+        let mut second = (x * s1).abs() + (x0 * back_more).abs();
+        if offset {
+            let dh = (tap.force * state.along).abs();
+            first = first
+                + dh * a0.abs()
+                + (h_force * d_a0).abs()
+                + (rise * y0 * beta).abs()
+                + (y0 * back_more).abs();
+            second = second + y0.abs() * (dh * b0.abs() + sigma.abs() + (h_force * d_b0).abs() + rise.abs());
+        }
+        [first * rounding, second * rounding]
+    };
+    state.fold = one;
     let (dw, dx) = if offset || !PLAIN && rule.full {
-        step(
+        let Step { steps: [dw, dx], noise, fold } = step(
             tables,
             effects,
             rule.passes(),
@@ -307,12 +345,30 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
                 sine,
             },
             [across, along],
-        )
+            noise,
+        );
+        // The same of the unloaded rod, per unit of its forces.
+        let b1 = eta1 + hub * psi1;
+        let unloaded = if stick {
+            a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1
+        } else {
+            let ratio = if offset { tap.ratio } else { zero };
+            (a1 + ratio * (a0 + y0 * f)) * s1
+                - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0))
+        };
+        state.noise = noise;
+        state.fold = fold * unloaded * if stick { one } else { tap.force };
+        (dw, dx)
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
         let m12 = w_force * (a1 + d_a1) * (of(3.0) / c + tap.taper * ig2) - tap.angle * s1;
+        let m11 = tap.force * (a1 + d_a1);
         let dx = along / pole_x;
-        (((across - m12 * dx) / (tap.force * (a1 + d_a1))), dx)
+        if !PLAIN {
+            let arc = noise[1] / pole_x.abs();
+            state.noise = [(noise[0] + m12.abs() * arc) / m11.abs(), arc];
+        }
+        ((across - m12 * dx) / m11, dx)
     };
     state.steps = [dw, dx];
     let (mut dw, mut dx) = (dw, dx);

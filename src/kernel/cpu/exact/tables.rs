@@ -25,6 +25,8 @@ pub struct Tables<T, const N: usize> {
 #[derive(Debug, Clone)]
 struct Law<T> {
     error: f64,
+    /// Whether the chart tells of the material wherever a section bends beyond it.
+    covers: bool,
     /// 1/axial.
     scale: T,
     bending: [T; 2],
@@ -39,6 +41,7 @@ impl<T: Scalar> Law<T> {
         let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
         Self {
             error: chart.error,
+            covers: chart.covers,
             scale: T::of(1.0 / chart.axial),
             bending: chart.bending.map(T::of),
             r: line(&chart.r),
@@ -93,7 +96,7 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         x * z * polynomial(&self.x_minus_sin, z)
     }
 
-    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; load > 1 is outside the chart.
+    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
     #[inline(always)]
     pub fn section<const L: usize, const FMA: bool>(
         &self,
@@ -106,7 +109,7 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         let b2 = b * b;
         let beta = b2 / (most * most);
         let x = t * Pack::splat(law.scale);
-        let load = beta.max(x.abs());
+        let load = if law.covers { x.abs() } else { beta.max(x.abs()) };
         let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
         let (extra, chi) = (plane(&law.p, x, y), plane(&law.q, x, y));
         [t * t * polynomial(&law.r, x) + b2 * extra, t * polynomial(&law.c, x) + b2 * chi, load]
