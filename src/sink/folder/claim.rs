@@ -94,14 +94,15 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
 fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Option<String>, Error> {
     Ok(match record {
         Record::Nothing => {
-            let strange = |name: &str| match name {
-                JOURNAL => question.command != "optimise",
-                name => !name.starts_with(PREFIX),
-            };
             let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-            entries
-                .any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())))
-                .then(|| "this folder is not empty and holds no result of this program".to_owned())
+            let strange = |name: &str| !name.starts_with(PREFIX);
+            let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
+            let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
+            match (occupied, searched) {
+                (true, _) => Some("this folder is not empty and holds no result of this program".to_owned()),
+                (_, true) => Some("this folder holds an unfinished search".to_owned()),
+                _ => None,
+            }
         }
         Record::Unlisted => Some("the run.json in this folder lists no files of a result".to_owned()),
         Record::Result { command, name, .. }

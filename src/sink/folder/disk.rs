@@ -65,19 +65,11 @@ pub(super) struct Stamp {
     length: u64,
     modified: Option<SystemTime>,
     place: Option<(u64, u64)>,
-    changed: Option<(i64, i64)>,
 }
 
 impl Stamp {
     pub fn of(m: &Metadata) -> Self {
-        #[cfg(unix)]
-        let changed = {
-            use std::os::unix::fs::MetadataExt;
-            Some((m.ctime(), m.ctime_nsec()))
-        };
-        #[cfg(not(unix))]
-        let changed = None;
-        Self { length: m.len(), modified: m.modified().ok(), place: place(m), changed }
+        Self { length: m.len(), modified: m.modified().ok(), place: place(m) }
     }
 }
 
@@ -110,8 +102,7 @@ impl Identity {
 
     /// Whether both are the same file.
     pub fn is(&self, other: &Self) -> bool {
-        let same = |a: bool, b: bool| a && b;
-        same(self.path.is_some(), self.path == other.path)
-            || same(self.place.is_some(), self.place == other.place)
+        let path = self.path.is_some() && self.path == other.path;
+        path || (self.place.is_some() && self.place == other.place)
     }
 }

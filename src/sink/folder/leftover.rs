@@ -6,18 +6,19 @@ use std::path::Path;
 use super::PREFIX;
 use super::lock::{Asked, Lock};
 
-/// Removes from `place` what dead runs left there; `mine` is the owner whose lock is held. What cannot be removed stays.
-pub(super) fn clear(place: &Path, mine: &str) {
-    for entry in fs::read_dir(place).into_iter().flatten().flatten() {
+/// Removes from `place` what dead runs left there; `mine` is the lock that is held. What cannot be removed stays.
+pub(super) fn clear(place: &Path, mine: &Lock) {
+    // Without locks, nobody is known to be dead.
+    for entry in fs::read_dir(place).into_iter().flatten().flatten().filter(|_| mine.firm) {
         let name = entry.file_name();
         let Some(owner) = name.to_str().and_then(|n| n.strip_prefix(PREFIX)).and_then(owner) else {
             continue;
         };
         // Held until this leftover is gone, so that a live run keeps what it is writing.
-        let _lock = match owner == mine {
+        let _lock = match owner == mine.owner && place == mine.place() {
             true => None,
             false => match Lock::ask(place, owner) {
-                Ok(Asked::Held(lock)) => Some(lock),
+                Ok(Asked::Held(lock)) if lock.firm => Some(lock),
                 _ => continue,
             },
         };

@@ -12,6 +12,8 @@ use super::disk::{open_regular, place};
 pub(super) struct Lock {
     /// Whose it is, by name.
     pub owner: String,
+    /// Whether the file system has locks at all.
+    pub firm: bool,
     place: PathBuf,
     path: PathBuf,
     _file: File,
@@ -37,16 +39,16 @@ impl Lock {
                     Err(e) if e.kind() == io::ErrorKind::NotFound && place.is_dir() => continue,
                     other => other?,
                 };
-            match file.try_lock() {
+            let firm = match file.try_lock() {
+                Ok(()) => true,
                 Err(TryLockError::WouldBlock) => {
                     let mut pid = String::new();
                     let _ = file.take(20).read_to_string(&mut pid);
                     return Ok(Asked::Taken(pid.trim().parse().ok()));
                 }
                 // A file system without locks: nobody can be asked.
-                Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => {}
-                other => other?,
-            }
+                Err(TryLockError::Error(_)) => false,
+            };
             if !is_at(&file, &path) {
                 continue;
             }
@@ -54,7 +56,7 @@ impl Lock {
             file.rewind()?;
             writeln!(file, "{}", std::process::id())?;
             let (owner, place) = (owner.to_owned(), place.to_owned());
-            return Ok(Asked::Held(Self { owner, place, path, _file: file }));
+            return Ok(Asked::Held(Self { owner, firm, place, path, _file: file }));
         }
     }
 

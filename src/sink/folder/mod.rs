@@ -64,36 +64,34 @@ impl Folder {
     /// A folder that another run is writing to; one that holds another result or anything else, unless `force`; a file in
     /// the way.
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
-        let (place, lock) = locked(target)?;
-        Self::with(target, (place, lock), question, names, force)
+        Self::with(target, locked(target)?, question, names, force)
     }
 
     /// As [`Self::open`], in a `target` that is made at once where it is not there.
     pub fn open_now(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
-        let beside = locked(target)?;
+        let mut held = locked(target)?;
         if !target.is_dir() {
             fs::create_dir(target).map_err(|e| Error::io(target, e))?;
+            // Beside it, too, nobody begins to write until the folder itself is locked.
+            held = locked(target)?;
         }
-        // Beside it, too, nobody begins to write until the folder itself is locked.
-        let inside = locked(target)?;
-        drop(beside);
-        Self::with(target, inside, question, names, force)
+        Self::with(target, held, question, names, force)
     }
 
     fn with(
         target: &Path,
-        (place, lock): (PathBuf, Lock),
+        lock: Lock,
         question: Question,
         names: &[&str],
         force: bool,
     ) -> Result<Self, Error> {
-        let (inside, owner) = (target.is_dir(), lock.owner.clone());
+        let inside = target.is_dir();
         if inside {
             replace::recover(target)?;
         }
-        leftover::clear(&place, &owner);
+        leftover::clear(lock.place(), &lock);
         if let Some(parent) = target.canonicalize().ok().as_deref().and_then(Path::parent) {
-            leftover::clear(parent, "");
+            leftover::clear(parent, &lock);
         }
         let mut old = Old::default();
         if inside {
@@ -101,10 +99,11 @@ impl Folder {
             old = judge(target, &question, &names, force)?;
         }
         let mut builder = tempfile::Builder::new();
-        let prefix = format!("{PREFIX}{owner}-");
+        let prefix = format!("{PREFIX}{}-", lock.owner);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let partial = builder.prefix(&prefix).tempdir_in(&place).map_err(|e| Error::io(&place, e))?;
+        let partial =
+            builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))?;
         let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
         Ok(Self { target, question, inside, old, names, closed, partial, lock })
     }
@@ -181,13 +180,13 @@ impl Folder {
     }
 }
 
-/// The place where a result for `target` is written, and its lock.
-fn locked(target: &Path) -> Result<(PathBuf, Lock), Error> {
+/// The lock in the place where a result for `target` is written.
+fn locked(target: &Path) -> Result<Lock, Error> {
     loop {
         let (place, owner) = place(target)?;
         match Lock::wait(&place, &owner) {
             // Another run may have made the folder in the meantime.
-            Ok(Asked::Held(lock)) if place == claim::place(target)?.0 => return Ok((place, lock)),
+            Ok(Asked::Held(lock)) if place == claim::place(target)?.0 => return Ok(lock),
             Ok(Asked::Held(_)) => {}
             Ok(Asked::Taken(pid)) => {
                 let who = pid.map_or("another run".to_owned(), |pid| format!("another run (process {pid})"));

@@ -133,3 +133,94 @@ fn finish(target: &Path) -> io::Result<()> {
     fs::remove_file(pending.join(MANIFEST))?;
     fs::remove_dir(&pending)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The steps of a replacement at which it may be killed: all before the decision, one after each rename.
+    fn killed_after(renames: usize, aside: bool) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, new) = (folder.path(), folder.path().join(".vibrissa-result-a1B2c3"));
+        for name in ["a.csv", "b.csv", "notes.txt", RUN] {
+            fs::write(target.join(name), format!("old {name}")).unwrap();
+        }
+        fs::create_dir(&new).unwrap();
+        let put = ["b.csv".to_owned(), "c.csv".to_owned(), RUN.to_owned()];
+        for name in &put {
+            fs::write(new.join(name), format!("new {name}")).unwrap();
+        }
+        let given = if aside { &["a.csv", "b.csv"][..] } else { &["a.csv", "b.csv", RUN] };
+        let old: Vec<Listed> =
+            given.iter().map(|name| look(&target.join(name)).unwrap().unwrap().0).collect();
+        let manifest = Manifest { put: put.to_vec(), old, aside: aside.then(|| "run.old.json".to_owned()) };
+        fs::write(new.join(MANIFEST), serde_json::to_string(&manifest).unwrap()).unwrap();
+        fs::rename(new, target.join(PENDING)).unwrap();
+        let mut steps: Vec<(String, Option<String>)> = Vec::new();
+        steps.extend(manifest.aside.map(|a| (RUN.to_owned(), Some(a))));
+        steps.push(("a.csv".to_owned(), None));
+        steps.extend(put.iter().map(|name| (format!("{PENDING}/{name}"), Some(name.clone()))));
+        steps.push((format!("{PENDING}/{MANIFEST}"), None));
+        for (from, to) in steps.into_iter().take(renames) {
+            match to {
+                Some(to) => fs::rename(target.join(from), target.join(to)).unwrap(),
+                None => fs::remove_file(target.join(from)).unwrap(),
+            }
+        }
+        folder
+    }
+
+    fn texts(folder: &Path) -> Vec<(String, String)> {
+        let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+        let mut all: Vec<_> = entries
+            .map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), fs::read_to_string(p).unwrap()))
+            .collect();
+        all.sort();
+        all
+    }
+
+    #[test]
+    fn a_replacement_killed_at_any_step_is_carried_through() {
+        for (aside, renames) in
+            [(false, 0..=5), (true, 0..=6)].into_iter().flat_map(|(a, n)| n.map(move |n| (a, n)))
+        {
+            let folder = killed_after(renames, aside);
+            recover(folder.path()).unwrap_or_else(|e| panic!("{renames}: {e}"));
+            let mut expected: Vec<(String, String)> =
+                ["new b.csv", "new c.csv", "old notes.txt", "new run.json"]
+                    .map(|text| (text[4..].to_owned(), text.to_owned()))
+                    .to_vec();
+            if aside {
+                expected.insert(3, ("run.old.json".to_owned(), "old run.json".to_owned()));
+            }
+            assert_eq!(texts(folder.path()), expected, "after {renames}");
+            recover(folder.path()).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_changed_since_the_kill_is_kept() {
+        for (name, renames) in [("a.csv", 0), ("b.csv", 1), ("c.csv", 2), (RUN, 3)] {
+            let folder = killed_after(renames, false);
+            let path = folder.path().join(name);
+            fs::write(&path, "mine").unwrap();
+            assert_eq!(recover(folder.path()).unwrap_err().exit_code(), 2, "{name}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+            fs::remove_file(&path).unwrap();
+            recover(folder.path()).unwrap();
+            assert!(!folder.path().join(PENDING).exists());
+        }
+    }
+
+    #[test]
+    fn a_planted_replacement_reaches_no_other_folder() {
+        let folder = killed_after(0, false);
+        let manifest = folder.path().join(PENDING).join(MANIFEST);
+        let text = fs::read_to_string(&manifest).unwrap();
+        fs::write(&manifest, text.replace("a.csv", "../a.csv")).unwrap();
+        recover(folder.path()).unwrap_err();
+        let link = tempfile::tempdir().unwrap();
+        fs::write(link.path().join(PENDING), "mine").unwrap();
+        assert_eq!(recover(link.path()).unwrap_err().exit_code(), 2);
+    }
+}
