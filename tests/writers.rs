@@ -85,12 +85,13 @@ fn the_second_run_on_a_folder_is_refused() {
             assert!(ran.stderr.contains(&process) && ran.stderr.contains(out), "{}", ran.stderr);
         }
         // Beside it others may write.
-        desk.run(&["tap", "small.toml", "--out", "beside"]).exits(0);
+        desk.write("quick.toml", SPEC);
+        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", "beside"]).exits(0);
         assert!(child.try_wait().unwrap().is_none() && begun(&desk, place), "the first goes on");
         child.kill().unwrap();
         child.wait().unwrap();
-        desk.run(&["tap", "small.toml", "--out", out]).exits(0);
-        assert_eq!(desk.names(out), ["run.json", "tap.csv"]);
+        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", out]).exits(0);
+        assert_eq!(desk.names(out), ["designs.csv", "distances.csv", "run.json", "tuples.csv"]);
         assert_eq!(hidden(&desk, "."), [""; 0]);
     }
 }

@@ -57,7 +57,8 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
     if options.plan == Some(true) {
         return Ok((planned(&asked, &places)?, None));
     }
-    let of = json!({ "samples": asked.samples, "seed": asked.seed });
+    let on: Vec<String> = places.iter().map(Place::label).collect();
+    let of = json!({ "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": on });
     let question = match &asked.scene {
         Some(scene) => Question::of_scene("verify", scene, of),
         None => Question::new("verify", "verify", of),

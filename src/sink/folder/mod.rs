@@ -132,7 +132,8 @@ impl Folder {
         let at = |name: &String| self.target.join(name);
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
-        match if self.inside { self.replace() } else { self.place() } {
+        let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
+        match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
             Ok(()) => {
                 // It has another name now.
                 let _ = self.partial.keep();

@@ -191,7 +191,7 @@ mod tests {
                     .map(|text| (text[4..].to_owned(), text.to_owned()))
                     .to_vec();
             if aside {
-                expected.insert(3, ("run.old.json".to_owned(), "old run.json".to_owned()));
+                expected.push(("run.old.json".to_owned(), "old run.json".to_owned()));
             }
             assert_eq!(texts(folder.path()), expected, "after {renames}");
             recover(folder.path()).unwrap();
