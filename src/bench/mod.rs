@@ -28,7 +28,7 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::sink::{
-    folder::{Folder, hash},
+    folder::{Folder, Question, Written, hash},
     run_json,
 };
 use place::Place;
@@ -36,6 +36,25 @@ use roofline::{Load, Peak};
 use scaling::{Scaled, Threaded};
 pub use settings::Settings;
 use work::Point;
+
+/// Every file of a benchmark; a figure without points is left out.
+const FILES: [&str; 15] = [
+    "work_precision.csv",
+    "scaling.csv",
+    "threads.csv",
+    "peaks.csv",
+    "roofline.csv",
+    "work_precision.svg",
+    "work_precision.png",
+    "configurations.svg",
+    "configurations.png",
+    "scaling.svg",
+    "scaling.png",
+    "threads.svg",
+    "threads.png",
+    "roofline.svg",
+    "roofline.png",
+];
 
 /// Everything that was measured.
 #[derive(Debug, Default)]
@@ -57,6 +76,8 @@ pub struct Measured {
 pub struct Report {
     /// Files written.
     pub files: Vec<PathBuf>,
+    /// Files of an older result that only `force` removed.
+    pub removed: Vec<PathBuf>,
     /// What they hold.
     pub measured: Measured,
     /// Seconds it took.
@@ -102,7 +123,8 @@ pub fn run(
 ) -> Result<Report, Error> {
     let start = Instant::now();
     let text = settings.text(places);
-    let mut folder = Folder::new(out, &hash(&text), force)?;
+    let question = Question::new("bench", "bench", json!({ "settings": hash(&text) }));
+    let mut folder = Folder::open(out, question, &FILES, force)?;
     watch.all = settings.steps(places);
     let points = work::measure(settings, places, watch)?;
     let (peaks, loads) = roofline::measure(settings, places, watch)?;
@@ -117,7 +139,8 @@ pub fn run(
     }
     let seconds = start.elapsed().as_secs_f64();
     folder.run_json(&document(settings, places, &text, &measured, seconds))?;
-    Ok(Report { files: folder.finish()?, measured, seconds })
+    let Written { files, removed, .. } = folder.finish()?;
+    Ok(Report { files, removed, measured, seconds })
 }
 
 fn write(folder: &mut Folder, name: &str, bytes: &[u8]) -> Result<(), Error> {

@@ -1,7 +1,5 @@
 //! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json.
 
-use std::path::{Path, PathBuf};
-
 use serde_json::Value;
 
 use super::side::KTable;
@@ -11,32 +9,23 @@ use crate::locate::{Estimator, Locator};
 use crate::measure::Data;
 use crate::scene::{Scene, Side};
 use crate::sink::csv::Text;
-use crate::sink::folder::Folder;
+use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{Field, Table, distance_row, drive_row};
 
-/// Where and as what a result is written.
-#[derive(Debug, Clone, Copy)]
-pub struct Target<'a> {
-    /// Folder.
-    pub out: &'a Path,
-    /// Identity of the question: data and spec.
-    pub hash: &'a str,
-    /// Replace a result of another question.
-    pub force: bool,
-}
+/// Names of the files beside run.json.
+pub const FILES: [&str; 5] = ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv"];
 
 /// Writes all files; `run` is run.json, `locator` answers with the estimator that won.
 ///
 /// # Errors
-/// A folder that holds something else; a file that cannot be written.
+/// A file that cannot be written.
 pub fn write(
     found: &Calibrated,
     data: &Data,
     locator: &Locator,
     run: &Value,
-    target: &Target<'_>,
-) -> Result<Vec<PathBuf>, Error> {
-    let mut folder = Folder::new(target.out, target.hash, target.force)?;
+    mut folder: Folder,
+) -> Result<Written, Error> {
     let mut put = |name: &str, bytes: &[u8]| {
         let mut file = folder.file(name)?;
         file.write(bytes)?;
@@ -49,7 +38,7 @@ pub fn write(
     put("designs.csv", &designs(found, locator).map_err(text)?)?;
     put("distances.csv", &distances(found, locator).map_err(text)?)?;
     put("rows.csv", &rows(found, data, locator).map_err(text)?)?;
-    put("run.json", format!("{run:#}\n").as_bytes())?;
+    folder.run_json(run)?;
     folder.finish()
 }
 

@@ -230,10 +230,11 @@ pub enum TapObjective {
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
 #[derive(Debug, Clone, Flags)]
 pub struct Common {
-    /// Folder for the results [default: results/<spec name>]
+    /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace a result folder that belongs to another spec
+    /// Write also into a folder that holds another result (of another command or file; a long one with other values; an
+    /// edited one) or other files: removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

@@ -65,7 +65,8 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
         result: result(&report, &places),
         files: report.files,
         quiet,
-    })
+    }
+    .removing(&report.removed))
 }
 
 fn backends(places: &[Place]) -> Value {

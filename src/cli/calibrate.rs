@@ -1,6 +1,5 @@
 //! `vibrissa calibrate DATA.csv --whisker SPEC.toml`.
 
-use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -9,7 +8,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{Estimator, Locator, locator::opener};
 use vibrissa::measure::{Data, Rig};
 use vibrissa::scene::{Drive, RunOptions};
-use vibrissa::sink::folder::hash;
+use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
 use super::args::{Calibrate, Common};
@@ -49,13 +48,17 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
         hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", rig.scene.text, args.theta, args.delta, args.fit));
     let stem =
         args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
-    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&stem));
+    let out = super::folder(options.out.as_ref(), &stem, "calibrate");
     if options.plan == Some(true) {
         return Ok(planned(&data, &rig, &out));
     }
     if !quiet {
         rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit });
+    let mut question = Question { name: stem, ..Question::of_scene("calibrate", &rig.scene, of) };
+    question.inputs.push(args.data.clone());
+    let folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     if !quiet {
@@ -78,11 +81,12 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
             "result": result,
         }),
     );
-    let target = output::Target { out: &out, hash: &identity, force: options.force == Some(true) };
-    let files = output::write(&found, &data, &locator, &document, &target)?;
+    let written = output::write(&found, &data, &locator, &document, folder)?;
     let mut text = report::text(&found, &data, &rig);
-    text += &format!("wrote {} in {:.2} s\n", super::listed(&files), start.elapsed().as_secs_f64());
-    Ok(Reply { text, out: Some(out), files, counts, seconds, backend: Value::Null, result, quiet })
+    text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
+    let (files, backend) = (written.files, Value::Null);
+    Ok(Reply { text, out: Some(out), files, counts, seconds, backend, result, quiet }
+        .removing(&written.removed))
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
@@ -102,7 +106,7 @@ pub(super) fn prepared(common: &Common, rig: &Rig, json: &mut bool) -> Result<Ru
     Ok(options)
 }
 
-fn planned(data: &Data, rig: &Rig, out: &Path) -> Reply {
+fn planned(data: &Data, rig: &Rig, out: &std::path::Path) -> Reply {
     let text = format!(
         "{}: {} rows, {}, {}; whisker {}; would write to {}; nothing was run\n",
         data.file,

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{Calibration, Locator, locator::opener, stream};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Folder, hash, hash_all};
+use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
 use super::args::Locate;
@@ -85,8 +85,14 @@ fn filed(
     let stem = readings
         .and_then(Path::file_stem)
         .map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
-    let out = args.common.out.clone().unwrap_or_else(|| Path::new("results").join(format!("{stem}-located")));
-    let mut folder = Folder::new(&out, &identity, args.common.force)?;
+    let out = super::folder(args.common.out.as_ref(), &stem, "locate");
+    // What stdin brought is not known again.
+    let data = readings.map(|_| &digest);
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name() });
+    let from = readings.unwrap_or(Path::new("/dev/stdin"));
+    let inputs = vec![args.calibration.clone(), from.to_owned()];
+    let question = Question { inputs, ..Question::new("locate", &stem, asked) };
+    let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
     let mut file = folder.file("located.csv")?;
     let mut write = |bytes: &[u8], _: bool| file.write(bytes);
     let counts = match readings {
@@ -106,7 +112,8 @@ fn filed(
         }),
     );
     folder.run_json(&document)?;
-    let files = folder.finish()?;
+    let written = folder.finish()?;
+    let files = written.files;
     let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
     let text = format!(
@@ -116,7 +123,7 @@ fn filed(
         super::listed(&files),
         start.elapsed().as_secs_f64()
     );
-    Ok(reply(text, Some(out), files, &counts, locator, start))
+    Ok(reply(text, Some(out), files, &counts, locator, start).removing(&written.removed))
 }
 
 fn open(path: &Path) -> Result<std::fs::File, Error> {

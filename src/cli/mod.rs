@@ -14,6 +14,7 @@ mod sweep;
 mod tap;
 mod verify;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -29,8 +30,15 @@ pub fn quiet_driver() {
 }
 
 /// Names of files in one line.
-fn listed(files: &[std::path::PathBuf]) -> String {
+fn listed(files: &[PathBuf]) -> String {
     files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and
+/// `results/<name>-<command>` for the others.
+fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
+    let folder = if command == "sweep" { name.to_owned() } else { format!("{name}-{command}") };
+    out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
 /// Runs the command line.

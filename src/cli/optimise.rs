@@ -29,7 +29,7 @@ pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
     if !quiet {
         scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
-    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    let out = super::folder(options.out.as_ref(), &scene.name, "optimise");
     let choice = Choice::new(&options)?;
     backend::settle(&mut scene, &options, &choice.backend, &out);
     if options.plan == Some(true) {
@@ -50,7 +50,8 @@ pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
         result: write::result(&scene, &search, &report),
         files: report.files,
         quiet,
-    })
+    }
+    .removing(&report.removed))
 }
 
 fn headline(scene: &Scene, search: &Search, choice: &Choice) -> String {

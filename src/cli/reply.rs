@@ -28,6 +28,15 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Names the files of an older result that `--force` removed.
+    pub fn removing(mut self, files: &[PathBuf]) -> Self {
+        if !files.is_empty() {
+            eprintln!("--force removed {} of an older result", super::listed(files));
+            self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
+        }
+        self
+    }
+
     /// Prints it.
     pub fn print(self, command: &str, json: bool, quiet: bool) -> ExitCode {
         self.show(command, json, quiet, None);

@@ -1,6 +1,5 @@
 //! `vibrissa simulate SPEC.toml`.
 
-use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -9,7 +8,7 @@ use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Rig, Unit};
 use vibrissa::scene::Drive;
 use vibrissa::simulate::{self, Settings};
-use vibrissa::sink::folder::Folder;
+use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::spec;
 
@@ -32,7 +31,7 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
             InputError::new("these are too many taps for one file").key("--repeats").value(settings.repeats);
         return Err(error.allowed("fewer than 2^32 rows").into());
     }
-    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&rig.scene.name));
+    let out = super::folder(options.out.as_ref(), &rig.scene.name, "simulate");
     let result = described(&settings, rig.scene.drive);
     if options.plan == Some(true) {
         let text =
@@ -51,9 +50,9 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
     if !quiet {
         rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
+    let question = Question::of_scene("simulate", &rig.scene, json!({ "settings": result.to_string() }));
+    let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
     let method = opener(&options)(&rig.scene.model)?;
-    let hash = vibrissa::sink::folder::hash(&rig.scene.text);
-    let mut folder = Folder::new(&out, &hash, options.force == Some(true))?;
     let mut file = folder.file("measurements.csv")?;
     let counts = simulate::simulate(&rig, &settings, method, &mut |bytes| file.write(bytes))?;
     file.close()?;
@@ -61,7 +60,7 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = run_json::document(
         "simulate",
-        json!({ "name": rig.scene.name, "hash": hash, "text": rig.scene.text }),
+        run_json::spec(&rig.scene),
         json!({
             "in_force": run_json::in_force(&rig.scene),
             "source": simulate::SOURCE,
@@ -71,7 +70,7 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
         }),
     );
     folder.run_json(&document)?;
-    let files = folder.finish()?;
+    let written = folder.finish()?;
     let empty = match counts.unsolved {
         0 => String::new(),
         n => format!(", {n} of them without a solution and empty"),
@@ -80,19 +79,20 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
         "{} synthetic taps{empty}, {} zero readings\nwrote {} in {:.2} s\n",
         counts.taps,
         counts.zeros,
-        super::listed(&files),
+        super::listed(&written.files),
         start.elapsed().as_secs_f64()
     );
     Ok(Reply {
         text,
         out: Some(out),
-        files,
+        files: written.files,
         counts: counted,
         seconds,
         backend: Value::Null,
         result: json!({ "settings": result }),
         quiet,
-    })
+    }
+    .removing(&written.removed))
 }
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {

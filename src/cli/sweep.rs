@@ -1,7 +1,7 @@
 //! `vibrissa sweep SPEC.toml`.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -34,7 +34,7 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
     if args.explain {
         return explain::run(&scene, &options, &args.leave_off);
     }
-    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    let out = super::folder(options.out.as_ref(), &scene.name, "sweep");
     let plan = Plan::new(&scene)?;
     let choice = Choice::new(&options)?;
     backend::settle(&mut scene, &options, &choice.backend, &out);
@@ -62,7 +62,8 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
         result: json!({ "best": report.highlights.iter().map(|k| best(&scene, k)).collect::<Vec<_>>() }),
         files: report.files,
         quiet,
-    })
+    }
+    .removing(&report.removed))
 }
 
 /// Sets the number of CPU threads that was asked for.

@@ -1,7 +1,6 @@
 //! `vibrissa tap SPEC.toml`.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use serde_json::json;
 use vibrissa::backend::{self, Choice};
@@ -33,7 +32,7 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
         scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
     let choice = choose(&options)?;
-    let out = options.out.clone().unwrap_or_else(|| Path::new("results").join(&scene.name));
+    let out = super::folder(options.out.as_ref(), &scene.name, "tap");
     backend::settle(&mut scene, &options, &choice.backend, &out);
     let (symbol, unit) = drive_unit(scene.drive);
     let head = format!(
@@ -82,7 +81,8 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
         result: tap::result(&scene, &report),
         files: report.files,
         quiet,
-    })
+    }
+    .removing(&report.removed))
 }
 
 /// What was asked for, or the CPU in f64.

@@ -10,8 +10,8 @@ use serde_json::json;
 use vibrissa::backend::Backend;
 use vibrissa::error::{Error, InputError};
 use vibrissa::scene::{RunOptions, Scene, Tuple};
-use vibrissa::sink::census::{self, BUILT_IN, Verified, other_words, verdict};
-use vibrissa::sink::folder::{Folder, hash};
+use vibrissa::sink::census::{self, Verified, other_words, verdict};
+use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
 use vibrissa::verify::{self, Case, Line, Place, QUANTITIES, RANDOM, SAMPLES};
 
@@ -57,8 +57,13 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
     if options.plan == Some(true) {
         return Ok((planned(&asked, &places)?, None));
     }
-    let text = asked.scene.as_ref().map_or(BUILT_IN, |s| &s.text);
-    let mut folder = Folder::new(&asked.out, &hash(text), options.force == Some(true))?;
+    let on: Vec<String> = places.iter().map(Place::label).collect();
+    let of = json!({ "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": on });
+    let question = match &asked.scene {
+        Some(scene) => Question::of_scene("verify", scene, of),
+        None => Question::new("verify", "verify", of),
+    };
+    let mut folder = Folder::open(&asked.out, question, &["verify.csv"], options.force == Some(true))?;
     let cases = cases(&asked)?;
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     if !quiet {
@@ -84,7 +89,7 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
         seconds,
     };
     folder.run_json(&census::document(&verified))?;
-    let files = folder.finish()?;
+    let Written { files, removed, .. } = folder.finish()?;
     let mut text = table(&lines, &places);
     let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {seconds:.1} s", written.join(", "));
@@ -98,7 +103,7 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
         result: json!({ "census": lines.iter().map(|l| census::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
         quiet,
     };
-    Ok((reply, broken(&lines, &places)))
+    Ok((reply.removing(&removed), broken(&lines, &places)))
 }
 
 /// `--bound`, checked.

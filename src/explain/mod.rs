@@ -91,6 +91,7 @@ pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         material_fit: None,
         in_force: Vec::new(),
         name: scene.name.clone(),
+        inputs: Vec::new(),
         warnings: Vec::new(),
         run: scene.run.clone(),
         model: scene.model.clone(),

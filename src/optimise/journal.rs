@@ -12,14 +12,12 @@ use std::path::{Path, PathBuf};
 use super::score::{Limit, Score};
 use crate::error::{Error, InputError};
 use crate::scene::Tuple;
-use crate::sink::folder::hash;
+use crate::sink::folder::{JOURNAL, hash, open_regular};
 
 /// Numbers of a record behind its check.
 const NUMBERS: usize = 3 + Limit::ALL.len();
 /// Bytes of a record.
 const RECORD: usize = 8 * (1 + NUMBERS);
-/// Name of the journal in the result folder while a search is unfinished.
-pub const NAME: &str = ".vibrissa-evaluations";
 
 /// A journal that is read to its end, then written.
 #[derive(Debug)]
@@ -36,7 +34,7 @@ impl Journal {
     /// In folder `out`, for the search that `identity` describes; with `resume` an older journal of the same search is
     /// continued, without it replaced.
     pub fn new(out: &Path, identity: &str, resume: bool) -> Result<Self, Error> {
-        let path = out.join(NAME);
+        let path = out.join(JOURNAL);
         let header = format!("vibrissa search 1 {}\n", hash(identity));
         let mut old = Vec::new();
         if resume {
@@ -46,7 +44,7 @@ impl Journal {
                     .value(out.display())
                     .allowed("the folder of an unfinished search of the same spec, seed and backend")
             };
-            File::open(&path)
+            open_regular(&path, OpenOptions::new().read(true))
                 .and_then(|mut f| f.read_to_end(&mut old))
                 .map_err(|_| refuse("this folder holds no unfinished search"))?;
             if !old.starts_with(header.as_bytes()) {
@@ -55,13 +53,11 @@ impl Journal {
             old.drain(..header.len());
             old.truncate(old.len() / RECORD * RECORD);
         }
-        std::fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
         let fail = |e| Error::io(&path, e);
-        let mut file =
-            OpenOptions::new().create(true).write(true).truncate(!resume).open(&path).map_err(fail)?;
-        if !resume {
-            file.write_all(header.as_bytes()).map_err(fail)?;
-        }
+        let file = match resume {
+            true => open_regular(&path, OpenOptions::new().write(true)).map_err(fail)?,
+            false => begin(&path, out, &header)?,
+        };
         let end = (header.len() + old.len()) as u64;
         Ok(Self { path, file, old, at: 0, end })
     }
@@ -134,6 +130,23 @@ impl Journal {
     }
 }
 
+/// A new journal in place of an older one. Whatever else has its name is refused, and what other names lead to is not
+/// written to.
+fn begin(path: &Path, out: &Path, header: &str) -> Result<File, Error> {
+    match path.symlink_metadata() {
+        Err(_) => {}
+        Ok(m) if m.is_file() => std::fs::remove_file(path).map_err(|e| Error::io(path, e))?,
+        Ok(_) => {
+            let why = format!("{} is in the way and no regular file; nothing was changed", path.display());
+            let error = InputError::new(why).key("--out").value(out.display());
+            return Err(error.allowed("another folder; or move this away").into());
+        }
+    }
+    let mut file = File::create_new(path).map_err(|e| Error::io(path, e))?;
+    file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
+    Ok(file)
+}
+
 /// FNV-1a of what is scored.
 fn check(stage: u64, point: &Tuple) -> u64 {
     let words = std::iter::once(stage).chain(point.to_array().map(f64::to_bits));
@@ -162,7 +175,7 @@ mod tests {
         journal.append(0, &[point(1.0), point(2.0)], &[score(1.0), score(2.0)]).unwrap();
         journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
         drop(journal);
-        let path = folder.path().join(NAME);
+        let path = folder.path().join(JOURNAL);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() - 5]).unwrap();
 

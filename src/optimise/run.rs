@@ -17,7 +17,7 @@ use crate::backend::{Backend, Choice};
 use crate::error::Error;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Column, Precision, RunOptions, Scene, Tuple};
-use crate::sink::folder::{Folder, hash};
+use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 /// Strain tolerance of the polish.
@@ -58,6 +58,8 @@ pub struct Design {
 pub struct Report {
     /// Files written.
     pub files: Vec<PathBuf>,
+    /// Files of an older result that only `force` removed.
+    pub removed: Vec<PathBuf>,
     /// The best design; of a front, the one that tells distance best.
     pub best: Design,
     /// Value of the objective.
@@ -158,7 +160,10 @@ fn whole(
     let begun = std::time::Instant::now();
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
-    let folder = Folder::new(target.out, &hash(&scene.text), target.force || target.resume)?;
+    let question =
+        Question { goes_on: target.resume, ..Question::of_scene("optimise", scene, serde_json::Value::Null) };
+    let names = write::names(search.objective);
+    let folder = Folder::open_now(target.out, question, &names, target.force)?;
     let journal = Journal::new(target.out, &identity(scene, backends), target.resume)?;
     let variables = Variables::new(scene, search);
     let scorer =
@@ -204,6 +209,7 @@ fn whole(
         .collect();
     let mut report = Report {
         files: Vec::new(),
+        removed: Vec::new(),
         value: goal.value(&best.score),
         at_bounds: variables.at_bounds(&best.point),
         best,
@@ -219,8 +225,10 @@ fn whole(
         backends: [choice.backend.clone(), precise.backend.clone()],
         history: std::mem::take(&mut session.history),
     };
-    report.files = write::all(scene, search, &report, folder)?;
+    // No other search begins here before this one's journal is closed.
+    let written = write::all(scene, search, &report, folder)?;
     session.close(ended)?;
+    (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
 }
 

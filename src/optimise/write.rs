@@ -1,27 +1,26 @@
 //! The files of a search.
 
-use std::path::PathBuf;
-
 use serde_json::{Value, json};
 
 use super::run::{Design, Report, TOLERANCE};
 use super::sensitivity::{PARAMETERS, Pair};
 use super::why::why;
 use crate::error::Error;
-use crate::scene::search::Search;
+use crate::scene::search::{Objective, Search};
 use crate::scene::{Column, Convention, Material, Scene, Tuple};
 use crate::sink::csv::Text;
-use crate::sink::folder::Folder;
+use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
 use crate::sink::table::{self, Field, Table};
 
+/// Their names.
+pub fn names(objective: Objective) -> Vec<&'static str> {
+    let front = (objective == Objective::Pareto).then_some("pareto.csv");
+    ["best.toml", "history.csv", "sensitivity.csv"].into_iter().chain(front).collect()
+}
+
 /// Writes them all and moves them to their final place.
-pub fn all(
-    scene: &Scene,
-    search: &Search,
-    report: &Report,
-    mut folder: Folder,
-) -> Result<Vec<PathBuf>, Error> {
+pub fn all(scene: &Scene, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
         let mut file = folder.file(name)?;
         file.write(bytes)?;

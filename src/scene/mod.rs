@@ -46,6 +46,8 @@ pub struct Scene {
     pub run: RunOptions,
     /// Every value in force after defaults, in spec order: (dotted key, value as TOML, written by the user?).
     pub in_force: Vec<(String, String, bool)>,
+    /// Files that it was read from: the spec, its tuple file, its curve.
+    pub inputs: Vec<std::path::PathBuf>,
     /// Things worth telling that are no errors (ignored columns of a tuple or curve file).
     pub warnings: Vec<String>,
 }

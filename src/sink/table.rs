@@ -40,12 +40,12 @@ impl From<Option<f64>> for Field {
 }
 
 impl Table {
-    /// File name without extension.
-    pub fn name(self) -> &'static str {
+    /// File name.
+    pub fn file(self) -> &'static str {
         match self {
-            Self::Tuples => "tuples",
-            Self::Designs => "designs",
-            Self::Distances => "distances",
+            Self::Tuples => "tuples.csv",
+            Self::Designs => "designs.csv",
+            Self::Distances => "distances.csv",
         }
     }
 

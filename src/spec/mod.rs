@@ -16,7 +16,7 @@ mod table;
 mod tap;
 mod tuple_file;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::de::DeTable;
 
@@ -36,7 +36,8 @@ pub fn read(path: &Path) -> Result<Scene> {
 pub fn read_with(path: &Path, fallback: &str) -> Result<Scene> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)
+    let scene = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)?;
+    Ok(read_from(path, scene))
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
@@ -85,6 +86,7 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
         output,
         run,
         in_force: sections.in_force(),
+        inputs: inputs(&sections, base),
         warnings,
     })
 }
@@ -93,7 +95,8 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
 pub fn read_search(path: &Path) -> Result<(Scene, Search)> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))
+    let (scene, search) = parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))?;
+    Ok((read_from(path, scene), search))
 }
 
 /// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
@@ -115,7 +118,8 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Scene, Sear
 pub fn read_tap(path: &Path, noisy: bool) -> Result<(Scene, [f64; 2])> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)
+    let (scene, ends) = parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)?;
+    Ok((read_from(path, scene), ends))
 }
 
 /// As [`read_tap`], from `text`.
@@ -128,6 +132,19 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let ends = tap::check(&sections, &scene, noisy)?;
     Ok((scene, ends))
+}
+
+/// A scene whose spec is the file at `path`.
+fn read_from(path: &Path, mut scene: Scene) -> Scene {
+    scene.inputs.push(path.to_owned());
+    scene
+}
+
+/// The files that a spec names for reading.
+fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
+    let tuples = sections.section("tuples").written("file");
+    let curve = sections.section("model").written("material").and_then(|m| m.need("curve").ok());
+    tuples.iter().chain(&curve).filter_map(|item| Some(base.join(item.text().ok()?))).collect()
 }
 
 /// Text of a file without byte order mark; `what` says what the file is.

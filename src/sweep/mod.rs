@@ -13,6 +13,8 @@ mod select;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use serde_json::Value;
+
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
@@ -21,7 +23,7 @@ use crate::plan::{Layout, Plan};
 use crate::scene::{Scene, Space, Tuple};
 use crate::sink::{
     csv::Text,
-    folder::{Folder, Output, hash},
+    folder::{Folder, Output, Question, Written},
     run_json::{self, Counts, Seconds},
     table::Table,
 };
@@ -43,6 +45,8 @@ const HIGHLIGHTS: usize = 8;
 pub struct Report {
     /// Files written.
     pub files: Vec<std::path::PathBuf>,
+    /// Files of an older result that only `force` removed.
+    pub removed: Vec<std::path::PathBuf>,
     /// Counts.
     pub counts: Counts,
     /// Times.
@@ -79,7 +83,8 @@ pub fn run(
 ) -> Result<Report, Error> {
     let start = Instant::now();
     let plan = Plan::new(scene)?;
-    let mut folder = Folder::new(target.out, &hash(&scene.text), target.force)?;
+    let question = Question::of_scene("sweep", scene, Value::Null);
+    let mut folder = Folder::open(target.out, question, &names(scene, &plan), target.force)?;
     let method = choice.open(&scene.model)?;
     let open = start.elapsed();
     let mut run = Run {
@@ -106,7 +111,19 @@ pub fn run(
     run.writers.close()?;
     let seconds = Seconds::new(start.elapsed(), open, solve);
     folder.run_json(&run_json::of_sweep(scene, &choice.backend, &counts, seconds))?;
-    Ok(Report { files: folder.finish()?, counts, seconds, backend: choice.backend.clone(), highlights })
+    let Written { files, removed, .. } = folder.finish()?;
+    Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights })
+}
+
+/// Names of the tables that are written.
+fn names(scene: &Scene, plan: &Plan) -> Vec<&'static str> {
+    let wanted = [plan.tuples, scene.output.designs, scene.output.distances];
+    [Table::Tuples, Table::Designs, Table::Distances]
+        .into_iter()
+        .zip(wanted)
+        .filter(|(_, w)| *w)
+        .map(|(t, _)| t.file())
+        .collect()
 }
 
 /// A sweep under way.
@@ -216,7 +233,7 @@ impl Writers {
             if !wanted {
                 return Ok(None);
             }
-            let mut file = folder.file(&format!("{}.csv", table.name()))?;
+            let mut file = folder.file(table.file())?;
             let mut text = Text::default();
             text.header(&table.columns(scene)).map_err(|e| Error::Run(e.to_string()))?;
             file.write(&text.into_bytes())?;

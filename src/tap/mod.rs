@@ -16,7 +16,7 @@ use crate::error::{Error, InputError};
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
 use crate::scene::{Scene, Space};
-use crate::sink::folder::{Folder, hash};
+use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 use crate::plan::Layout;
@@ -86,6 +86,8 @@ pub struct Report {
     pub backend: Backend,
     /// Files written.
     pub files: Vec<PathBuf>,
+    /// Files of an older result that only `force` removed.
+    pub removed: Vec<PathBuf>,
 }
 
 /// Evaluates `scene`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
@@ -97,7 +99,8 @@ pub fn run(
     (out, force): (&Path, bool),
 ) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
-    let mut folder = Folder::new(out, &hash(&scene.text), force)?;
+    let asked = serde_json::json!({ "objective": objective.word() });
+    let mut folder = Folder::open(out, Question::of_scene("tap", scene, asked), &["tap.csv"], force)?;
     let Space::Grid(factors) = &scene.space else { unreachable!("one whisker") };
     let layout = Layout::new(factors);
     let search = search(scene, objective);
@@ -125,9 +128,11 @@ pub fn run(
         seconds: begun.elapsed().as_secs_f64(),
         backend: choice.backend.clone(),
         files: Vec::new(),
+        removed: Vec::new(),
     };
     write::all(scene, &report, &mut folder)?;
-    report.files = folder.finish()?;
+    let written = folder.finish()?;
+    (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
 }
 

@@ -51,7 +51,9 @@ impl Desk {
     }
 
     pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.path(name), text).expect("a file");
+        let path = self.path(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, text).expect("a file");
     }
 
     pub fn read(&self, name: &str) -> String {
@@ -61,6 +63,21 @@ impl Desk {
     /// Names of everything in `folder`, hidden or not, sorted.
     pub fn names(&self, folder: &str) -> Vec<String> {
         names(&self.path(folder))
+    }
+
+    /// Fails unless `folder` holds a result whose files are all there, as its run.json lists them; the run.json.
+    #[track_caller]
+    pub fn whole(&self, folder: &str) -> Value {
+        let run: Value = serde_json::from_str(&self.read(&format!("{folder}/run.json"))).expect("JSON");
+        let files = run["files"].as_array().unwrap_or_else(|| panic!("no list in {run}"));
+        assert!(!files.is_empty(), "{run}");
+        for file in files {
+            let name = file["name"].as_str().expect("a name");
+            let bytes = std::fs::read(self.path(folder).join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let found = vibrissa::sink::folder::hash_all(&mut bytes.as_slice()).expect("memory");
+            assert_eq!((&file["sha256"], &file["bytes"]), (&found.into(), &bytes.len().into()), "{name}");
+        }
+        run
     }
 
     /// Runs the program here with `arguments` and environment variables.

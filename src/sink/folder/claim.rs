@@ -1,0 +1,184 @@
+//! Who may write into a folder, and what gives way to a new result.
+
+use std::fs::{self, OpenOptions};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::disk::{Identity, Stamp, hash_all, open_regular};
+use super::question::Question;
+use super::record::{Listed, RUN, Record};
+use super::{JOURNAL, PREFIX};
+use crate::error::{Error, InputError};
+
+/// A result that took longer is not replaced by another question without `--force`, seconds.
+const LONG: f64 = 60.0;
+
+/// What is there of an older result, and gives way.
+#[derive(Debug, Default)]
+pub(super) struct Old {
+    /// Its files as they were found, `run.json` among them.
+    pub files: Vec<(Listed, Stamp)>,
+    /// Where a `run.json` that lists nothing is kept.
+    pub aside: Option<String>,
+    /// Whether only `--force` makes it give way.
+    pub forced: bool,
+}
+
+impl Old {
+    pub fn holds(&self, name: &str) -> Option<&Stamp> {
+        self.files.iter().find(|(f, _)| f.name == name).map(|(_, stamp)| stamp)
+    }
+}
+
+/// A refusal to write to `target`; what is there is kept.
+pub(super) fn refuse(target: &Path, why: impl std::fmt::Display, allowed: &str) -> Error {
+    let error = InputError::new(format!("{why}; nothing was changed"));
+    error.key("--out").value(target.display()).allowed(allowed).into()
+}
+
+/// Decides whether a result with files `names` may replace what is in `folder`.
+pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force: bool) -> Result<Old, Error> {
+    let elsewhere = "another folder; or move this file away";
+    let refuse = |why: String, allowed: &str| refuse(folder, why, allowed);
+    let at = |name: &str| folder.join(name);
+    for name in names {
+        if at(name).symlink_metadata().is_ok_and(|m| !m.is_file()) && !leads_to_input(&at(name), question) {
+            return Err(refuse(
+                format!("{} is in the way and no regular file", at(name).display()),
+                elsewhere,
+            ));
+        }
+    }
+    inputs(folder, question, names)?;
+    let record = Record::read(folder)?;
+    let listed = record.files();
+    inputs(folder, question, &listed.iter().map(|f| f.name.clone()).collect::<Vec<_>>())?;
+    let strange = |name: &&String| {
+        *name != RUN && at(name).symlink_metadata().is_ok() && !listed.iter().any(|f| f.name == **name)
+    };
+    if let Some(name) = names.iter().find(strange) {
+        let whose = match record {
+            Record::Result { .. } => "the result in this folder did not write it",
+            _ => "no result in this folder says that it wrote it",
+        };
+        let why = format!("{} is in the way: {whose}", at(name).display());
+        return Err(refuse(why, elsewhere));
+    }
+    let ask =
+        |why: String| refuse(why, "the same command on the same file, an empty or new folder, or --force");
+    let objection = objection(folder, &record, question)?;
+    if let Some(why) = objection.as_ref().filter(|_| !force) {
+        return Err(ask(why.clone()));
+    }
+    let mut old = Old { forced: objection.is_some(), ..Old::default() };
+    for file in listed {
+        let Some((found, stamp)) = look(&at(&file.name))? else { continue };
+        if found != *file {
+            let why = format!("{} was edited since it was written", at(&file.name).display());
+            if !force {
+                return Err(ask(why));
+            }
+            old.forced = true;
+        }
+        old.files.push((found, stamp));
+    }
+    match record {
+        Record::Nothing => {}
+        Record::Unlisted => old.aside = Some(free_name(folder)),
+        Record::Result { .. } => old.files.extend(look(&at(RUN))?),
+    }
+    Ok(old)
+}
+
+/// Why the result in `folder` is not simply replaced.
+fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Option<String>, Error> {
+    Ok(match record {
+        Record::Nothing => {
+            let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+            let strange = |name: &str| !name.starts_with(PREFIX);
+            let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
+            let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
+            match (occupied, searched) {
+                (true, _) => Some("this folder is not empty and holds no result of this program".to_owned()),
+                (_, true) => Some("this folder holds an unfinished search".to_owned()),
+                _ => None,
+            }
+        }
+        Record::Unlisted => Some("the run.json in this folder lists no files of a result".to_owned()),
+        Record::Result { command, name, .. }
+            if (command.as_str(), name) != (question.command, &question.name) =>
+        {
+            Some(format!("this folder holds another result, {command} of {name}"))
+        }
+        Record::Result { seconds, run, .. } if *seconds > LONG && !question.goes_on => {
+            let changed = question.changed(run);
+            (!changed.is_empty()).then(|| {
+                let keys = changed[..changed.len().min(3)].join(", ");
+                format!("the result in this folder took {seconds:.0} s, with other values of {keys}")
+            })
+        }
+        Record::Result { .. } => None,
+    })
+}
+
+/// Refuses to write over or remove a file that is read.
+fn inputs(folder: &Path, question: &Question, names: &[String]) -> Result<(), Error> {
+    let is_read = |name: &&String| leads_to_input(&folder.join(name), question);
+    match names.iter().find(is_read) {
+        None => Ok(()),
+        Some(name) => {
+            let why =
+                format!("{} is read by this command and would be replaced", folder.join(name).display());
+            Err(refuse(folder, why, "another folder"))
+        }
+    }
+}
+
+fn leads_to_input(path: &Path, question: &Question) -> bool {
+    if path.symlink_metadata().is_err() {
+        return false;
+    }
+    let here = Identity::of(path);
+    question.inputs.iter().any(|input| Identity::of(input).is(&here))
+}
+
+/// A file as it is now; `None` where there is none.
+pub(super) fn look(path: &Path) -> Result<Option<(Listed, Stamp)>, Error> {
+    let mut file = match open_regular(path, OpenOptions::new().read(true)) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
+            let why = format!("{} is no regular file any more", path.display());
+            return Err(refuse(path.parent().unwrap_or(path), why, "another folder; or move this away"));
+        }
+        other => other.map_err(|e| Error::io(path, e))?,
+    };
+    let failed = |e| Error::io(path, e);
+    let m = file.metadata().map_err(failed)?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let sha256 = hash_all(&mut file).map_err(failed)?;
+    Ok(Some((Listed { name, sha256, bytes: m.len() }, Stamp::of(&m))))
+}
+
+/// A name for a `run.json` that is kept.
+fn free_name(folder: &Path) -> String {
+    let names = (1..).map(|n| if n == 1 { "run.old.json".to_owned() } else { format!("run.old-{n}.json") });
+    let mut free = names.filter(|name| folder.join(name).symlink_metadata().is_err());
+    free.next().expect("a folder has finitely many files")
+}
+
+/// Where the half-written result of `target` lies: in it if it is there, else beside it; and who owns it there.
+pub(super) fn place(target: &Path) -> Result<(PathBuf, String), Error> {
+    if target.is_dir() {
+        return Ok((target.to_owned(), super::RESULT.to_owned()));
+    }
+    if target.symlink_metadata().is_ok() {
+        return Err(refuse(target, "this is a file, not a folder", "a folder"));
+    }
+    let parent = match target.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    fs::create_dir_all(&parent).map_err(|e| Error::io(&parent, e))?;
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    Ok((parent, super::hash(&name)[..16].to_owned()))
+}

@@ -1,0 +1,59 @@
+//! What killed runs left: half-written results, and locks of nobody.
+
+use std::fs;
+use std::path::Path;
+
+use super::PREFIX;
+use super::lock::{Asked, Lock};
+
+/// Removes from `place` what dead runs left there; `mine` is the lock that is held. What cannot be removed stays.
+pub(super) fn clear(place: &Path, mine: &Lock) {
+    // Without locks, nobody is known to be dead.
+    for entry in fs::read_dir(place).into_iter().flatten().flatten().filter(|_| mine.firm) {
+        let name = entry.file_name();
+        let Some(owner) = name.to_str().and_then(|n| n.strip_prefix(PREFIX)).and_then(owner) else {
+            continue;
+        };
+        // Held until this leftover is gone, so that a live run keeps what it is writing.
+        let _lock = match owner == mine.owner && place == mine.place() {
+            true => None,
+            false => match Lock::ask(place, owner) {
+                Ok(Asked::Held(lock)) if lock.firm => Some(lock),
+                _ => continue,
+            },
+        };
+        // Of a link, this is the type of the link itself.
+        if entry.file_type().is_ok_and(|t| t.is_dir()) {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+/// Who made `.vibrissa-<rest>`; nobody if it is no lock and no half-written result.
+fn owner(rest: &str) -> Option<&str> {
+    let is_word = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_alphanumeric());
+    let is_random = |s: &str| s.len() == 6 && is_word(s);
+    let owner = match (rest.strip_suffix(".lock"), rest.split_once('-')) {
+        (Some(owner), _) => owner,
+        (None, Some((owner, random))) if is_random(random) => owner,
+        // Earlier versions had no locks.
+        (None, None) if is_random(rest) => rest,
+        _ => return None,
+    };
+    is_word(owner).then_some(owner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::owner;
+
+    #[test]
+    fn only_what_runs_leave_has_an_owner() {
+        assert_eq!(owner("result.lock"), Some("result"));
+        assert_eq!(owner("result-a1B2c3"), Some("result"));
+        assert_eq!(owner("x1Y2z3"), Some("x1Y2z3"));
+        for other in ["evaluations", "replacing", "", ".lock", "a/b.lock", "notes-2024", "-a1B2c3"] {
+            assert_eq!(owner(other), None, "{other}");
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The result folder: whose it is, nothing half-written under a final name, one writer at a time.
+//!
+//! A folder belongs to one command and one spec or data file, by the `run.json` in it, which lists the files of the
+//! result with their hashes. Only these files give way to a new result, and only while they are what was written.
+
+mod claim;
+mod disk;
+mod leftover;
+mod lock;
+mod output;
+mod question;
+mod record;
+mod replace;
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::error::Error;
+use claim::{Old, judge, place, refuse};
+pub use disk::{hash, hash_all, open_regular};
+use lock::{Asked, Lock};
+pub use output::Output;
+pub use question::Question;
+use record::RUN;
+
+/// Start of the names that this program uses for itself in and beside result folders.
+const PREFIX: &str = ".vibrissa-";
+/// Owner of what is written inside a folder that is there.
+const RESULT: &str = "result";
+/// The journal of an unfinished search.
+pub const JOURNAL: &str = ".vibrissa-evaluations";
+
+/// A result folder that is being written in or beside its final place.
+#[derive(Debug)]
+pub struct Folder {
+    target: PathBuf,
+    question: Question,
+    inside: bool,
+    old: Old,
+    names: Vec<String>,
+    closed: output::Closed,
+    partial: tempfile::TempDir,
+    // Last: whoever has the lock may clear up.
+    lock: Lock,
+}
+
+/// A result in its final place. Until it is dropped, no other run writes there.
+#[derive(Debug)]
+pub struct Written {
+    /// The files, `run.json` last.
+    pub files: Vec<PathBuf>,
+    /// Files of an older result that only `--force` removed or replaced.
+    pub removed: Vec<PathBuf>,
+    _lock: Lock,
+}
+
+impl Folder {
+    /// A folder `target` for the answer to `question`, which will consist of some of the files `names` and `run.json`.
+    ///
+    /// # Errors
+    /// A folder that another run is writing to; one that holds another result or anything else, unless `force`; a file in
+    /// the way.
+    pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
+        Self::with(target, locked(target)?, question, names, force)
+    }
+
+    /// As [`Self::open`], in a `target` that is made at once where it is not there.
+    pub fn open_now(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
+        let mut held = locked(target)?;
+        if !target.is_dir() {
+            fs::create_dir(target).map_err(|e| Error::io(target, e))?;
+            // Beside it, too, nobody begins to write until the folder itself is locked.
+            held = locked(target)?;
+        }
+        Self::with(target, held, question, names, force)
+    }
+
+    fn with(
+        target: &Path,
+        lock: Lock,
+        question: Question,
+        names: &[&str],
+        force: bool,
+    ) -> Result<Self, Error> {
+        let inside = target.is_dir();
+        if inside {
+            replace::recover(target)?;
+        }
+        leftover::clear(lock.place(), &lock);
+        if let Some(parent) = target.canonicalize().ok().as_deref().and_then(Path::parent) {
+            leftover::clear(parent, &lock);
+        }
+        let mut old = Old::default();
+        if inside {
+            let names: Vec<String> = names.iter().chain(&[RUN]).map(|&n| n.to_owned()).collect();
+            old = judge(target, &question, &names, force)?;
+        }
+        let mut builder = tempfile::Builder::new();
+        let prefix = format!("{PREFIX}{}-", lock.owner);
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let partial =
+            builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))?;
+        let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
+        Ok(Self { target, question, inside, old, names, closed, partial, lock })
+    }
+
+    /// A new file of the result.
+    pub fn file(&mut self, name: &str) -> Result<Output, Error> {
+        let path = self.partial.path().join(name);
+        let file = fs::File::create_new(&path).map_err(|e| Error::io(&path, e))?;
+        self.names.push(name.to_owned());
+        Ok(Output::new(file, name, self.target.join(name), self.closed.clone()))
+    }
+
+    /// Writes run.json, from which the result is known again, after all other files.
+    pub fn run_json(&mut self, document: &Value) -> Result<(), Error> {
+        let mut document = document.clone();
+        document["name"] = json!(self.question.name);
+        document["asked"] = self.question.asked.clone();
+        document["files"] = json!(self.closed.sorted());
+        let mut file = self.file(RUN)?;
+        file.write(format!("{document:#}\n").as_bytes())?;
+        file.close()
+    }
+
+    /// Puts all files in their final place, at once or, where a folder is there, by renames that are always carried through.
+    pub fn finish(self) -> Result<Written, Error> {
+        let at = |name: &String| self.target.join(name);
+        let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
+        let files = self.names.iter().map(at).collect();
+        let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
+        match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
+            Ok(()) => {
+                // It has another name now.
+                let _ = self.partial.keep();
+                Ok(Written { files, removed, _lock: self.lock })
+            }
+            Err(e) => Err(self.set_aside(&e)),
+        }
+    }
+
+    fn replace(&self) -> Result<(), Error> {
+        if let Some(name) = replace::obstacle(&self.target, &self.names, &self.old) {
+            let error = std::io::Error::other("this was changed while the result was computed");
+            return Err(Error::io(self.target.join(name), error));
+        }
+        replace::replace(&self.target, self.partial.path(), &self.names, &self.old)
+            .map_err(|e| Error::io(&self.target, e))
+    }
+
+    fn place(&self) -> Result<(), Error> {
+        let placed = || {
+            disk::sync(self.partial.path())?;
+            fs::rename(self.partial.path(), &self.target)?;
+            disk::sync(self.lock.place())
+        };
+        placed().map_err(|e| Error::io(&self.target, e))
+    }
+
+    /// Keeps a whole result that found something in its way, under another name.
+    fn set_aside(self, why: &Error) -> Error {
+        let from = self.partial.path();
+        if !from.exists() {
+            return Error::Run(format!("{why}; the next run in this folder puts the new result in place"));
+        }
+        let random = from.file_name().unwrap_or_default().to_string_lossy();
+        let random = random.rsplit('-').next().unwrap_or_default();
+        let name = match self.inside {
+            true => RESULT.into(),
+            false => self.target.file_name().unwrap_or_default().to_string_lossy(),
+        };
+        let kept = self.lock.place().join(format!("{name}-unplaced-{random}"));
+        match fs::rename(from, &kept) {
+            Ok(()) => Error::Run(format!("{why}; the new result is kept in {}", kept.display())),
+            Err(_) => Error::Run(why.to_string()),
+        }
+    }
+}
+
+/// The lock in the place where a result for `target` is written.
+fn locked(target: &Path) -> Result<Lock, Error> {
+    loop {
+        let (place, owner) = place(target)?;
+        match Lock::wait(&place, &owner) {
+            // Another run may have made the folder in the meantime.
+            Ok(Asked::Held(lock)) if place == claim::place(target)?.0 => return Ok(lock),
+            Ok(Asked::Held(_)) => {}
+            Ok(Asked::Taken(pid)) => {
+                let who = pid.map_or("another run".to_owned(), |pid| format!("another run (process {pid})"));
+                let why = format!("{who} is writing to this folder");
+                return Err(refuse(target, why, "another folder; or wait until that run ends"));
+            }
+            // The folder is gone again.
+            Err(e) if e.kind() == ErrorKind::NotFound && !place.is_dir() => {}
+            Err(e) => return Err(Error::io(&place, e)),
+        }
+    }
+}

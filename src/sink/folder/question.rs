@@ -1,0 +1,79 @@
+//! What a result answers: which command, on which file, with which values.
+
+use std::path::PathBuf;
+
+use serde_json::{Map, Value, json};
+
+use super::disk::hash_all;
+use crate::scene::{Scene, Space};
+use crate::sink::run_json;
+
+/// Options that change nothing in a result.
+const FREE: [&str; 6] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json", "run.threads"];
+
+/// What a result answers. Command and name are its identity; the values in force may change.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// The command.
+    pub command: &'static str,
+    /// Name of the spec or data file, without folder and ending.
+    pub name: String,
+    /// Values in force, as in `run.json`; null where there is no spec.
+    pub in_force: Value,
+    /// What else the result depends on: options of the command, data by their hash; null is never the same.
+    pub asked: Value,
+    /// Files that are read.
+    pub inputs: Vec<PathBuf>,
+    /// Whether this goes on with the run whose result is there.
+    pub goes_on: bool,
+}
+
+impl Question {
+    /// A command without a spec.
+    pub fn new(command: &'static str, name: impl Into<String>, asked: Value) -> Self {
+        let (name, in_force) = (name.into(), Value::Null);
+        Self { command, name, in_force, asked, inputs: Vec::new(), goes_on: false }
+    }
+
+    /// A command on a spec.
+    pub fn of_scene(command: &'static str, scene: &Scene, asked: Value) -> Self {
+        let mut asked = match asked {
+            Value::Object(asked) => asked,
+            _ => Map::new(),
+        };
+        if let Space::List(tuples) = &scene.space {
+            let bytes: Vec<u8> =
+                tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
+            let digest = hash_all(&mut bytes.as_slice()).expect("memory can be read");
+            asked.insert("tuples".into(), digest.into());
+        }
+        if let Some(fit) = &scene.material_fit {
+            asked.insert("curve".into(), format!("{:?}", fit.coefficients).into());
+        }
+        Self {
+            in_force: run_json::in_force(scene),
+            inputs: scene.inputs.clone(),
+            ..Self::new(command, &scene.name, Value::Object(asked))
+        }
+    }
+
+    /// Keys whose values differ from those of an older `run.json`.
+    pub(super) fn changed(&self, older: &Value) -> Vec<String> {
+        // As it reads from a file.
+        let now: Value =
+            serde_json::from_str(&json!({ "in_force": self.in_force, "asked": self.asked }).to_string())
+                .expect("what was written can be read");
+        let (now, then) = (values(&now), values(older));
+        let differ = |key: &&String| now.get(*key) != then.get(*key) || now[*key].is_null();
+        let gone = then.keys().filter(|key| !now.contains_key(*key));
+        now.keys().filter(differ).chain(gone).cloned().collect()
+    }
+}
+
+/// The values of a `run.json` by their key.
+fn values(run: &Value) -> Map<String, Value> {
+    let entries = run["in_force"].as_array().into_iter().flatten();
+    let entry = |e: &Value| Some((e["key"].as_str()?.to_owned(), e["value"].clone()));
+    let written = entries.filter_map(entry).filter(|(key, _)| !FREE.contains(&key.as_str()));
+    written.chain(run["asked"].as_object().cloned().unwrap_or_default()).collect()
+}

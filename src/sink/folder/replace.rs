@@ -1,0 +1,226 @@
+//! One result in place of another, in a folder that holds other files too.
+//!
+//! The new result lies whole and durable in a hidden folder before anything is touched. Renaming that folder to
+//! [`PENDING`] decides: before it the old result stands, after it the new one, which the next run puts in place if
+//! this one cannot. In between there are only the renames. (Swapping the whole folder would be one step, but would move
+//! strangers' files, and whoever works in the folder would find himself in the old one.)
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::claim::{Old, look, refuse};
+use super::disk::{Stamp, open_regular, sync};
+use super::record::{Listed, RUN, is_plain};
+use crate::error::Error;
+
+/// A decided replacement that is not yet done.
+const PENDING: &str = ".vibrissa-replacing";
+/// What is to be done, in the hidden folder.
+const MANIFEST: &str = ".manifest";
+
+/// What is to be done.
+#[derive(Debug, Serialize, Deserialize)]
+struct Manifest {
+    /// Files of the new result, `run.json` last.
+    put: Vec<String>,
+    /// Files that give way, as they were found.
+    old: Vec<Listed>,
+    /// New name of a `run.json` that is kept.
+    aside: Option<String>,
+}
+
+/// Whether anything has come in the way of `names` since `old` was found; what.
+pub(super) fn obstacle(target: &Path, names: &[String], old: &Old) -> Option<String> {
+    let changed = |name: &str| match (target.join(name).symlink_metadata(), old.holds(name)) {
+        (Err(_), _) => false,
+        (Ok(m), Some(stamp)) => !m.is_file() || Stamp::of(&m) != *stamp,
+        (Ok(m), None) => !(m.is_file() && name == RUN && old.aside.is_some()),
+    };
+    let listed = old.files.iter().map(|(f, _)| &f.name);
+    names.iter().chain(listed).find(|name| changed(name)).cloned()
+}
+
+/// Puts the files `names` of the folder `new`, which are durable, in the place of `old`.
+pub(super) fn replace(target: &Path, new: &Path, names: &[String], old: &Old) -> io::Result<()> {
+    let manifest = Manifest {
+        put: names.to_vec(),
+        old: old.files.iter().map(|(f, _)| f.clone()).collect(),
+        aside: old.aside.clone(),
+    };
+    let mut file = fs::File::create_new(new.join(MANIFEST))?;
+    file.write_all(serde_json::to_string(&manifest)?.as_bytes())?;
+    file.sync_all()?;
+    sync(new)?;
+    let pending = target.join(PENDING);
+    fs::rename(new, &pending)?;
+    sync(target)?;
+    put(target, &manifest)?;
+    finish(target)
+}
+
+/// Ends a replacement that was decided and not done.
+pub(super) fn recover(target: &Path) -> Result<(), Error> {
+    let pending = target.join(PENDING);
+    let failed = |e| Error::io(&pending, e);
+    match pending.symlink_metadata() {
+        Err(_) => return Ok(()),
+        Ok(m) if m.is_dir() => {}
+        Ok(_) => {
+            let why = format!("{} is in the way and no folder of this program", pending.display());
+            return Err(refuse(target, why, "another folder; or move this away"));
+        }
+    }
+    let text = match open_regular(&pending.join(MANIFEST), OpenOptions::new().read(true)) {
+        // It was done but for the empty folder.
+        Err(e) if e.kind() == ErrorKind::NotFound => return fs::remove_dir(&pending).map_err(failed),
+        other => io::read_to_string(other.map_err(failed)?).map_err(failed)?,
+    };
+    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| failed(e.into()))?;
+    let names = manifest.put.iter().chain(manifest.old.iter().map(|f| &f.name));
+    if let Some(odd) = names.clone().chain(&manifest.aside).find(|name| !is_plain(name)) {
+        return Err(failed(io::Error::other(format!("{odd:?} is no name of a result's file"))));
+    }
+    let renamed = !pending.join(RUN).exists();
+    for name in names.filter(|_| !renamed) {
+        let put = manifest.put.contains(name);
+        if put && !pending.join(name).exists() {
+            continue;
+        }
+        let known = manifest.old.iter().find(|f| f.name == *name);
+        let kept = name == RUN && manifest.aside.is_some();
+        let there = look(&target.join(name))?;
+        if there.is_some_and(|(found, _)| !kept && known != Some(&found)) {
+            let why = format!(
+                "a run was killed while it replaced the result here, and {} has changed since",
+                target.join(name).display()
+            );
+            return Err(refuse(
+                target,
+                why,
+                "the folder without this file (move it away), or another folder",
+            ));
+        }
+    }
+    put(target, &manifest).and_then(|()| finish(target)).map_err(|e| Error::io(target, e))
+}
+
+/// The renames, the `run.json` last; any number of them may have been done before.
+fn put(target: &Path, manifest: &Manifest) -> io::Result<()> {
+    let gone = |done: io::Result<()>| match done {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
+        other => other,
+    };
+    let pending = target.join(PENDING);
+    if let Some(aside) = manifest.aside.as_ref().filter(|a| !target.join(a).exists()) {
+        gone(fs::rename(target.join(RUN), target.join(aside)))?;
+    }
+    for file in manifest.old.iter().filter(|f| !manifest.put.contains(&f.name)) {
+        gone(fs::remove_file(target.join(&file.name)))?;
+    }
+    for name in &manifest.put {
+        gone(fs::rename(pending.join(name), target.join(name)))?;
+    }
+    Ok(())
+}
+
+/// The end of a replacement whose renames are done.
+fn finish(target: &Path) -> io::Result<()> {
+    let pending = target.join(PENDING);
+    sync(target)?;
+    fs::remove_file(pending.join(MANIFEST))?;
+    fs::remove_dir(&pending)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The steps of a replacement at which it may be killed: all before the decision, one after each rename.
+    fn killed_after(renames: usize, aside: bool) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, new) = (folder.path(), folder.path().join(".vibrissa-result-a1B2c3"));
+        for name in ["a.csv", "b.csv", "notes.txt", RUN] {
+            fs::write(target.join(name), format!("old {name}")).unwrap();
+        }
+        fs::create_dir(&new).unwrap();
+        let put = ["b.csv".to_owned(), "c.csv".to_owned(), RUN.to_owned()];
+        for name in &put {
+            fs::write(new.join(name), format!("new {name}")).unwrap();
+        }
+        let given = if aside { &["a.csv", "b.csv"][..] } else { &["a.csv", "b.csv", RUN] };
+        let old: Vec<Listed> =
+            given.iter().map(|name| look(&target.join(name)).unwrap().unwrap().0).collect();
+        let manifest = Manifest { put: put.to_vec(), old, aside: aside.then(|| "run.old.json".to_owned()) };
+        fs::write(new.join(MANIFEST), serde_json::to_string(&manifest).unwrap()).unwrap();
+        fs::rename(new, target.join(PENDING)).unwrap();
+        let mut steps: Vec<(String, Option<String>)> = Vec::new();
+        steps.extend(manifest.aside.map(|a| (RUN.to_owned(), Some(a))));
+        steps.push(("a.csv".to_owned(), None));
+        steps.extend(put.iter().map(|name| (format!("{PENDING}/{name}"), Some(name.clone()))));
+        steps.push((format!("{PENDING}/{MANIFEST}"), None));
+        for (from, to) in steps.into_iter().take(renames) {
+            match to {
+                Some(to) => fs::rename(target.join(from), target.join(to)).unwrap(),
+                None => fs::remove_file(target.join(from)).unwrap(),
+            }
+        }
+        folder
+    }
+
+    fn texts(folder: &Path) -> Vec<(String, String)> {
+        let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+        let mut all: Vec<_> = entries
+            .map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), fs::read_to_string(p).unwrap()))
+            .collect();
+        all.sort();
+        all
+    }
+
+    #[test]
+    fn a_replacement_killed_at_any_step_is_carried_through() {
+        for (aside, renames) in
+            [(false, 0..=5), (true, 0..=6)].into_iter().flat_map(|(a, n)| n.map(move |n| (a, n)))
+        {
+            let folder = killed_after(renames, aside);
+            recover(folder.path()).unwrap_or_else(|e| panic!("{renames}: {e}"));
+            let mut expected: Vec<(String, String)> =
+                ["new b.csv", "new c.csv", "old notes.txt", "new run.json"]
+                    .map(|text| (text[4..].to_owned(), text.to_owned()))
+                    .to_vec();
+            if aside {
+                expected.push(("run.old.json".to_owned(), "old run.json".to_owned()));
+            }
+            assert_eq!(texts(folder.path()), expected, "after {renames}");
+            recover(folder.path()).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_changed_since_the_kill_is_kept() {
+        for (name, renames) in [("a.csv", 0), ("b.csv", 1), ("c.csv", 2), (RUN, 3)] {
+            let folder = killed_after(renames, false);
+            let path = folder.path().join(name);
+            fs::write(&path, "mine").unwrap();
+            assert_eq!(recover(folder.path()).unwrap_err().exit_code(), 2, "{name}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+            fs::remove_file(&path).unwrap();
+            recover(folder.path()).unwrap();
+            assert!(!folder.path().join(PENDING).exists());
+        }
+    }
+
+    #[test]
+    fn a_planted_replacement_reaches_no_other_folder() {
+        let folder = killed_after(0, false);
+        let manifest = folder.path().join(PENDING).join(MANIFEST);
+        let text = fs::read_to_string(&manifest).unwrap();
+        fs::write(&manifest, text.replace("a.csv", "../a.csv")).unwrap();
+        recover(folder.path()).unwrap_err();
+        let link = tempfile::tempdir().unwrap();
+        fs::write(link.path().join(PENDING), "mine").unwrap();
+        assert_eq!(recover(link.path()).unwrap_err().exit_code(), 2);
+    }
+}
