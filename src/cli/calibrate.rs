@@ -13,19 +13,21 @@ use vibrissa::sink::folder::hash;
 use vibrissa::sink::run_json;
 
 use super::args::{Calibrate, Common};
-use super::reply::Reply;
+use super::reply::{self, Reply};
+use super::say;
 
 /// Reads data and whisker, calibrates, writes the files.
-pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
+pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let start = Instant::now();
-    let data = Data::read(&args.data)?;
+    let bytes = Data::load(&args.data)?;
+    let data = Data::parse(&args.data.display().to_string(), &bytes)?;
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
     let rig = Rig::read(&args.whisker, data.drive.or(said))?;
-    let options = prepared(&args.common, &rig, json)?;
+    let options = prepared(&args.common, &rig)?;
     let quiet = options.quiet == Some(true);
     let kind = rig.scene.drive;
     if let Some(said) = said.filter(|s| *s != kind) {
@@ -42,7 +44,6 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
         })?;
         fit.push(parameter);
     }
-    let bytes = std::fs::read(&args.data).map_err(|e| Error::io(&args.data, e))?;
     let digest = hash_bytes(&bytes)?;
     drop(bytes);
     let identity =
@@ -54,12 +55,12 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
         return Ok(planned(&data, &rig, &out));
     }
     if !quiet {
-        rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        rig.scene.warnings.iter().for_each(say::warning);
     }
     let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     if !quiet {
-        found.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        found.warnings.iter().for_each(say::warning);
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None::<Estimator>, &opener(&options))?;
@@ -82,17 +83,27 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
     let files = output::write(&found, &data, &locator, &document, &target)?;
     let mut text = report::text(&found, &data, &rig);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&files), start.elapsed().as_secs_f64());
-    Ok(Reply { text, out: Some(out), files, counts, seconds, backend: Value::Null, result, quiet })
+    Ok(Reply {
+        text,
+        out: Some(out),
+        files,
+        counts,
+        seconds,
+        backend: Value::Null,
+        result,
+        quiet,
+        ..Reply::default()
+    })
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
     vibrissa::sink::folder::hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()))
 }
 
-/// Options of spec and command line; starts the threads they ask for and says whether JSON is wanted.
-pub(super) fn prepared(common: &Common, rig: &Rig, json: &mut bool) -> Result<RunOptions, Error> {
+/// Options of spec and command line; starts the threads they ask for, and JSON if they ask for it.
+pub(super) fn prepared(common: &Common, rig: &Rig) -> Result<RunOptions, Error> {
     let options = common.over(&rig.scene.run);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     if let Some(n) = options.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
@@ -120,6 +131,6 @@ fn planned(data: &Data, rig: &Rig, out: &Path) -> Reply {
         seconds: Value::Null,
         backend: Value::Null,
         result: json!({ "in_force": run_json::in_force(&rig.scene), "signal": data.unit.column() }),
-        quiet: false,
+        ..Reply::default()
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::unfinished::Unfinished;
 use crate::error::{Error, InputError};
 
 /// Every file that this program writes into a result folder; a new result removes the older ones.
@@ -68,6 +69,7 @@ pub struct Folder {
     target: PathBuf,
     partial: tempfile::TempDir,
     names: Vec<String>,
+    _unfinished: Unfinished,
 }
 
 impl Folder {
@@ -107,7 +109,8 @@ impl Folder {
         fs::create_dir_all(&place).map_err(|e| Error::io(&place, e))?;
         let partial =
             tempfile::Builder::new().prefix(PARTIAL).tempdir_in(&place).map_err(|e| Error::io(&place, e))?;
-        Ok(Self { target: target.to_owned(), partial, names: Vec::new() })
+        let _unfinished = Unfinished::new(partial.path());
+        Ok(Self { target: target.to_owned(), partial, names: Vec::new(), _unfinished })
     }
 
     /// Writes run.json, from which a result is known again.
