@@ -101,7 +101,8 @@ fn arguments_may_be_any_bytes() {
             &[word("sweep"), spec.clone(), word("--adapter"), odd(b"\xff")],
             &[odd(b"\xff")],
         ] {
-            let line = [line, if json { &[word("--json")] } else { &[] }].concat();
+            let mut line = line.to_vec();
+            line.extend(json.then(|| word("--json")));
             let ran = program(&desk, &line).output().unwrap();
             assert_eq!(ran.status.code(), Some(2), "{line:?}: {}", words(&ran.stderr));
             let said = if json { words(&ran.stdout) } else { words(&ran.stderr) };
