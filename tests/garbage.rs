@@ -2,12 +2,15 @@
 
 mod common;
 
-use common::measuring::{REAL, prototype, rig};
+use common::measuring::{TAPS, prototype, rig};
 use proptest::prelude::*;
 use vibrissa::calibrate::{Options, calibrate, output};
 use vibrissa::error::Error;
 use vibrissa::locate::{Locator, locator::opener};
 use vibrissa::measure::Data;
+
+/// The closed form, which costs nothing at any angle.
+const LINEAR: &str = "[model]\ngeometry = \"linear\"\n";
 
 /// Calibrates, answers a few readings with what comes of it, and writes it down. Every error says something.
 fn survives(table: &str, more: &[&str]) -> Result<(), TestCaseError> {
@@ -20,7 +23,7 @@ fn survives(table: &str, more: &[&str]) -> Result<(), TestCaseError> {
         Err(e) => return told(e.to_string()),
     };
     let options = Options { drive: data.drive.is_none().then_some(4.0), ..Options::default() };
-    let found = match calibrate(&data, &rig(&prototype(7.0, more)), &options) {
+    let found = match calibrate(&data, &rig(&prototype(7.0, &[&[TAPS], more].concat())), &options) {
         Ok(found) => found,
         Err(e) => return told(e.to_string()),
     };
@@ -58,16 +61,22 @@ fn a_decimal_comma_in_one_row_is_survived() {
     // 21.8 written as 21,80 where the row has room for it: an angle of 80 degrees.
     for line in ["21,80,0.03", "21,80,", ",21,80", "21,8,80"] {
         let text = table("a_mm,theta_deg,strain", &sound()) + line + "\n";
-        survives(&text, &[]).unwrap();
-        survives(&text, &[REAL]).unwrap();
+        survives(&text, &[LINEAR]).unwrap();
     }
     for text in [
         "a_mm,strain\n27,0.02\n33,0.015\n21,80\n",
         "a_mm,reading\n27,0.02\n33,0.015\n21,80\n",
         "a_mm,theta_deg\n27,4\n21,80\n",
     ] {
-        survives(text, &[]).unwrap();
+        survives(text, &[LINEAR]).unwrap();
     }
+}
+
+/// The exact rod has no answer there, and the fit no slope.
+#[test]
+#[ignore = "minutes: the exact rod is solved up to 80 degrees"]
+fn an_angle_that_no_rod_has_is_survived() {
+    survives(&(table("a_mm,theta_deg,strain", &sound()) + "21,80,0.03\n"), &[]).unwrap();
 }
 
 #[test]
@@ -89,12 +98,12 @@ fn extremes_are_survived() {
         [21.000000000000004, 4.000000000000001, 0.04],
     ] {
         for n in [1, 3] {
-            survives(&with(row, n), &[]).unwrap();
+            survives(&with(row, n), &[LINEAR]).unwrap();
         }
     }
     let constant: Vec<Vec<f64>> = sound().into_iter().map(|r| vec![r[0], r[1], 0.01]).collect();
     for header in ["a_mm,theta_deg,strain", "a_mm,theta_deg,reading", "theta_deg,a_mm,reading"] {
-        survives(&table(header, &constant), &[]).unwrap();
+        survives(&table(header, &constant), &[LINEAR]).unwrap();
     }
 }
 
@@ -109,14 +118,14 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, max_shrink_iters: 40, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, max_shrink_iters: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_numbers_are_survived(
         rows in prop::collection::vec(prop::collection::vec(any_number(), 3), 1..24),
         unit in prop::sample::select(vec!["strain", "microstrain", "bridge_mV_per_V", "reading"]),
     ) {
-        survives(&table(&format!("a_mm,theta_deg,{unit}"), &rows), &[])?;
+        survives(&table(&format!("a_mm,theta_deg,{unit}"), &rows), &[LINEAR])?;
     }
 
     #[test]
@@ -125,6 +134,6 @@ proptest! {
         for (row, column, value) in wrong {
             rows[row][column] = value;
         }
-        survives(&table("a_mm,theta_deg,reading", &rows), &[REAL])?;
+        survives(&table("a_mm,theta_deg,reading", &rows), &[LINEAR])?;
     }
 }
