@@ -94,7 +94,6 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         result: json!({ "census": lines.iter().map(|l| census::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
         quiet,
         broken: broken(&lines, &places),
-        ..Reply::default()
     })
 }
 
