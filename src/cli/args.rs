@@ -264,10 +264,8 @@ pub struct Common {
 
 /// Part of a name: nothing is part of every name, and would take any adapter.
 fn adapter(text: &str) -> Result<String, &'static str> {
-    match text.trim().is_empty() {
-        true => Err("allowed: a part of an adapter's name; `vibrissa devices` lists them"),
-        false => Ok(text.to_owned()),
-    }
+    let named = Some(text.to_owned()).filter(|t| !t.trim().is_empty());
+    named.ok_or("allowed: a part of an adapter's name; `vibrissa devices` lists them")
 }
 
 impl Common {
