@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use miette::NamedSource;
 use serde::Serialize;
 
 use crate::error::{Error, InputError};
@@ -207,7 +206,7 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
                 .key("run.tolerance")
                 .value(&text[span.clone()])
                 .at(&file, Some(line))
-                .snippet(NamedSource::new(file, text), span),
+                .snippet(&file, &text, span),
         });
     }
     Ok(t)

@@ -5,7 +5,9 @@
 
 use std::fmt;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use miette::{Diagnostic, LabeledSpan, SourceCode};
+
+use crate::excerpt::{Excerpt, printable, short};
 
 /// An input that cannot be used, and what would be allowed in its place. Exit code 2.
 #[derive(Debug, Clone, Default)]
@@ -22,8 +24,8 @@ pub struct InputError {
     pub allowed: Option<String>,
     /// What is wrong, in one sentence.
     pub message: String,
-    /// Text of `file` and the byte range to underline in it.
-    pub snippet: Option<Box<(NamedSource<String>, std::ops::Range<usize>)>>,
+    /// Lines of `file` around what is wrong.
+    pub snippet: Option<Box<Excerpt>>,
 }
 
 impl InputError {
@@ -34,13 +36,13 @@ impl InputError {
 
     /// The key, column or option at fault.
     pub fn key(mut self, key: impl Into<String>) -> Self {
-        self.key = Some(key.into());
+        self.key = Some(short(&key.into()));
         self
     }
 
-    /// The value as written.
+    /// The value as written, cut where it is very long.
     pub fn value(mut self, value: impl fmt::Display) -> Self {
-        self.value = Some(value.to_string());
+        self.value = Some(short(&value.to_string()));
         self
     }
 
@@ -57,16 +59,16 @@ impl InputError {
         self
     }
 
-    /// The text of the file and the bytes in it to underline.
-    pub fn snippet(mut self, source: NamedSource<String>, range: std::ops::Range<usize>) -> Self {
-        self.snippet = Some(Box::new((source, range)));
+    /// The place in the `text` of `file` to show.
+    pub fn snippet(mut self, file: &str, text: &str, range: std::ops::Range<usize>) -> Self {
+        self.snippet = Some(Box::new(Excerpt::new(file, text, range)));
         self
     }
 }
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(file) = &self.file {
+        if let Some(file) = self.file.as_deref().map(printable) {
             match self.line {
                 Some(line) => write!(f, "{file}:{line}: ")?,
                 None => write!(f, "{file}: ")?,
@@ -78,9 +80,9 @@ impl fmt::Display for InputError {
             (None, Some(v)) => write!(f, "{v}: ")?,
             (None, None) => {}
         }
-        write!(f, "{}", self.message)?;
+        f.write_str(&printable(&self.message))?;
         if let Some(allowed) = &self.allowed {
-            write!(f, " (allowed: {allowed})")?;
+            write!(f, " (allowed: {})", printable(allowed))?;
         }
         Ok(())
     }
@@ -90,12 +92,12 @@ impl std::error::Error for InputError {}
 
 impl Diagnostic for InputError {
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.snippet.as_deref().map(|s| &s.0 as &dyn SourceCode)
+        self.snippet.as_deref().map(|s| s as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, range) = self.snippet.as_deref()?;
-        Some(Box::new(std::iter::once(LabeledSpan::underline(range.clone()))))
+        let span = self.snippet.as_deref()?.span.clone();
+        Some(Box::new(std::iter::once(LabeledSpan::underline(span))))
     }
 }
 
@@ -109,7 +111,7 @@ pub enum Error {
     #[error("{0}")]
     Run(String),
     /// Reading or writing a file failed: exit code 1.
-    #[error("{path}: {source}")]
+    #[error("{}: {source}", printable(path))]
     Io {
         /// The file or folder.
         path: String,

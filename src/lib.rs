@@ -8,6 +8,8 @@
 //! [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones. [`physics`] is pure; wgpu is
 //! used only in `kernel::gpu` and `smooth::device`; files are written only in [`sink`].
 
+#![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod backend;
 pub mod bench;
 pub mod calibrate;
@@ -15,6 +17,7 @@ pub mod design;
 pub mod error;
 pub mod estimate;
 pub mod evaluate;
+pub mod excerpt;
 pub mod explain;
 pub mod kernel;
 pub mod locate;

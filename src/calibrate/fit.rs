@@ -180,7 +180,7 @@ impl Task<'_> {
         if j.nrows() < j.ncols() {
             return None;
         }
-        let svd = j.svd(false, true);
+        let svd = super::singular::values(j, false)?;
         let v = svd.v_t?.transpose();
         let largest = svd.singular_values.max();
         if svd.singular_values.min().partial_cmp(&(largest * 1e-11)) != Some(std::cmp::Ordering::Greater) {

@@ -19,6 +19,7 @@ pub mod output;
 pub mod reason;
 pub mod report;
 pub mod side;
+pub mod singular;
 pub mod suspects;
 pub mod taps;
 pub mod winner;

@@ -151,9 +151,9 @@ impl Smooth {
             };
             let w = e.map(weight);
             let wx = DMatrix::from_fn(x.nrows(), x.ncols(), |i, j| w[i] * x[(i, j)]);
-            let solved = (x.transpose() * &wx).svd(true, true).solve(&(wx.transpose() * &r), 1e-13);
-            match solved {
-                Ok(c) if c.iter().all(|c| c.is_finite()) => self.coefficients = c,
+            let svd = super::singular::values(x.transpose() * &wx, true);
+            match svd.map(|svd| svd.solve(&(wx.transpose() * &r), 1e-13)) {
+                Some(Ok(c)) if c.iter().all(|c| c.is_finite()) => self.coefficients = c,
                 _ => return,
             }
         }

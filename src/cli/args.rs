@@ -8,7 +8,7 @@ use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 /// Sweeps and optimises tapered soft whisker sensors.
 #[derive(Debug, Parser)]
 #[command(version, about, max_term_width = 100, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done, 1 the run failed, 2 bad usage or bad spec.")]
+#[command(after_help = "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or bad spec.")]
 pub struct Args {
     #[command(subcommand)]
     pub command: Command,
@@ -241,7 +241,7 @@ pub struct Common {
     #[arg(long, value_enum, value_name = "NAME", hide_possible_values = false)]
     pub backend: Option<BackendChoice>,
     /// Take the adapter whose name contains this
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = adapter)]
     pub adapter: Option<String>,
     /// Floating-point type of the fast kernels [default: f32]
     #[arg(long, value_enum, value_name = "TYPE")]
@@ -261,6 +261,12 @@ pub struct Common {
     /// One JSON object on stdout and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// Part of a name: nothing is part of every name, and would take any adapter.
+fn adapter(text: &str) -> Result<String, &'static str> {
+    let named = Some(text.to_owned()).filter(|t| !t.trim().is_empty());
+    named.ok_or("allowed: a part of an adapter's name; `vibrissa devices` lists them")
 }
 
 impl Common {

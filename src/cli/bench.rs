@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
 use vibrissa::bench::{
@@ -17,7 +15,9 @@ use vibrissa::kernel::rule::smallest_tolerance;
 use vibrissa::scene::{Precision, RunOptions};
 
 use super::args::Bench;
+use super::interrupt;
 use super::reply::Reply;
+use super::say;
 
 /// Measures, or says what would be measured.
 pub fn run(args: &Bench) -> Result<Reply, Error> {
@@ -45,17 +45,14 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     if options.plan == Some(true) {
         return Ok(planned(&settings, &places, out));
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let mut step = |n: usize, of: usize, what: &str| {
         if !quiet {
-            eprintln!("[{n:>3} of {of}] {what}");
+            say::line(format_args!("[{n:>3} of {of}] {what}"));
         }
     };
     let force = options.force == Some(true);
-    let report = bench::run(&settings, &places, (&out, force), &mut Watch::new(&mut step, &stop))?;
+    let report =
+        bench::run(&settings, &places, (&out, force), &mut Watch::new(&mut step, interrupt::stop()))?;
     Ok(Reply {
         text: summary(&report, &places),
         out: Some(out),
@@ -65,6 +62,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
         result: result(&report, &places),
         files: report.files,
         quiet,
+        ..Reply::default()
     }
     .removing(&report.removed))
 }
@@ -95,7 +93,7 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
         seconds: json!({ "expected": seconds }),
         backend: backends(places),
         result: settings.json(),
-        quiet: false,
+        ..Reply::default()
     }
 }
 

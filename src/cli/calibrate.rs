@@ -12,19 +12,21 @@ use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
 use super::args::{Calibrate, Common};
-use super::reply::Reply;
+use super::reply::{self, Reply};
+use super::say;
 
 /// Reads data and whisker, calibrates, writes the files.
-pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
+pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let start = Instant::now();
-    let data = Data::read(&args.data)?;
+    let bytes = Data::load(&args.data)?;
+    let data = Data::parse(&args.data.display().to_string(), &bytes)?;
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
     let rig = Rig::read(&args.whisker, data.drive.or(said))?;
-    let options = prepared(&args.common, &rig, json)?;
+    let options = prepared(&args.common, &rig)?;
     let quiet = options.quiet == Some(true);
     let kind = rig.scene.drive;
     if let Some(said) = said.filter(|s| *s != kind) {
@@ -41,7 +43,6 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
         })?;
         fit.push(parameter);
     }
-    let bytes = std::fs::read(&args.data).map_err(|e| Error::io(&args.data, e))?;
     let digest = hash_bytes(&bytes)?;
     drop(bytes);
     let identity =
@@ -53,7 +54,7 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
         return Ok(planned(&data, &rig, &out));
     }
     if !quiet {
-        rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        rig.scene.warnings.iter().for_each(say::warning);
     }
     let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", &rig.scene, of) };
@@ -62,7 +63,7 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
     let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     if !quiet {
-        found.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        found.warnings.iter().for_each(say::warning);
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None::<Estimator>, &opener(&options))?;
@@ -84,19 +85,28 @@ pub fn run(args: &Calibrate, json: &mut bool) -> Result<Reply, Error> {
     let written = output::write(&found, &data, &locator, &document, folder)?;
     let mut text = report::text(&found, &data, &rig);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let (files, backend) = (written.files, Value::Null);
-    Ok(Reply { text, out: Some(out), files, counts, seconds, backend, result, quiet }
-        .removing(&written.removed))
+    let reply = Reply {
+        text,
+        out: Some(out),
+        files: written.files,
+        counts,
+        seconds,
+        backend: Value::Null,
+        result,
+        quiet,
+        ..Reply::default()
+    };
+    Ok(reply.removing(&written.removed))
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
     vibrissa::sink::folder::hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()))
 }
 
-/// Options of spec and command line; starts the threads they ask for and says whether JSON is wanted.
-pub(super) fn prepared(common: &Common, rig: &Rig, json: &mut bool) -> Result<RunOptions, Error> {
+/// Options of spec and command line; starts the threads they ask for, and JSON if they ask for it.
+pub(super) fn prepared(common: &Common, rig: &Rig) -> Result<RunOptions, Error> {
     let options = common.over(&rig.scene.run);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     if let Some(n) = options.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
@@ -124,6 +134,6 @@ fn planned(data: &Data, rig: &Rig, out: &std::path::Path) -> Reply {
         seconds: Value::Null,
         backend: Value::Null,
         result: json!({ "in_force": run_json::in_force(&rig.scene), "signal": data.unit.column() }),
-        quiet: false,
+        ..Reply::default()
     }
 }

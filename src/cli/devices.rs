@@ -58,6 +58,6 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
         seconds: Value::Null,
         backend: json!(b),
         result: json!({ "adapters": listed, "cpu": { "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() } }),
-        quiet: false,
+        ..Reply::default()
     })
 }

@@ -40,6 +40,7 @@ pub fn run(scene: &Scene, options: &RunOptions, leave_off: &[f64]) -> Result<Rep
         backend: json!(choice.backend),
         result: result(scene.drive, &found),
         quiet: options.quiet == Some(true),
+        ..Reply::default()
     })
 }
 

@@ -1,5 +1,6 @@
 //! `vibrissa locate CAL.toml [READINGS.csv]`.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,7 +13,10 @@ use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
 use super::args::Locate;
+use super::interrupt;
+use super::patient::Patient;
 use super::reply::Reply;
+use super::say;
 
 /// Answers a file into `located.csv`, or a stream on stdout.
 pub fn run(args: &Locate) -> Result<Reply, Error> {
@@ -29,7 +33,7 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     let label = args.calibration.display().to_string();
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
-        eprintln!("warning: {label} was written by version {} of this program", calibration.version);
+        say::warning(format_args!("{label} was written by version {} of this program", calibration.version));
     }
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     if options.plan == Some(true) {
@@ -59,12 +63,63 @@ fn streamed(locator: &Locator, start: Instant) -> Result<Reply, Error> {
             other => other.map_err(|e| Error::io("stdout", e)),
         }
     };
-    let answered = stream::answer(locator, std::io::stdin().lock(), None, &mut write);
+    let input = Patient(std::io::stdin().lock());
+    let answered = stream::answer(locator, input, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
     };
-    Ok(reply(String::new(), None, Vec::new(), &counts, locator, start))
+    let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
+    Ok(Reply { broken, ..reply(String::new(), None, Vec::new(), &counts, locator, start) })
+}
+
+/// Readings of a file or of a stream.
+enum Source {
+    /// What can be read again, with its hash.
+    File(PathBuf, String),
+    /// A pipe or a device under a name.
+    Stream(File),
+    Stdin,
+}
+
+impl Source {
+    fn new(readings: Option<&Path>) -> Result<Self, Error> {
+        let Some(path) = readings else { return Ok(Self::Stdin) };
+        let mut file = open(path)?;
+        if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
+            return Ok(Self::Stream(file));
+        }
+        let digest = hash_all(&mut file).map_err(|e| Error::io(path, e))?;
+        Ok(Self::File(path.to_owned(), digest))
+    }
+
+    fn digest(&self) -> &str {
+        if let Self::File(_, digest) = self { digest } else { "" }
+    }
+
+    /// What is there of a stream will not come again: it is kept when a signal ends it.
+    fn answer(
+        self,
+        locator: &Locator,
+        label: Option<&str>,
+        write: stream::Write<'_>,
+    ) -> Result<stream::Counts, Error> {
+        let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
+        let counts = match self {
+            Self::File(path, _) => {
+                let counts = stream::answer(locator, Patient(open(&path)?), label, interrupt::stop(), write)?;
+                return if counts.stopped { nothing("") } else { Ok(counts) };
+            }
+            Self::Stream(file) => {
+                stream::answer(locator, Patient(file), label, interrupt::stop_and_keep(), write)?
+            }
+            Self::Stdin => {
+                let stdin = Patient(std::io::stdin().lock());
+                stream::answer(locator, stdin, label, interrupt::stop_and_keep(), write)?
+            }
+        };
+        if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
+    }
 }
 
 fn filed(
@@ -74,13 +129,9 @@ fn filed(
     readings: Option<&Path>,
     start: Instant,
 ) -> Result<Reply, Error> {
-    let (label, digest) = match readings {
-        Some(path) => {
-            let mut file = open(path)?;
-            (path.display().to_string(), hash_all(&mut file).map_err(|e| Error::io(path, e))?)
-        }
-        None => ("stdin".to_owned(), String::new()),
-    };
+    let source = Source::new(readings)?;
+    let (label, digest) =
+        (readings.map_or("stdin".to_owned(), |p| p.display().to_string()), source.digest().to_owned());
     let identity = hash(&format!("{digest}\n{}\n{}", calibration.checksum, locator.estimator.name()));
     let stem = readings
         .and_then(Path::file_stem)
@@ -95,10 +146,7 @@ fn filed(
     let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
     let mut file = folder.file("located.csv")?;
     let mut write = |bytes: &[u8], _: bool| file.write(bytes);
-    let counts = match readings {
-        Some(path) => stream::answer(locator, open(path)?, Some(&label), &mut write)?,
-        None => stream::answer(locator, std::io::stdin().lock(), None, &mut write)?,
-    };
+    let counts = source.answer(locator, readings.map(|_| label.as_str()), &mut write)?;
     file.close()?;
     let document = run_json::document(
         "locate",
@@ -108,6 +156,7 @@ fn filed(
             "readings": { "file": label, "hash": digest },
             "estimator": locator.estimator.name(),
             "counts": counted(&counts),
+            "interrupted": counts.stopped,
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
@@ -123,15 +172,19 @@ fn filed(
         super::listed(&files),
         start.elapsed().as_secs_f64()
     );
-    Ok(reply(text, Some(out), files, &counts, locator, start).removing(&written.removed))
+    let kept =
+        || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
+    let broken = counts.stopped.then(kept);
+    let reply = Reply { broken, ..reply(text, Some(out), files, &counts, locator, start) };
+    Ok(reply.removing(&written.removed))
 }
 
-fn open(path: &Path) -> Result<std::fs::File, Error> {
+fn open(path: &Path) -> Result<File, Error> {
     let label = path.display().to_string();
     if path.is_dir() {
         return Err(InputError::new("this is a folder; a file of readings is needed").at(label, None).into());
     }
-    std::fs::File::open(path).map_err(|e| match e.kind() {
+    File::open(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => {
             InputError::new("there is no such file of readings").at(label, None).into()
         }
@@ -159,7 +212,7 @@ fn reply(
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
         backend: Value::Null,
         result: json!({ "estimator": locator.estimator.name() }),
-        quiet: false,
+        ..Reply::default()
     }
 }
 

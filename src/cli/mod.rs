@@ -5,10 +5,13 @@ mod bench;
 mod calibrate;
 mod devices;
 mod explain;
+mod interrupt;
 mod locate;
 mod optimise;
+mod patient;
 mod progress;
 mod reply;
+mod say;
 mod simulate;
 mod sweep;
 mod tap;
@@ -43,29 +46,26 @@ fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
 
 /// Runs the command line.
 pub fn run() -> ExitCode {
-    let mut json = std::env::args().any(|a| a == "--json");
+    interrupt::listen();
+    reply::in_json(std::env::args_os().any(|a| a == "--json"));
     let args = match Args::try_parse() {
         Ok(args) => args,
-        Err(e) => return reply::usage(&e, json),
+        Err(e) => return reply::usage(&e),
     };
-    let (name, common) = (args.command.name(), args.command.common().clone());
+    reply::to(args.command.name());
     let result = match &args.command {
-        Command::Sweep(sweep) => sweep::run(sweep, &mut json),
-        Command::Calibrate(calibrate) => calibrate::run(calibrate, &mut json),
+        Command::Sweep(sweep) => sweep::run(sweep),
+        Command::Calibrate(calibrate) => calibrate::run(calibrate),
         Command::Locate(locate) => locate::run(locate),
-        Command::Simulate(simulate) => simulate::run(simulate, &mut json),
-        Command::Optimise(optimise) => optimise::run(optimise, &mut json),
-        Command::Tap(tap) => tap::run(tap, &mut json),
-        Command::Verify(verify) => match verify::run(verify, &mut json) {
-            Ok((reply, Some(broken))) => return reply.print_broken(name, json, common.quiet, &broken),
-            Ok((reply, None)) => Ok(reply),
-            Err(e) => Err(e),
-        },
-        Command::Bench(args) => bench::run(args),
+        Command::Simulate(simulate) => simulate::run(simulate),
+        Command::Optimise(optimise) => optimise::run(optimise),
+        Command::Tap(tap) => tap::run(tap),
+        Command::Verify(verify) => verify::run(verify),
+        Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),
     };
     match result {
-        Ok(reply) => reply.print(name, json, common.quiet),
-        Err(e) => reply::failure(name, &e, json),
+        Ok(reply) => reply.print(args.command.common().quiet),
+        Err(e) => reply::failure(&e),
     }
 }

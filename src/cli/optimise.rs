@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use vibrissa::backend::{self, Choice};
 use vibrissa::error::Error;
-use vibrissa::optimise::{self, Report, Step, Target, Watch, why::why, write};
+use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Scene;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
@@ -16,18 +16,23 @@ use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
 
 use super::args::Optimise;
-use super::reply::Reply;
-use super::sweep::{stop_on_interrupt, threads, where_and_why};
+use super::interrupt;
+use super::reply::{self, Reply};
+use super::say;
+use super::sweep::{threads, where_and_why};
+
+/// What to say of a search that a signal ended.
+const KEPT: &str = "interrupted; the best so far is written, and --resume goes on";
 
 /// Reads the spec and searches, or says what would be searched.
-pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
+pub fn run(args: &Optimise) -> Result<Reply, Error> {
     let (mut scene, search) = spec::read_search(&args.spec)?;
     let options = args.common.over(&scene.run);
     let quiet = options.quiet == Some(true);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        scene.warnings.iter().for_each(say::warning);
     }
     let out = super::folder(options.out.as_ref(), &scene.name, "optimise");
     let choice = Choice::new(&options)?;
@@ -36,10 +41,14 @@ pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
         return Ok(planned(&scene, &search, &choice, &out));
     }
     if !quiet {
-        eprintln!("{}", headline(&scene, &search, &choice));
+        say::line(headline(&scene, &search, &choice));
     }
-    let stop = stop_on_interrupt();
-    let target = Target { out: &out, force: options.force == Some(true), resume: args.resume, stop: &stop };
+    let target = Target {
+        out: &out,
+        force: options.force == Some(true),
+        resume: args.resume,
+        stop: interrupt::stop_and_keep(),
+    };
     let report = optimise::run(&scene, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
     Ok(Reply {
         text: summary(&scene, &search, &report),
@@ -48,6 +57,7 @@ pub fn run(args: &Optimise, json: &mut bool) -> Result<Reply, Error> {
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
         result: write::result(&scene, &search, &report),
+        broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
     }
@@ -100,7 +110,7 @@ fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
         result: json!({ "in_force": run_json::in_force(scene) }),
-        quiet: false,
+        ..Reply::default()
     }
 }
 
@@ -187,9 +197,9 @@ impl Watch for Shown {
             step.stage.name()
         );
         if self.terminal {
-            eprint!("\r\x1b[2K{line}");
+            say::part(format_args!("\r\x1b[2K{line}"));
         } else {
-            eprintln!("{line}");
+            say::line(line);
         }
     }
 }
@@ -197,7 +207,7 @@ impl Watch for Shown {
 impl Drop for Shown {
     fn drop(&mut self) {
         if self.terminal && !self.quiet {
-            eprint!("\r\x1b[2K");
+            say::part("\r\x1b[2K");
         }
     }
 }

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vibrissa::sweep::Progress;
 
+use super::say;
+
 /// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);
 
@@ -52,7 +54,7 @@ impl Progress for Shown {
                 *last = Instant::now();
                 let rate = done as f64 / start.elapsed().as_secs_f64();
                 let left = total.saturating_sub(done) as f64 / rate;
-                eprintln!("{done} of {total} taps, {rate:.3e} taps/s, {left:.0} s left");
+                say::line(format_args!("{done} of {total} taps, {rate:.3e} taps/s, {left:.0} s left"));
             }
             _ => {}
         }

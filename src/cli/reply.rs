@@ -2,15 +2,44 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::error::{ContextKind, ContextValue};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 
+use super::say;
+
 /// Version of the JSON object.
 const FORMAT: u32 = 1;
 
+/// Whether stdout carries one JSON object.
+static JSON: AtomicBool = AtomicBool::new(false);
+/// The command, once it is known.
+static COMMAND: OnceLock<&'static str> = OnceLock::new();
+
+/// From now on stdout carries one JSON object and nothing else, if that is `wanted`.
+pub fn in_json(wanted: bool) {
+    JSON.fetch_or(wanted, Ordering::Relaxed);
+}
+
+/// Says which command is answered.
+pub fn to(command: &'static str) {
+    let _ = COMMAND.set(command);
+}
+
+fn json() -> bool {
+    JSON.load(Ordering::Relaxed)
+}
+
+fn command() -> &'static str {
+    COMMAND.get().copied().unwrap_or_default()
+}
+
 /// A finished command.
+#[derive(Default)]
 pub struct Reply {
     /// For people, on stdout.
     pub text: String,
@@ -25,38 +54,30 @@ pub struct Reply {
     pub result: Value,
     /// The spec asks for silence.
     pub quiet: bool,
+    /// What is wrong although there is a result. Exit code 1.
+    pub broken: Option<String>,
 }
 
 impl Reply {
     /// Names the files of an older result that `--force` removed.
     pub fn removing(mut self, files: &[PathBuf]) -> Self {
         if !files.is_empty() {
-            eprintln!("--force removed {} of an older result", super::listed(files));
+            say::line(&format!("--force removed {} of an older result", super::listed(files)));
             self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
         }
         self
     }
 
-    /// Prints it.
-    pub fn print(self, command: &str, json: bool, quiet: bool) -> ExitCode {
-        self.show(command, json, quiet, None);
-        ExitCode::SUCCESS
-    }
-
-    /// Prints a result that shows a failure: the result as ever, then what is wrong. Exit code 1.
-    pub fn print_broken(self, command: &str, json: bool, quiet: bool, message: &str) -> ExitCode {
-        self.show(command, json, quiet, Some(message));
-        ExitCode::FAILURE
-    }
-
-    fn show(self, command: &str, json: bool, quiet: bool, broken: Option<&str>) {
+    /// Prints it, and then what is wrong, if anything is.
+    pub fn print(self, quiet: bool) -> ExitCode {
         let path = |p: &Path| p.display().to_string();
-        if json {
+        let mut told = Ok(());
+        if json() {
             let mut object = json!({
                 "format": FORMAT,
-                "command": command,
+                "command": command(),
                 "version": env!("CARGO_PKG_VERSION"),
-                "ok": broken.is_none(),
+                "ok": self.broken.is_none(),
                 "out": self.out.as_deref().map(path),
                 "files": self.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
                 "counts": self.counts,
@@ -64,40 +85,58 @@ impl Reply {
                 "backend": self.backend,
                 "result": self.result,
             });
-            if let Some(message) = broken {
+            if let Some(message) = &self.broken {
                 object["error"] = error_json(&InputError::default(), message);
             }
-            write_out(&format!("{object}\n"));
-            return;
+            told = write_out(&format!("{object}\n"));
+        } else if !quiet && !self.quiet {
+            told = write_out(&self.text);
         }
-        if !quiet && !self.quiet {
-            write_out(&self.text);
+        if let Some(message) = self.broken.as_ref().filter(|_| !json()) {
+            say::line(format_args!("error: {message}"));
         }
-        if let Some(message) = broken {
-            eprintln!("error: {message}");
+        match told.is_err() || self.broken.is_some() {
+            true => ExitCode::FAILURE,
+            false => ExitCode::SUCCESS,
         }
     }
 }
 
-/// Writes to stdout; a reader that has gone away is no failure of ours.
-fn write_out(text: &str) {
+/// Writes to stdout. A reader that has gone away is no failure of ours; anything else is, and is told on stderr.
+fn write_out(text: &str) -> Result<(), ()> {
     use std::io::Write;
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+    let mut stdout = std::io::stdout().lock();
+    taken(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()))
+}
+
+fn taken(written: std::io::Result<()>) -> Result<(), ()> {
+    match written {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            say::line(format_args!("error: {}", Error::io("stdout", e)));
+            Err(())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Prints an error: JSON on stdout or, with the offending lines, on stderr.
-pub fn failure(command: &str, error: &Error, json: bool) -> ExitCode {
-    if json {
+pub fn failure(error: &Error) -> ExitCode {
+    if json() {
         let empty = InputError::default();
         let (e, message) = match error {
             Error::Input(e) => (e, e.message.clone()),
             other => (&empty, other.to_string()),
         };
-        print_failure(command, e, &message);
+        print_failure(command(), e, &message);
     } else {
-        eprintln!("{}", render(error));
+        say::line(render(error));
     }
     ExitCode::from(error.exit_code())
+}
+
+/// The last words of a run that a signal ended.
+pub fn interrupted() {
+    failure(&Error::Run("interrupted; no result was written".to_owned()));
 }
 
 fn print_failure(command: &str, e: &InputError, message: &str) {
@@ -108,7 +147,8 @@ fn print_failure(command: &str, e: &InputError, message: &str) {
         "ok": false,
         "error": error_json(e, message),
     });
-    write_out(&format!("{object}\n"));
+    // The exit code says already that something failed.
+    let _ = write_out(&format!("{object}\n"));
 }
 
 fn error_json(e: &InputError, message: &str) -> Value {
@@ -131,16 +171,22 @@ fn render(error: &Error) -> String {
 }
 
 /// A command line that cannot be understood, or a request for help.
-pub fn usage(e: &clap::Error, json: bool) -> ExitCode {
+pub fn usage(e: &clap::Error) -> ExitCode {
     if !e.use_stderr() {
-        let _ = e.print();
-        return ExitCode::SUCCESS;
+        let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
+        return taken(flushed).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
-    if json {
+    if json() {
         let text = e.to_string();
         let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        let command = std::env::args().nth(1).filter(|a| !a.starts_with('-')).unwrap_or_default();
-        print_failure(&command, &InputError::default(), &message);
+        let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
+        let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
+        let said = |kind| match e.get(kind) {
+            Some(ContextValue::String(text)) => Some(text.clone()),
+            _ => None,
+        };
+        let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
+        print_failure(&command, &InputError { key, value, ..InputError::default() }, &message);
     } else {
         let _ = e.print();
     }

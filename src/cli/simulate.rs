@@ -15,13 +15,14 @@ use vibrissa::spec;
 use super::args::Simulate;
 use super::calibrate::prepared;
 use super::reply::Reply;
+use super::say;
 
 /// Simulates the taps of a spec into `measurements.csv`.
-pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
+pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let start = Instant::now();
     let label = args.spec.display().to_string();
     let rig = Rig::of_scene(spec::read(&args.spec)?, &label)?;
-    let options = prepared(&args.common, &rig, json)?;
+    let options = prepared(&args.common, &rig)?;
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
     let (distances, drives) = simulate::axes(&rig.scene);
@@ -44,11 +45,11 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
             seconds: Value::Null,
             backend: Value::Null,
             result: json!({ "settings": result, "in_force": run_json::in_force(&rig.scene) }),
-            quiet: false,
+            ..Reply::default()
         });
     }
     if !quiet {
-        rig.scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        rig.scene.warnings.iter().for_each(say::warning);
     }
     let question = Question::of_scene("simulate", &rig.scene, json!({ "settings": result.to_string() }));
     let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
@@ -91,6 +92,7 @@ pub fn run(args: &Simulate, json: &mut bool) -> Result<Reply, Error> {
         backend: Value::Null,
         result: json!({ "settings": result }),
         quiet,
+        ..Reply::default()
     }
     .removing(&written.removed))
 }

@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
 use vibrissa::backend::{self, Backend, Choice};
@@ -16,20 +14,20 @@ use vibrissa::spec;
 use vibrissa::sweep::{Kept, Report, Target};
 
 use super::args::Sweep;
-use super::explain;
 use super::progress::Shown;
-use super::reply::Reply;
+use super::reply::{self, Reply};
+use super::say;
+use super::{explain, interrupt};
 
-/// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec); sets
-/// `json` where the spec asks for it, also for errors.
-pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
+/// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
+pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let mut scene = spec::read(&args.spec)?;
     let options = args.common.over(&scene.run);
     let quiet = options.quiet == Some(true);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        scene.warnings.iter().for_each(say::warning);
     }
     if args.explain {
         return explain::run(&scene, &options, &args.leave_off);
@@ -42,16 +40,15 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
         return Ok(planned(&scene, &plan, &choice.backend, out));
     }
     if !quiet {
-        eprintln!("{}", headline(&scene, &plan, &choice.backend));
+        say::line(headline(&scene, &plan, &choice.backend));
     }
-    let stop = stop_on_interrupt();
     let mut progress = Shown::new(plan.taps, quiet);
-    let target = Target { out: &out, force: options.force == Some(true), stop: &stop };
+    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
     let report = vibrissa::sweep::run(&scene, &choice, &target, &mut progress);
     progress.finish();
     let report = report?;
     if !quiet && let Some(warning) = beyond_curve(&scene, &report) {
-        eprintln!("warning: {warning}");
+        say::warning(warning);
     }
     Ok(Reply {
         text: summary(&scene, &report),
@@ -62,6 +59,7 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
         result: json!({ "best": report.highlights.iter().map(|k| best(&scene, k)).collect::<Vec<_>>() }),
         files: report.files,
         quiet,
+        ..Reply::default()
     }
     .removing(&report.removed))
 }
@@ -70,15 +68,6 @@ pub fn run(args: &Sweep, json: &mut bool) -> Result<Reply, Error> {
 pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     let Some(n) = options.threads else { return Ok(()) };
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
-}
-
-/// A flag that Ctrl-C sets.
-pub(super) fn stop_on_interrupt() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    stop
 }
 
 fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {
@@ -155,7 +144,7 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
         seconds: json!({ "expected": seconds }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(scene), "material_fit": run_json::material_fit(scene, None) }),
-        quiet: false,
+        ..Reply::default()
     }
 }
 

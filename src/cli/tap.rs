@@ -14,11 +14,12 @@ use vibrissa::spec;
 use vibrissa::tap::{self, Report, Sample};
 
 use super::args::{Tap, TapObjective};
-use super::reply::Reply;
+use super::reply::{self, Reply};
+use super::say;
 use super::sweep::{threads, where_and_why};
 
 /// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
-pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
+pub fn run(args: &Tap) -> Result<Reply, Error> {
     let objective = match args.objective {
         TapObjective::Distance => Objective::Distance,
         TapObjective::Sd => Objective::Sd,
@@ -26,10 +27,10 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
     let (mut scene, ends) = spec::read_tap(&args.spec, objective.needs_distance())?;
     let options = args.common.over(&scene.run);
     let quiet = options.quiet == Some(true);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        scene.warnings.iter().for_each(say::warning);
     }
     let choice = choose(&options)?;
     let out = super::folder(options.out.as_ref(), &scene.name, "tap");
@@ -59,11 +60,11 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
             seconds: json!({}),
             backend: json!(choice.backend),
             result,
-            quiet: false,
+            ..Reply::default()
         });
     }
     if !quiet {
-        eprintln!("{head}");
+        say::line(head);
     }
     let target = (out.as_path(), options.force == Some(true));
     let report = tap::run(&scene, ends, objective, &choice, target).map_err(|e| match e {
@@ -81,6 +82,7 @@ pub fn run(args: &Tap, json: &mut bool) -> Result<Reply, Error> {
         result: tap::result(&scene, &report),
         files: report.files,
         quiet,
+        ..Reply::default()
     }
     .removing(&report.removed))
 }

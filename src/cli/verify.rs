@@ -2,8 +2,6 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use serde_json::json;
@@ -16,8 +14,10 @@ use vibrissa::spec;
 use vibrissa::verify::{self, Case, Line, Place, QUANTITIES, RANDOM, SAMPLES};
 
 use super::args::Verify;
+use super::interrupt;
 use super::progress::Shown;
-use super::reply::Reply;
+use super::reply::{self, Reply};
+use super::say;
 
 /// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
 const REFERENCE_RATE: f64 = 500.0;
@@ -34,13 +34,13 @@ struct Asked {
     seed: u64,
 }
 
-/// Verifies, or says what would be verified; the second value says which bound is broken. Sets `json` where the spec asks for it.
-pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Error> {
+/// Verifies, or says what would be verified; a bound that is broken is told beside the result.
+pub fn run(args: &Verify) -> Result<Reply, Error> {
     let start = Instant::now();
     let asked = asked(args)?;
     let options = &asked.options;
     let quiet = options.quiet == Some(true);
-    *json |= options.json == Some(true);
+    reply::in_json(options.json == Some(true));
     if let Some(n) = options.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(n)
@@ -49,13 +49,13 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
     }
     let mut places = verify::present(options, bound(args)?)?;
     if !quiet {
-        asked.scene.iter().flat_map(|s| &s.warnings).for_each(|w| eprintln!("warning: {w}"));
+        asked.scene.iter().flat_map(|s| &s.warnings).for_each(say::warning);
         if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
-            eprintln!("warning: no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
+            say::warning("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
         }
     }
     if options.plan == Some(true) {
-        return Ok((planned(&asked, &places)?, None));
+        return planned(&asked, &places);
     }
     let on: Vec<String> = places.iter().map(Place::label).collect();
     let of = json!({ "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": on });
@@ -67,14 +67,10 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
     let cases = cases(&asked)?;
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     if !quiet {
-        eprintln!("{}", headline(&asked, cases.len(), taps, &places));
+        say::line(headline(&asked, cases.len(), taps, &places));
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    // A second handler cannot be set in one process; then Ctrl-C ends it the usual way.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
     let mut progress = Shown::new(taps, quiet);
-    let lines = verify::run(&cases, &mut places, &stop, &mut progress);
+    let lines = verify::run(&cases, &mut places, interrupt::stop(), &mut progress);
     progress.finish();
     let lines = lines?;
     let backends: Vec<&Backend> = places.iter().map(Place::backend).collect();
@@ -93,7 +89,7 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
     let mut text = table(&lines, &places);
     let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {seconds:.1} s", written.join(", "));
-    let reply = Reply {
+    Ok(Reply {
         text,
         out: Some(asked.out),
         files,
@@ -102,8 +98,9 @@ pub fn run(args: &Verify, json: &mut bool) -> Result<(Reply, Option<String>), Er
         backend: json!(backends),
         result: json!({ "census": lines.iter().map(|l| census::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
         quiet,
-    };
-    Ok((reply.removing(&removed), broken(&lines, &places)))
+        broken: broken(&lines, &places),
+    }
+    .removing(&removed))
 }
 
 /// `--bound`, checked.
@@ -188,7 +185,7 @@ fn planned(asked: &Asked, places: &[Place]) -> Result<Reply, Error> {
         seconds: json!({ "expected": seconds }),
         backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
         result: json!({ "samples": asked.samples, "seed": asked.seed }),
-        quiet: false,
+        ..Reply::default()
     })
 }
 

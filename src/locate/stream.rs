@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
@@ -24,6 +25,8 @@ pub struct Counts {
     pub lines: u64,
     /// Answers per status word, and `ok`.
     pub status: BTreeMap<&'static str, u64>,
+    /// Whether it was asked to stop, and some of the input may not be answered.
+    pub stopped: bool,
 }
 
 /// Which field is what.
@@ -35,7 +38,7 @@ struct Columns {
 }
 
 /// Answers every line of `input`. A header may come first; `label` is given where the input is a file, whose first line must then
-/// be a header or a reading.
+/// be a header or a reading. When `stop` is set, the input ends after its last whole line.
 ///
 /// # Errors
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
@@ -43,6 +46,7 @@ pub fn answer(
     locator: &Locator,
     input: impl Read,
     label: Option<&str>,
+    stop: &AtomicBool,
     write: Write<'_>,
 ) -> Result<Counts, Error> {
     let mut reader = BufReader::with_capacity(1 << 16, input);
@@ -57,6 +61,9 @@ pub fn answer(
     out.clear();
     let failed = |e| Error::io(label.unwrap_or("stdin"), e);
     while let Some(length) = read_line(&mut reader, &mut line).map_err(failed)? {
+        if stop.load(Ordering::Relaxed) && !line.ends_with(b"\n") {
+            break;
+        }
         let text = (length <= LONGEST).then(|| std::str::from_utf8(&line).ok()).flatten();
         let text = text.map(|t| t.trim_end_matches(['\n', '\r']));
         if std::mem::take(&mut first)
@@ -83,12 +90,17 @@ pub fn answer(
         note(&mut counts, located.status);
         let shown = if locator.drive_recorded { drive } else { f64::NAN };
         row(&mut out, [shown, signal, located.distance, located.sigma], located.status);
-        let waiting = reader.buffer().is_empty();
+        // Whoever sent half a line waits for the answers to those before it.
+        let waiting = !reader.buffer().contains(&b'\n');
         if waiting || out.len() >= BATCH {
             write(&out, waiting)?;
             out.clear();
         }
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
     }
+    counts.stopped = stop.load(Ordering::Relaxed);
     write(&out, true)?;
     Ok(counts)
 }

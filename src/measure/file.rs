@@ -48,17 +48,22 @@ impl Data {
     /// A file that is missing or no CSV; columns that are missing, doubled or contradict each other; a field that is no
     /// number. An empty field, `NaN` and `inf` are missing values, which stay.
     pub fn read(path: &Path) -> Result<Self, InputError> {
+        Self::parse(&path.display().to_string(), &Self::load(path)?)
+    }
+
+    /// The bytes of the file at `path`, which may be a pipe: it is read once.
+    pub fn load(path: &Path) -> Result<Vec<u8>, InputError> {
         let label = path.display().to_string();
         if path.is_dir() {
             return Err(InputError::new("this is a folder; a data file is needed").at(label, None));
         }
-        match std::fs::read(path) {
-            Ok(bytes) => Self::parse(&label, &bytes),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                Err(InputError::new("there is no such data file").at(label, None))
-            }
-            Err(e) => Err(InputError::new(format!("this data file cannot be read: {e}")).at(label, None)),
-        }
+        std::fs::read(path).map_err(|e| {
+            let what = match e.kind() {
+                std::io::ErrorKind::NotFound => "there is no such data file".to_owned(),
+                _ => format!("this data file cannot be read: {e}"),
+            };
+            InputError::new(what).at(label, None)
+        })
     }
 
     /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].

@@ -34,4 +34,4 @@ pub mod why;
 pub mod write;
 
 pub use run::{Report, Target, run};
-pub use session::{Step, Watch};
+pub use session::{Ended, Step, Watch};

@@ -5,3 +5,4 @@ pub mod csv;
 pub mod folder;
 pub mod run_json;
 pub mod table;
+pub mod unfinished;

@@ -8,6 +8,7 @@ pub mod quadrature;
 pub mod recount;
 pub mod searching;
 pub mod sweeping;
+pub mod world;
 
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;

@@ -5,6 +5,7 @@ use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::super::unfinished::Unfinished;
 use super::disk::{open_regular, place};
 
 /// A held lock; released, and its file removed, when it is dropped.
@@ -16,6 +17,7 @@ pub(super) struct Lock {
     pub firm: bool,
     place: PathBuf,
     path: PathBuf,
+    _unfinished: Unfinished,
     _file: File,
 }
 
@@ -56,7 +58,8 @@ impl Lock {
             file.rewind()?;
             writeln!(file, "{}", std::process::id())?;
             let (owner, place) = (owner.to_owned(), place.to_owned());
-            return Ok(Asked::Held(Self { owner, firm, place, path, _file: file }));
+            let _unfinished = Unfinished::new(&path);
+            return Ok(Asked::Held(Self { owner, firm, place, path, _unfinished, _file: file }));
         }
     }
 

@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::unfinished::Unfinished;
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
 pub use disk::{hash, hash_all, open_regular};
@@ -42,6 +43,7 @@ pub struct Folder {
     old: Old,
     names: Vec<String>,
     closed: output::Closed,
+    unfinished: Unfinished,
     partial: tempfile::TempDir,
     // Last: whoever has the lock may clear up.
     lock: Lock,
@@ -104,8 +106,9 @@ impl Folder {
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let partial =
             builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))?;
+        let unfinished = Unfinished::new(partial.path());
         let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
-        Ok(Self { target, question, inside, old, names, closed, partial, lock })
+        Ok(Self { target, question, inside, old, names, closed, unfinished, partial, lock })
     }
 
     /// A new file of the result.
@@ -133,6 +136,7 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
+        self.unfinished.settle();
         match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
             Ok(()) => {
                 // It has another name now.

@@ -1,0 +1,145 @@
+//! Ctrl-C, SIGTERM and SIGHUP: the first ends the run in good order and within two seconds, the second at once.
+//!
+//! A thread of its own waits for them, so that a run that is blocked, where no data come or a file does not open, hears them
+//! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use vibrissa::sink::unfinished;
+
+use super::{reply, say};
+
+/// Time in which a run that was asked to stop must have stopped.
+const GRACE: Duration = Duration::from_millis(1200);
+/// Time for the last words: there may be nobody who takes them.
+const WORDS: Duration = Duration::from_millis(300);
+
+static STOP: AtomicBool = AtomicBool::new(false);
+static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
+
+/// How the run that is under way ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Manner {
+    /// It does not look at the flag: it is ended.
+    AtOnce,
+    /// It looks at the flag and ends by itself, or is ended after [`GRACE`].
+    BySelf,
+    /// It ends by itself and keeps what it has, however long it takes to write that.
+    Keeping,
+}
+
+/// A flag that the first signal sets, for a run that looks at it and then ends with nothing written.
+pub fn stop() -> &'static AtomicBool {
+    set(Manner::BySelf);
+    &STOP
+}
+
+/// As [`stop`], for a run that then writes what it has.
+pub fn stop_and_keep() -> &'static AtomicBool {
+    set(Manner::Keeping);
+    &STOP
+}
+
+/// Whether the run was asked to stop.
+pub fn asked() -> bool {
+    STOP.load(Ordering::Relaxed)
+}
+
+fn set(manner: Manner) {
+    *MANNER.lock().unwrap_or_else(PoisonError::into_inner) = manner;
+}
+
+fn manner() -> Manner {
+    *MANNER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The first signal.
+fn first() {
+    STOP.store(true, Ordering::Relaxed);
+    if manner() == Manner::Keeping {
+        std::thread::spawn(|| say::line("stopping, to keep what is there; once more ends it at once"));
+        return;
+    }
+    std::thread::spawn(|| {
+        if manner() == Manner::BySelf {
+            std::thread::sleep(GRACE);
+        }
+        end();
+    });
+}
+
+/// Ends the process without unwinding: other threads may be deep in a driver.
+fn end() -> ! {
+    let (done, wait) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        unfinished::remove_all();
+        reply::interrupted();
+        let _ = done.send(());
+    });
+    let _ = wait.recv_timeout(WORDS);
+    signal_hook::low_level::exit(1)
+}
+
+/// Starts to listen. Where that fails, signals do what they do to any program.
+#[cfg(unix)]
+pub fn listen() {
+    use std::time::Instant;
+
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    /// Signals that follow each other so closely are one: `timeout` sends its signal to the process and to its group.
+    const ONE: Duration = Duration::from_millis(50);
+
+    let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|s| !ignored(*s));
+    let Ok(mut signals) = Signals::new(heard) else { return };
+    std::thread::spawn(move || {
+        let mut since: Option<Instant> = None;
+        for signal in signals.forever() {
+            match since {
+                None => {
+                    since = Some(Instant::now());
+                    first();
+                }
+                Some(since) if since.elapsed() > ONE => {
+                    let _ = signal_hook::low_level::emulate_default_handler(signal);
+                }
+                Some(_) => {}
+            }
+        }
+    });
+}
+
+/// Whether the process began with `signal` ignored.
+#[cfg(unix)]
+fn ignored(signal: i32) -> bool {
+    let mut now = std::mem::MaybeUninit::<libc::sigaction>::uninit();
+    // SAFETY: without a new action `sigaction` only writes the present one, and says whether it did.
+    unsafe {
+        libc::sigaction(signal, std::ptr::null(), now.as_mut_ptr()) == 0
+            && now.assume_init().sa_sigaction == libc::SIG_IGN
+    }
+}
+
+/// Starts to listen: the first Ctrl-C sets the flag, the second ends the process.
+#[cfg(not(unix))]
+pub fn listen() {
+    use std::sync::Arc;
+
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::flag;
+
+    let heard = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        let _ = flag::register_conditional_shutdown(signal, 1, Arc::clone(&heard));
+        let _ = flag::register(signal, Arc::clone(&heard));
+    }
+    std::thread::spawn(move || {
+        while !heard.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        first();
+    });
+}

@@ -1,0 +1,19 @@
+//! The one way to stderr: words for people. That nobody reads them, or that there is no room for them, is no reason to fail.
+
+use std::fmt::Display;
+use std::io::Write;
+
+/// A line.
+pub fn line(text: impl Display) {
+    part(format!("{text}\n"));
+}
+
+/// A warning, in a line.
+pub fn warning(text: impl Display) {
+    line(format_args!("warning: {text}"));
+}
+
+/// Words that do not end their line.
+pub fn part(text: impl Display) {
+    let _ = std::io::stderr().write_all(text.to_string().as_bytes());
+}

@@ -1,0 +1,45 @@
+//! Folders in which results are being written, and their locks, so that a process that ends in the middle can take them away.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// A folder or file that goes if the process ends before this does.
+#[derive(Debug)]
+pub struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// Notes `path`.
+    pub fn new(path: &Path) -> Self {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        with(|all| all.push(path.clone()));
+        Self(path)
+    }
+
+    /// It is no longer unfinished.
+    pub fn settle(&self) {
+        with(|all| all.retain(|path| *path != self.0));
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        self.settle();
+    }
+}
+
+/// Removes them all, for a process that is about to end without unwinding. A file that is being written may need a second look. Whoever
+/// is about to put its folder in place waits until that is done.
+pub fn remove_all() {
+    with(|all| {
+        for path in all.drain(..) {
+            let gone = || std::fs::remove_dir_all(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
+            let _ = (0..3).find(|_| gone());
+        }
+    });
+}
+
+fn with<T>(use_it: impl FnOnce(&mut Vec<PathBuf>) -> T) -> T {
+    use_it(&mut PATHS.lock().unwrap_or_else(PoisonError::into_inner))
+}
