@@ -219,3 +219,16 @@ fn material_limit_has_only_the_linear_strain_and_joins_no_strain() {
         check(&s, false);
     }
 }
+
+/// f of a widening whisker does not vanish far out: a reading below what it tends to has a root on the near side of the peak only, far
+/// from the distance that was touched, and says so.
+#[test]
+fn a_reading_that_only_the_near_side_gives_is_ambiguous() {
+    let wide = spec(["50", "5", "[21, 33, 48]", "2"], "[estimate]\nK = 0.3").replace("d = 4", "d = 14");
+    for place in [CPU, CPU_F64, GPU, REFERENCE] {
+        let s = sweep(&wide, place);
+        let far = s.tuples.rows.iter().filter(|row| number(row, "distance_mm").unwrap() < 10.0);
+        assert!(far.clone().count() >= 2, "{place:?}: {:?}", s.tuples.numbers("distance_mm"));
+        far.for_each(|row| assert_eq!(row["status"], "ambiguous", "{place:?}: {row:?}"));
+    }
+}

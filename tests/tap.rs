@@ -105,6 +105,21 @@ fn it_says_what_limits_the_angle() {
     assert_eq!(by, "bias");
 }
 
+/// In single precision, too, the bound is the number that was written.
+#[test]
+fn an_optimum_at_a_bound_is_that_bound() {
+    for (d, precision) in [("4", "f32"), ("7", "f32"), ("9", "f32"), ("4", "f64"), ("9", "f64")] {
+        for bound in [0.1, 0.3] {
+            let whisker = WHISKER.replace("d = 4", &format!("d = {d}"));
+            let text = format!("{whisker}[tap]\n{DISTANCES}theta = [{bound:?}, 8]\n");
+            let args = ["--objective", "sd", "--backend", "cpu", "--precision", precision];
+            let (_, result) = tap(&text, &args);
+            let theta = result["optimum"]["theta_deg"].as_f64().unwrap();
+            assert_eq!((theta, &result["at_bound"]), (bound, &true.into()), "d {d}, {precision}");
+        }
+    }
+}
+
 #[test]
 fn displacements_are_chosen_too() {
     let (_, r) = tap(

@@ -3,12 +3,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod census;
 mod corners;
 mod friction;
 mod invariance;
 mod limits;
 mod single_precision;
 mod sticking;
+mod told;
 
 use common::cases::{Kind, evaluate};
 use common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};

@@ -1,0 +1,177 @@
+//! Rows that once lied: a strain off by more than the tolerance with status `ok`, a material that had not ended, an answer that was
+//! not found. The strains are those of the reference and of another code.
+
+use super::*;
+use vibrissa::scene::{Drive, RunOptions};
+
+/// A tap that once was answered wrongly.
+struct Row {
+    /// D, d, L_a, x_ss, l, a, drive.
+    tap: [f64; 7],
+    hub: f64,
+    drive: Drive,
+    model: Model,
+    /// The strain; NaN where the material ends.
+    strain: f64,
+}
+
+impl Row {
+    fn new(tap: [f64; 7], model: Model, strain: f64) -> Self {
+        Self { tap, hub: 0.0, drive: Drive::Angle, model, strain }
+    }
+
+    fn scene(&self) -> Scene {
+        let mut scene = if self.drive == Drive::Displacement { Kind::Passive.scene() } else { Kind::Tap.scene() };
+        (scene.hub, scene.model) = (self.hub, self.model);
+        scene
+    }
+
+    fn tuple(&self) -> Tuple {
+        let [D, d, L_a, x_ss, l, a, drive] = self.tap;
+        Tuple { D, d, L_a, x_ss, l, a, drive }
+    }
+
+    /// Every backend at its default tolerance, and the CPU at `finer` ones, each within its tolerance; the reference to 1e-9.
+    #[track_caller]
+    fn is_told(&self, finer: &[(Precision, f64)]) {
+        let (scene, tuple) = (self.scene(), self.tuple());
+        let check = |name: String, outcome: Outcome, bound: f64| {
+            if self.strain.is_nan() {
+                assert_eq!(outcome.status.to_string(), "material_limit", "{name} {tuple:?}");
+                return;
+            }
+            let error = (outcome.strain - self.strain).abs() / self.strain.abs();
+            assert!(error <= bound, "{name} {tuple:?}: {} instead of {}, {error:.1e}", outcome.strain, self.strain);
+            assert!(outcome.status.counts() && outcome.deviation.is_finite(), "{name}: {}", outcome.status);
+        };
+        for place in ALL {
+            let found = outcomes(&scene, place, &[tuple])[0];
+            check(format!("{place:?}"), found, if place == REFERENCE { 1e-9 } else { bound(place) });
+        }
+        for &(precision, tolerance) in finer {
+            let options = RunOptions {
+                backend: Some(vibrissa::scene::BackendChoice::Cpu),
+                precision: Some(precision),
+                tolerance: Some(tolerance),
+                ..RunOptions::default()
+            };
+            let method = vibrissa::backend::Choice::new(&options).unwrap().open(&scene.model).unwrap();
+            let found = evaluate(&scene, method, &[tuple])[0].0;
+            check(format!("{precision:?} at {tolerance:e}"), found, tolerance);
+        }
+    }
+}
+
+const LOOSE: [(Precision, f64); 3] =
+    [(Precision::F32, 3e-6), (Precision::F32, 1e-6), (Precision::F64, 1e-5)];
+
+fn hooke() -> Model {
+    common::model(Material::Hooke(3.2))
+}
+
+#[test]
+fn a_fine_tip_of_rubber_with_every_effect() {
+    let model = common::all_effects(Material::NeoHookean(3.2));
+    Row::new([10.0, 0.6, 50.0, 5.0, 2.0, 48.0, 7.384019810122841], model, 0.00249865760667).is_told(&LOOSE);
+}
+
+#[test]
+fn large_angles_behind_a_hub() {
+    for (a, theta, strains) in [
+        (21.0, 32.40696202531645, [0.3010948361445605, 0.33955078877687905, 0.36297307809985385]),
+        (33.0, 21.270506329113925, [0.1163721312545201, 0.14607387005501704, 0.16726936469745227]),
+    ] {
+        for (d, strain) in [4.0, 7.0, 10.0].into_iter().zip(strains) {
+            let row = Row::new([10.0, d, 50.0, 5.0, 2.0, a, theta], hooke(), strain);
+            Row { hub: 9.0, ..row }.is_told(&LOOSE);
+        }
+    }
+}
+
+/// θ f is tiny there and the strain is not.
+#[test]
+fn contacts_that_leave_a_short_gauge() {
+    let on = [2.0, 2.0, 44.0, 31.0, 0.0002, 31.0001, 50.0];
+    Row::new(on, hooke(), 0.0065529336341).is_told(&LOOSE);
+    let beyond = [2.15, 1.4, 300.0, 294.0, 0.075, 294.5, 40.0];
+    let exact = outcomes(&Row::new(beyond, hooke(), 0.0).scene(), REFERENCE, &[Row::new(beyond, hooke(), 0.0).tuple()])[0];
+    Row::new(beyond, hooke(), exact.strain).is_told(&LOOSE);
+}
+
+/// The fibres stay within −0.5 … +1; what ends is the chart of the section law.
+#[test]
+fn a_material_that_has_not_ended() {
+    let stretched = Model {
+        shear: true,
+        extension: true,
+        contact: Contact::Stick,
+        ..common::model(Material::MooneyRivlin([0.2, 0.3]))
+    };
+    for (delta, strain) in [(13.09, 0.33783177430), (17.4533, 0.48115791211)] {
+        let row = Row::new([8.0, 8.0, 50.0, 3.0, 2.0, 25.0, delta], stretched, strain);
+        Row { drive: Drive::Displacement, ..row }.is_told(&[]);
+    }
+    let softening = Model { shear: true, ..common::model(Material::Yeoh([0.5, -0.3, 0.0])) };
+    for (theta, strain) in [(39.0, 0.39867154023), (39.5, 0.40470900044), (40.0, 0.41057531551)] {
+        Row::new([10.0, 2.0, 50.0, 3.0, 2.0, 16.0, theta], softening, strain).is_told(&[]);
+    }
+}
+
+/// A fibre at the base reaches −0.503, between the last node and the clamp.
+#[test]
+fn a_material_that_has_ended_at_the_base() {
+    let model =
+        Model { extension: true, contact: Contact::Stick, ..common::model(Material::NeoHookean(3.2)) };
+    Row::new([4.0, 8.0, 50.0, 3.0, 2.0, 10.0, 44.0], model, f64::NAN).is_told(&[]);
+}
+
+/// The radius is a hundred distances: lengths cancel in the closure.
+#[test]
+fn a_contact_next_to_the_clamp_of_a_thick_whisker() {
+    let model = Model { surface: true, ..hooke() };
+    Row::new([181.75, 68.31, 493.12, 0.0, 0.905, 0.9067, 9.88e-4], model, 0.0016469484).told_to(1e-7);
+}
+
+impl Row {
+    /// As [`Self::is_told`] for an answer that is known to fewer digits.
+    #[track_caller]
+    fn told_to(&self, known: f64) {
+        let (scene, tuple) = (self.scene(), self.tuple());
+        for place in ALL {
+            let found = outcomes(&scene, place, &[tuple])[0];
+            let error = (found.strain / self.strain - 1.0).abs();
+            assert!(error <= bound(place).max(known), "{place:?}: {} {}, {error:.1e}", found.strain, found.status);
+        }
+    }
+}
+
+/// Single precision answers whatever double precision does.
+#[test]
+fn a_pole_and_a_hub_leave_no_row_to_double_precision_alone() {
+    let model = Model { pole_radius: 20.0, ..common::all_effects(Material::MooneyRivlin([0.35, 0.15])) };
+    let mut scene = scene(model, Side::Contact);
+    scene.hub = 12.2;
+    let tuples = grid(&[2.0, 4.0, 7.0, 10.0, 12.0], &[21.0, 33.0, 48.0], &[1.0, 10.0, 20.0, 30.0]);
+    let solved = |place: Place| -> Vec<bool> {
+        outcomes(&scene, place, &tuples).iter().map(|o| o.strain.is_finite()).collect()
+    };
+    let double = solved(CPU_F64);
+    for place in [CPU, GPU] {
+        let single = solved(place);
+        let lost = double.iter().zip(&single).filter(|(d, s)| **d && !**s).count();
+        assert_eq!(lost, 0, "{place:?} leaves {lost} of {} rows", double.iter().filter(|d| **d).count());
+    }
+}
+
+/// K is strain_linear/strain to the last digit but one, in any precision.
+#[test]
+fn linear_theory_with_shear_is_one_closed_form() {
+    let mut scene = scene(Model { shear: true, ..hooke() }, Side::Contact);
+    scene.model.geometry = vibrissa::scene::Geometry::Linear;
+    for place in FAST {
+        for o in outcomes(&scene, place, &grid(&[4.0, 10.0], &[8.0, 21.0, 48.0], &[0.1, 5.0])) {
+            let k = o.strain_linear / o.strain;
+            assert!((k - 1.0 - o.deviation).abs() <= 4e-16 * k, "{place:?}: {k} against 1 + {}", o.deviation);
+        }
+    }
+}
