@@ -176,7 +176,7 @@ pub mod limits {
     /// Error of an iteration that has gone astray as far.
     pub const LOST: f64 = 1e12;
     /// Roundings that add up in a residual of the closure, at most.
-    pub const ROUNDINGS: f64 = 8.0;
+    pub const ROUNDINGS: f64 = 16.0;
     /// Roundings of the arc where no Jacobian tells how they show.
     pub const ARC_ROUNDINGS: f64 = 30.0;
     /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.

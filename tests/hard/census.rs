@@ -80,7 +80,9 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
         }
     }
     for (place, [wrong, compared, unsolved, referred]) in places.iter().zip(totals) {
-        println!("{place:?}: {wrong} of {compared} over the tolerance, {unsolved} unsolved, {referred} referred");
+        println!(
+            "{place:?}: {wrong} of {compared} over the tolerance, {unsolved} unsolved, {referred} referred"
+        );
         assert!(compared > 0);
     }
     over

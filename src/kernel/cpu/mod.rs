@@ -73,12 +73,12 @@ impl Solver for Cpu {
 
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
-    ($name:ident, $t:ty, $lanes:literal, $run:ident, $($n:literal)*) => {
+    ($name:ident, $t:ty, $lanes:literal, $run:ident, $block:ident, $($n:literal)*) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
             match job.rule.nodes {
                 $($n => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    $run(taps, out, |t, o| block::<$t, $n, $lanes>(&tables, job, t, o));
+                    $run(taps, out, |t, o| $block::<$t, $n, $lanes>(&tables, job, t, o));
                 })*
                 n => return Err(format!("no CPU kernel with {n} nodes")),
             }
@@ -86,9 +86,9 @@ macro_rules! by_nodes {
         }
     };
 }
-by_nodes!(by_nodes_f32, f32, 16, parallel, 6 10 16);
-by_nodes!(by_nodes_f64, f64, 8, parallel, 10 16 24);
-by_nodes!(by_nodes_counted, Counted, 1, serial, 6 10 16 24);
+by_nodes!(by_nodes_f32, f32, 16, parallel, block, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, parallel, block, 10 16 24);
+by_nodes!(by_nodes_counted, Counted, 1, serial, plainly, 6 10 16 24);
 
 /// On the calling thread, whose operations are counted.
 fn serial(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>])) {
@@ -101,6 +101,16 @@ fn parallel(
     f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync,
 ) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
+}
+
+/// Solves one work item, whose operations are counted as the CPU with fused ones would do them.
+fn plainly<T: Scalar, const N: usize, const L: usize>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    lanes::<T, N, L, true>(tables, job, taps, out);
 }
 
 /// Solves one work item with the best instruction set there is.
