@@ -11,7 +11,10 @@
 //! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
 //! in batches by one of the [`Solver`]s, and brought back to mm and N by `tap::Frame` in f64. A batch is solved on a
 //! small rule first; the taps whose own error estimate exceeds the tolerance are solved again on a larger one
-//! ([`Rule`]).
+//! ([`Rule`]), and what the last cannot tell, in f64 on the CPU. The estimate of a tap holds what the iteration left, the
+//! truncation of its rule, the error of its section chart, and what rounding makes of terms that cancel. An equilibrium
+//! of which a kernel cannot tell whether the material bears it, or whether it lies on the path from the unloaded whisker, is
+//! said to be [unsure](Solution::unsure), and the reference is asked.
 //!
 //! # Cost
 //! Counted on frictionless Hooke taps of 0.5–10°: 3381 flops a tap in f32 at 1e-5 (3.3 sweeps, 6 nodes), 8115 in f64 at 1e-8 (4.2 sweeps, 10
