@@ -3,7 +3,7 @@
 use super::place::Place;
 use super::probe::Probe;
 use super::stopwatch::{Times, repeat};
-use super::taps::{self, Taps};
+use super::taps::Taps;
 use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method};
@@ -80,7 +80,7 @@ pub fn measure(
     for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
         watch.next(&format!("peaks of {}", p.name))?;
         peaks.push(peak(place, p, settings.repeats)?);
-        for c in settings.configurations.iter().chain([&taps::linear()]) {
+        for c in &settings.configurations {
             watch.next(&format!("operations of {} on {}", c.name, p.name))?;
             loads.push(load(c, place, p, settings)?);
         }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::place::Place;
-use super::taps::{exact, linear};
+use super::taps::exact;
 use crate::kernel::rule::{every_rule, smallest_tolerance};
 use crate::scene::{BackendChoice, Precision};
 use crate::verify::configuration::Configuration;
@@ -92,8 +92,8 @@ impl Settings {
         let fast = || places.iter().filter(|p| !p.is_reference());
         let points: usize =
             fast().map(|p| self.tolerances(p.precision).len() + self.nodes(p).len()).sum::<usize>() + 1;
-        let linear = 2 * fast().count();
-        let loads = (self.configurations.len() + 1) * fast().count() + fast().count();
+        let linear = fast().count();
+        let loads = (self.configurations.len() + 1) * fast().count();
         let threaded = places.iter().filter(|p| p.adapter.is_none()).count() * self.threads.len();
         let scaled: usize = places.iter().map(|p| 2 * self.sizes(p).len()).sum();
         self.configurations.len() * points + linear + loads + threaded + scaled
@@ -125,7 +125,7 @@ impl Settings {
 
     /// As JSON.
     pub fn json(&self) -> Value {
-        let names: Vec<_> = self.configurations.iter().chain([&linear()]).map(|c| c.name).collect();
+        let names: Vec<_> = self.configurations.iter().map(|c| c.name).collect();
         json!({
             "quick": self.quick,
             "configurations": names,

@@ -24,7 +24,7 @@ pub fn exact() -> Vec<Configuration> {
     EXACT.into_iter().filter_map(named).collect()
 }
 
-/// The paper's closed forms; as a configuration of its own, measured against themselves in f64.
+/// The paper's closed forms.
 pub fn linear() -> Configuration {
     configuration::ALL[0]
 }

@@ -127,19 +127,15 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
             }
         }
     }
-    let judge = Judge::closed(settings)?;
-    for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
-        let taps = Taps::new(&taps::linear(), settings.timed.max(settings.compared))?;
-        let run = linear(&taps, p, settings, watch)?;
-        points.push(judge.point((&taps::linear(), place, Solved::Linear, None), run));
-    }
     Ok(points)
 }
 
 fn linear(taps: &Taps, p: &Place, settings: &Settings, watch: &mut Watch<'_>) -> Result<Run, Error> {
     watch.next(&format!("linear theory on {}", p.name))?;
     let tolerance = p.choice.backend.tolerance.unwrap_or(1e-5);
-    fast(taps, p, settings.repeats, |m| rungs(p, m, tolerance), (tolerance, None))
+    let run = fast(taps, p, settings.repeats, |m| rungs(p, m, tolerance), (tolerance, None))?;
+    // Closed forms need no kernel.
+    Ok(Run { kernel: None, sweeps: None, ..run })
 }
 
 /// The taps of a configuration with the answers of the reference.
@@ -190,25 +186,6 @@ impl Judge {
         let (taps, unsolved, errors) = judge.compare(&other);
         (judge.point.taps, judge.point.errors) = (taps - unsolved, errors);
         Ok(judge)
-    }
-
-    /// The linear theory's closed forms in f64.
-    fn closed(settings: &Settings) -> Result<Self, Error> {
-        let compared = Taps::new(&taps::linear(), settings.compared)?;
-        let (answers, whole) = reference(&compared, 1)?;
-        let point = Point {
-            configuration: taps::linear().name,
-            place: 0,
-            solved: Solved::Reference,
-            tolerance: None,
-            taps: 0,
-            failed: 0,
-            whole,
-            kernel: None,
-            sweeps: None,
-            errors: None,
-        };
-        Ok(Self { compared, answers, point })
     }
 
     /// Taps compared, taps that only the reference solved, errors.

@@ -78,7 +78,7 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     let kind = if settings.quick { "quick benchmark" } else { "benchmark" };
     let _ = writeln!(text, "{kind}: {steps} measurements, about {taps:.1e} taps, about {seconds:.1e} s");
     let _ = writeln!(text, "  backends        {}", names(places.iter().map(|p| p.name.as_str()).collect()));
-    let configurations = settings.configurations.iter().map(|c| c.name).chain(["linear"]).collect();
+    let configurations = settings.configurations.iter().map(|c| c.name).collect();
     let _ = writeln!(text, "  configurations  {}", names(configurations));
     let _ = writeln!(text, "  taps compared   {} with the reference, each", settings.compared);
     let _ = writeln!(text, "  taps timed      {}, {} times", settings.timed, settings.repeats);
