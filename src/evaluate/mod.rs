@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::kernel::{self, Rung, Solution, Solver, Tap};
+use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Scene};
 use crate::smooth::drives::DriveAxis;
 use crate::status::Status;
@@ -73,6 +74,7 @@ pub struct Evaluator<'a> {
     method: Method,
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
+    sweeps: Sweeps,
 }
 
 /// How taps are solved.
@@ -97,12 +99,17 @@ const SURELY_BEYOND: f64 = 3.0;
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
-        Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
+        Self { scene, method, taps: Vec::new(), solutions: Vec::new(), sweeps: Sweeps::default() }
     }
 
     /// The method, for another scene.
     pub fn into_method(self) -> Method {
         self.method
+    }
+
+    /// Kernel sweeps spent since the last call, on whatever taps.
+    pub fn take_sweeps(&mut self) -> Sweeps {
+        std::mem::take(&mut self.sweeps)
     }
 
     /// The GPU that taps are solved on, if they are.
@@ -250,7 +257,7 @@ fn over_drives(
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, interpolated: true })
+        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }
