@@ -75,6 +75,8 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
     sweeps: Sweeps,
+    /// Taps that may still be left to the reference.
+    spare: usize,
 }
 
 /// How taps are solved.
@@ -92,6 +94,9 @@ pub enum Method {
     Reference,
 }
 
+/// What is said where too many taps are left to the reference.
+pub const TOO_HARD: &str = "too many taps have no solution that the kernels find";
+
 /// Load on a chart that ends before the material does, from which on the material has surely ended too: the load is the square of the
 /// bending moment.
 const SURELY_BEYOND: f64 = 3.0;
@@ -99,7 +104,12 @@ const SURELY_BEYOND: f64 = 3.0;
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
-        Self { scene, method, taps: Vec::new(), solutions: Vec::new(), sweeps: Sweeps::default() }
+        Self { scene, method, taps: Vec::new(), solutions: Vec::new(), sweeps: Sweeps::default(), spare: usize::MAX }
+    }
+
+    /// Fails with [`TOO_HARD`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
+    pub fn sparing(self, most: usize) -> Self {
+        Self { spare: most, ..self }
     }
 
     /// The method, for another scene.
@@ -137,7 +147,7 @@ impl<'a> Evaluator<'a> {
             return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
         }
         let solved = self.solutions(designs, tasks)?;
-        Ok(self.outcomes(designs, tasks, &solved, None))
+        self.outcomes(designs, tasks, &solved, None)
     }
 
     /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.
@@ -148,7 +158,7 @@ impl<'a> Evaluator<'a> {
         expected: &[Outcome],
     ) -> Result<Vec<Outcome>, String> {
         let solved = self.solutions(designs, tasks)?;
-        Ok(self.outcomes(designs, tasks, &solved, Some(expected)))
+        self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
     /// Outcomes of taps that come in runs of one distance over all of `drives`, and how many taps were solved. A run whose
@@ -200,17 +210,17 @@ impl<'a> Evaluator<'a> {
         for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
             solved[i] = s;
         }
-        Ok((self.outcomes(designs, tasks, &solved, None), count))
+        Ok((self.outcomes(designs, tasks, &solved, None)?, count))
     }
 
     /// Outcomes of solved taps; `expected` is what the reference says of them, if that is known.
     fn outcomes(
-        &self,
+        &mut self,
         designs: &[Design],
         tasks: &[Task],
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
-    ) -> Vec<Outcome> {
+    ) -> Result<Vec<Outcome>, String> {
         let (scene, tolerance) = (self.scene, self.tolerance());
         // A law that softens until its tangent vanishes has no chart up to there.
         let beyond_chart = match &self.method {
@@ -227,6 +237,10 @@ impl<'a> Evaluator<'a> {
             let missed = !s.solution.within(tolerance) && !ended;
             missed && (beyond_chart || friction)
         };
+        if self.spare < usize::MAX {
+            let left = solved.iter().flatten().filter(|s| doubtful(s)).count();
+            self.spare = self.spare.checked_sub(left).ok_or(TOO_HARD)?;
+        }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             if solved.as_ref().is_some_and(doubtful) {
@@ -235,7 +249,7 @@ impl<'a> Evaluator<'a> {
             }
             fast(scene, tolerance, design, task, solved.as_ref())
         };
-        tasks.par_iter().zip(solved).enumerate().map(finish).collect()
+        Ok(tasks.par_iter().zip(solved).enumerate().map(finish).collect())
     }
 }
 

@@ -10,7 +10,8 @@ use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::physics::linear::StrainCurve;
 use crate::physics::root::bracketed;
-use crate::scene::{Drive, Scene, Side, Tuple};
+use super::exact::Extent;
+use crate::scene::{Drive, Scene, Tuple};
 
 /// Chebyshev points of a piece over u and over the drive.
 const NODES: [usize; 2] = [16, 10];
@@ -53,16 +54,15 @@ struct Piece {
 }
 
 impl Surface {
-    /// Solves the model of `scene`, whose whisker is that of `rig`, with the gauge on `side`. Distances beyond the tip are those of a
-    /// continued taper; `reach` is cut at the gauge's near end and short of the apex. Errors are those of the backend.
+    /// Solves the model of `scene`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
+    /// continued taper; the reach is cut at the gauge's near end and short of the apex. Errors are those of the backend.
     pub fn build(
         rig: &Rig,
         scene: &Scene,
-        side: Side,
-        reach: [f64; 2],
-        drives: [f64; 2],
+        at: Extent,
         method: Method,
     ) -> Result<Self, String> {
+        let Extent { side, reach, drives, referred } = at;
         let mut scene = scene.clone();
         scene.gauge.side = side;
         let shared = rig.shared();
@@ -81,7 +81,7 @@ impl Surface {
             return Err("the whisker cannot be continued so far".to_owned());
         };
         let kind = scene.drive;
-        let mut solver = Solve { curve, kind, designs: [design], evaluator: Evaluator::new(&scene, method) };
+        let mut solver = Solve { curve, kind, designs: [design], evaluator: Evaluator::new(&scene, method).sparing(referred) };
         let mut strips = Vec::new();
         // A contact on the gauge is another branch of f.
         let edge = 1.0 / curve.gauge[1];

@@ -1,7 +1,9 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
+pub mod cost;
 mod layout;
 
+pub use cost::Way;
 pub use layout::Layout;
 
 use crate::error::InputError;
