@@ -63,8 +63,9 @@ pub fn cramped() -> Option<String> {
     let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
     let bytes: u64 = line.split_whitespace().next()?.parse().ok()?;
     let room = bytes as f64 / 1e9;
-    (bytes < ROOM)
-        .then(|| format!("the address space is limited to {room:.1} GB (ulimit -v), too little for a GPU driver"))
+    (bytes < ROOM).then(|| {
+        format!("the address space is limited to {room:.1} GB (ulimit -v), too little for a GPU driver")
+    })
 }
 
 /// The value of `f`, or what its panic says.

@@ -166,7 +166,10 @@ fn gpu_f64_agrees() {
     let adapters = gpu::adapters();
     let names: Vec<&str> = adapters.iter().map(|a| a.name.as_str()).collect();
     let first = adapters.first().is_some_and(|a| a.f64);
-    assert!(first, "the adapter that is taken has no f64 in its shaders: {names:?} (Debian: apt install mesa-vulkan-drivers)");
+    assert!(
+        first,
+        "the adapter that is taken has no f64 in its shaders: {names:?} (Debian: apt install mesa-vulkan-drivers)"
+    );
     agrees_with_another_code(GPU_F64);
     agrees_with_the_reference(GPU_F64);
 }

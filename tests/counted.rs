@@ -22,7 +22,8 @@ fn mean_sweeps_are_those_of_the_taps_solved_on_every_path() {
     ];
     for backend in ["cpu", "gpu"] {
         for (path, text) in &paths {
-            let ran = Desk::new(text).run(&["sweep", "spec.toml", "--json", "--backend", backend]).exits(0).json();
+            let ran =
+                Desk::new(text).run(&["sweep", "spec.toml", "--json", "--backend", backend]).exits(0).json();
             let counts = &ran["counts"];
             let number = |key: &str| counts[key].as_f64().unwrap_or(f64::NAN);
             let (mean, most) = (number("sweeps_mean"), number("sweeps_max"));
@@ -35,7 +36,8 @@ fn mean_sweeps_are_those_of_the_taps_solved_on_every_path() {
 
 #[test]
 fn a_reference_run_has_no_sweeps() {
-    let ran = Desk::new(&spec(2, "[1, 4]", "")).run(&["sweep", "spec.toml", "--json", "--backend", "reference"]);
+    let ran =
+        Desk::new(&spec(2, "[1, 4]", "")).run(&["sweep", "spec.toml", "--json", "--backend", "reference"]);
     let counts = ran.exits(0).json()["counts"].clone();
     assert_eq!((&counts["sweeps_mean"], &counts["sweeps_max"]), (&0.0.into(), &0.0.into()));
 }

@@ -104,7 +104,14 @@ const SURELY_BEYOND: f64 = 3.0;
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
-        Self { scene, method, taps: Vec::new(), solutions: Vec::new(), sweeps: Sweeps::default(), spare: usize::MAX }
+        Self {
+            scene,
+            method,
+            taps: Vec::new(),
+            solutions: Vec::new(),
+            sweeps: Sweeps::default(),
+            spare: usize::MAX,
+        }
     }
 
     /// Fails with [`TOO_HARD`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.

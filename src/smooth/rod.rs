@@ -181,7 +181,15 @@ impl RodChart {
         let place_terms = (functions + 1).saturating_sub(2).max(1);
         values.iter_mut().for_each(|v| v.truncate(2 + place_terms));
         let terms = values.iter().flatten().map(Vec::len).max().unwrap_or(0).max(1);
-        Some(Self { range, square, terms, place_terms, values, error: f64::INFINITY, sweeps: Sweeps::default() })
+        Some(Self {
+            range,
+            square,
+            terms,
+            place_terms,
+            values,
+            error: f64::INFINITY,
+            sweeps: Sweeps::default(),
+        })
     }
 
     /// Values at t of the polynomials over t.

@@ -18,7 +18,8 @@ pub(super) fn read(item: &Item<'_>, drive: Drive, base: &Path) -> Result<(Space,
     if path.metadata().is_ok_and(|m| m.is_file() && m.len() > LARGE)
         && let Some((listed, warning)) = large(&path, columns)
     {
-        let listed = listed.ok_or_else(|| item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")))?;
+        let listed = listed
+            .ok_or_else(|| item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")))?;
         return Ok((Space::File(listed), warning.into_iter().collect()));
     }
     let (label, text) = table::open(item, base, "tuple")?;

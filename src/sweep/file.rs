@@ -334,12 +334,7 @@ fn estimator<'a>(scene: &Scene, groups: &Groups, design: &'a Design, number: u32
 }
 
 /// Solves the rows again in file order and writes them; only those of the `kept` designs rows, if some were.
-fn write_tuples(
-    run: &mut Run<'_>,
-    file: &Listed,
-    k: &[f64],
-    kept: Option<&[Kept]>,
-) -> Result<(), Error> {
+fn write_tuples(run: &mut Run<'_>, file: &Listed, k: &[f64], kept: Option<&[Kept]>) -> Result<(), Error> {
     let (scene, groups) = (run.scene, file.groups());
     let chosen = kept.map(|rows| marked(rows, &groups.drives, groups.counts[1]));
     let wanted = |row: usize| chosen.as_ref().is_none_or(|c| c[groups.drives[row] as usize]);
