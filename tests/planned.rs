@@ -10,7 +10,8 @@ const WHISKER: &str = "[whisker]\nD = 10\nd = 0.2\nL_a = 50\n[gauge]\nx_ss = 5\n
 
 /// Seconds and way of a plan.
 fn planned(text: &str, arguments: &[&str]) -> (f64, String) {
-    let ran = Desk::new(text).sweep(&[&["--plan", "--json"], arguments].concat()).exits(0);
+    let ran =
+        Desk::new(text).run(&[&["sweep", "spec.toml", "--plan", "--json"], arguments].concat()).exits(0);
     let seconds = ran.json()["seconds"].clone();
     (seconds["expected"].as_f64().expect("a number"), seconds["way"].as_str().expect("words").to_owned())
 }
@@ -27,18 +28,19 @@ fn a_ranked_sweep_of_billions_is_planned_in_seconds() {
         "{WHISKERS}[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {{ from = 0.1, to = 10, steps = 100 }}\n\
          [output]\ntuples = false\ndistances = false\ntop = 100\n"
     );
-    let (seconds, way) = planned(&ranked, &["--threads", "2"]);
+    let (seconds, way) = planned(&ranked, &["--backend", "cpu", "--threads", "2"]);
     assert_eq!(way, "ranked from a chart");
     // Measured: 1.3 s on two threads (results/2026-11-21-ranked).
     assert!((0.4..4.0).contains(&seconds), "{seconds}");
-    let (seconds, way) = planned(&ranked, &["--threads", "2", "--precision", "f64"]);
+    let (seconds, way) = planned(&ranked, &["--backend", "cpu", "--threads", "2", "--precision", "f64"]);
     assert_eq!(way, "solved at some drives, read at the others");
     assert!((100.0..5000.0).contains(&seconds), "{seconds}");
 }
 
 #[test]
 fn a_plan_says_which_way_the_taps_go() {
-    let way = |theta, rest: &str| planned(&format!("{WHISKER}{}", taps(5, theta, rest)), &[]).1;
+    let way =
+        |theta, rest: &str| planned(&format!("{WHISKER}{}", taps(5, theta, rest)), &["--backend", "cpu"]).1;
     assert_eq!(way(6, ""), "solved tap by tap");
     assert_eq!(way(60, ""), "solved at some drives, read at the others");
     assert_eq!(way(60, "[model]\ngeometry = \"linear\"\n"), "solved tap by tap");
@@ -50,7 +52,7 @@ fn a_plan_says_which_way_the_taps_go() {
 #[test]
 fn friction_that_the_reference_must_solve_is_planned_for() {
     let friction = "[model]\nextension = true\ncontact = { coulomb = 0.3 }\n";
-    let with = |rest: &str| planned(&format!("{WHISKER}{}", taps(8, 6, rest)), &[]).0;
+    let with = |rest: &str| planned(&format!("{WHISKER}{}", taps(8, 6, rest)), &["--backend", "cpu"]).0;
     let (slow, fast) = (with(friction), with("[model]\nextension = true\n"));
     assert!(slow > 0.3 && slow > 1000.0 * fast, "{slow} and {fast}");
 }
