@@ -12,7 +12,7 @@ use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Contact, Geometry, RunOptions, Scene, Tuple};
+use vibrissa::scene::{Contact, RunOptions, Scene, Tuple};
 use vibrissa::spec;
 use vibrissa::verify::{Place, present};
 
@@ -23,7 +23,7 @@ const TAPS: u32 = 1 << 15;
 const ROUNDS: usize = 5;
 
 /// Name and `[model]`; the first is what the others are compared with.
-const MODELS: [(&str, &str); 15] = [
+const MODELS: [(&str, &str); 14] = [
     ("hooke, every effect off", ""),
     (
         "hooke, each effect written as off",

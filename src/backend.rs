@@ -1,6 +1,8 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
@@ -33,9 +35,9 @@ pub struct Backend {
     pub threads: usize,
     /// Instruction set of the CPU kernels.
     pub instructions: Option<&'static str>,
-    /// Taps per second to expect, to the order of magnitude; only for `--plan`.
+    /// Whether the adapter runs on the CPU.
     #[serde(skip)]
-    pub expected_rate: f64,
+    pub software: bool,
 }
 
 /// A backend chosen but not opened.
@@ -45,6 +47,32 @@ pub struct Choice {
     pub backend: Backend,
     precision: Precision,
     adapter: Option<Adapter>,
+    /// The device that `auto` opened to see whether it opens.
+    opened: Mutex<Option<Gpu>>,
+}
+
+/// Address space below which `auto` asks no driver, bytes: where it ends they fail, abort or crash, lavapipe from some 1 GB on
+/// with two threads and with more of each.
+const ROOM: u64 = 8 << 30;
+
+/// Why no driver is to be asked: the address space is limited (`ulimit -v`).
+pub fn cramped() -> Option<String> {
+    // Only Linux has the file, and only there the limit matters.
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    let bytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    let room = bytes as f64 / 1e9;
+    (bytes < ROOM).then(|| {
+        format!("the address space is limited to {room:.1} GB (ulimit -v), too little for a GPU driver")
+    })
+}
+
+/// The value of `f`, or what its panic says.
+fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(f)).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked").to_owned()
+    })
 }
 
 /// The adapter that `auto` takes: hardware first, then software.
@@ -58,14 +86,40 @@ impl Choice {
         self.backend.tolerance.filter(|_| self.precision == Precision::F32)
     }
 
-    /// Decides from the options; looks for adapters only where one may be used.
+    /// Decides from the options; looks for adapters only where one may be used. What `auto` takes has been opened: where that
+    /// fails it is the CPU, and the reason says why.
     pub fn new(options: &RunOptions) -> Result<Self, Error> {
-        let asked = options.backend.unwrap_or(BackendChoice::Auto);
-        let adapters = match asked {
-            BackendChoice::Auto | BackendChoice::Gpu => gpu::adapters(),
-            BackendChoice::Cpu | BackendChoice::Reference => Vec::new(),
-        };
-        Self::among(options, &adapters)
+        match options.backend.unwrap_or(BackendChoice::Auto) {
+            BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
+            BackendChoice::Gpu => Self::among(options, &gpu::adapters()),
+            BackendChoice::Auto => {
+                let instead = |why: String| {
+                    let mut cpu = Self::among(&RunOptions { adapter: None, ..options.clone() }, &[])?;
+                    cpu.backend.reason = why;
+                    Ok(cpu)
+                };
+                if let Some(why) = cramped().filter(|_| options.adapter.is_none()) {
+                    return instead(why);
+                }
+                let adapters = match quietly(gpu::adapters) {
+                    Ok(adapters) => adapters,
+                    Err(why) => return instead(format!("looking for adapters failed: {why}")),
+                };
+                let choice = Self::among(options, &adapters)?;
+                match choice.solves() {
+                    Ok(()) => Ok(choice),
+                    Err(why) => instead(format!("the GPU does not open: {why}")),
+                }
+            }
+        }
+    }
+
+    /// Opens the device and keeps it for [`Self::solver`].
+    fn solves(&self) -> Result<(), String> {
+        let Some(adapter) = &self.adapter else { return Ok(()) };
+        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision)).flatten()?;
+        self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(gpu);
+        Ok(())
     }
 
     /// As [`Self::new`] on a machine with these adapters.
@@ -113,12 +167,6 @@ impl Choice {
         let precision = if name == "reference" { Precision::F64 } else { precision };
         let tolerance = tolerance(options, precision).map(|t| Some(t).filter(|_| name != "reference"))?;
         let threads = rayon::current_num_threads();
-        let expected_rate = match (name, &adapter, precision) {
-            ("reference", ..) => 1e4 * threads as f64,
-            (_, Some(a), _) if !a.software => 2e7,
-            (_, _, Precision::F32) => 2e6 * threads as f64,
-            (_, _, Precision::F64) => 1e6 * threads as f64,
-        };
         let backend = Backend {
             name,
             reason,
@@ -128,9 +176,9 @@ impl Choice {
             tolerance,
             threads,
             instructions: (name == "cpu").then(Cpu::instructions),
-            expected_rate,
+            software: adapter.as_ref().is_some_and(|a| a.software),
         };
-        Ok(Self { backend, precision, adapter })
+        Ok(Self { backend, precision, adapter, opened: Mutex::new(None) })
     }
 
     /// Opens the device for taps of `model`.
@@ -143,8 +191,12 @@ impl Choice {
 
     /// Opens the device of a fast kernel; it serves any model.
     pub fn solver(&self) -> Result<Box<dyn Solver>, Error> {
+        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner).take();
         Ok(match &self.adapter {
-            Some(adapter) => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
+            Some(adapter) => match opened {
+                Some(gpu) => Box::new(gpu),
+                None => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
+            },
             None => Box::new(Cpu::new(self.precision)),
         })
     }

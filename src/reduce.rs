@@ -91,6 +91,47 @@ impl Errors {
     }
 }
 
+/// Kernel sweeps spent on taps: both figures are of the same taps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sweeps {
+    /// Taps solved by a kernel.
+    pub taps: u64,
+    spent: f64,
+    most: f64,
+}
+
+impl Sweeps {
+    /// Takes one tap that took so many sweeps.
+    pub fn push(&mut self, sweeps: f64) {
+        self.taps += 1;
+        self.spent += sweeps;
+        self.most = self.most.max(sweeps);
+    }
+
+    /// As if all taps of `other` had been pushed here too.
+    pub fn merge(&mut self, other: &Self) {
+        self.taps += other.taps;
+        self.spent += other.spent;
+        self.most = self.most.max(other.most);
+    }
+
+    /// Sweeps of a tap in the mean; 0 where no kernel solved one.
+    pub fn mean(&self) -> f64 {
+        self.spent / self.taps.max(1) as f64
+    }
+
+    /// Sweeps of the tap that took the most.
+    pub fn most(&self) -> f64 {
+        self.most
+    }
+}
+
+/// Place of a percentile among `n` ≥ 1 sorted values: the smallest that is not below `percent` of 100 of them (nearest rank). It is
+/// one of the values, and the largest where there are fewer than 100/(100 − `percent`).
+pub fn percentile(n: usize, percent: usize) -> usize {
+    (n * percent).div_ceil(100).max(1) - 1
+}
+
 /// Median; sorts `values`. NaN of nothing.
 pub fn median(values: &mut [f64]) -> f64 {
     let n = values.len();
@@ -122,6 +163,24 @@ mod tests {
             prop_assert!(close(merged.mean(), all.mean()));
             prop_assert!(close(merged.sd(), all.sd()));
         }
+    }
+
+    #[test]
+    fn percentiles_are_nearest_ranks() {
+        let of = |n| [50, 99].map(|percent| percentile(n, percent));
+        assert_eq!((of(1), of(2), of(51)), ([0, 0], [0, 1], [25, 50]));
+        assert_eq!((of(100), of(101), of(200), of(700)), ([49, 98], [50, 99], [99, 197], [349, 692]));
+    }
+
+    #[test]
+    fn the_mean_of_sweeps_is_of_the_taps_that_spent_them() {
+        let mut sweeps = Sweeps::default();
+        assert_eq!((sweeps.mean(), sweeps.most()), (0.0, 0.0));
+        sweeps.push(2.0);
+        let mut other = Sweeps::default();
+        other.push(5.0);
+        sweeps.merge(&other);
+        assert_eq!((sweeps.taps, sweeps.mean(), sweeps.most()), (2, 3.5, 5.0));
     }
 
     #[test]

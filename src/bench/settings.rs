@@ -111,7 +111,7 @@ impl Settings {
     /// Seconds to expect on `places`, to the order of magnitude.
     pub fn seconds(&self, places: &[Place]) -> f64 {
         let of = |p: &Place| {
-            let rate = p.choice.backend.expected_rate;
+            let rate = crate::plan::cost::rate(&p.choice.backend);
             let scaled: u64 = self.sizes(p).iter().map(|n| 2 * n).sum();
             let points = self.tolerances(p.precision).len() + self.nodes(p).len() + 2;
             let work = match p.is_reference() {

@@ -12,6 +12,7 @@ use crate::kernel::{
     Rule, Rung,
     rule::{every_rule, smallest_tolerance},
 };
+use crate::reduce::percentile;
 use crate::scene::{Model, Precision};
 use crate::verify::configuration::Configuration;
 
@@ -43,9 +44,9 @@ impl Solved {
 /// Errors of many taps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Quantiles {
-    /// Half of the taps are better.
+    /// Half of the taps are not worse.
     pub median: f64,
-    /// 99 of 100 taps are better.
+    /// 99 of 100 taps are not worse ([`percentile`]).
     pub p99: f64,
     /// The worst tap.
     pub worst: f64,
@@ -55,9 +56,9 @@ impl Quantiles {
     /// Of `errors`; `None` of nothing.
     pub fn of(mut errors: Vec<f64>) -> Option<Self> {
         errors.sort_by(f64::total_cmp);
-        let last = errors.len().checked_sub(1)?;
-        let at = |q: f64| errors[(q * last as f64).ceil() as usize];
-        Some(Self { median: at(0.5), p99: at(0.99), worst: errors[last] })
+        let worst = *errors.last()?;
+        let at = |percent| errors[percentile(errors.len(), percent)];
+        Some(Self { median: at(50), p99: at(99), worst })
     }
 }
 

@@ -15,7 +15,7 @@ use super::reply::Reply;
 pub fn run(common: &Common) -> Result<Reply, Error> {
     let adapters = gpu::adapters();
     let options = RunOptions { backend: None, ..common.over(&RunOptions::default()) };
-    let choice = Choice::among(&options, &adapters)?;
+    let choice = Choice::new(&options)?;
     let mut text = String::new();
     for a in &adapters {
         let kind = if a.software { "software" } else { "hardware" };

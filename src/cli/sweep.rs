@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
-use vibrissa::plan::Plan;
-use vibrissa::scene::{Geometry, RunOptions, Scene};
+use vibrissa::plan::{Plan, Way, cost};
+use vibrissa::scene::{Geometry, Listed, RunOptions, Scene, Space};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -37,7 +37,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let choice = Choice::new(&options)?;
     backend::settle(&mut scene, &options, &choice.backend, &out);
     if options.plan == Some(true) {
-        return Ok(planned(&scene, &plan, &choice.backend, out));
+        return Ok(planned(&scene, &plan, &choice, out));
     }
     if !quiet {
         say::line(headline(&scene, &plan, &choice.backend));
@@ -102,13 +102,9 @@ pub(super) fn where_and_why(b: &Backend) -> String {
     format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
 }
 
-/// Estimated seconds: solving at the nominal rate of the backend, writing at 100 MB/s.
-fn expected_seconds(plan: &Plan, b: &Backend) -> f64 {
-    plan.taps as f64 / b.expected_rate + plan.bytes / 1e8
-}
-
-fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
-    let seconds = expected_seconds(plan, b);
+fn planned(scene: &Scene, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
+    let (b, way) = (&choice.backend, Way::of(scene, choice));
+    let seconds = cost::seconds(scene, choice, plan.taps, plan.bytes);
     let mut text = headline(scene, plan, b) + "\n";
     let names = ["tuples.csv", "designs.csv", "distances.csv"];
     for (name, rows) in names.iter().zip(plan.rows) {
@@ -120,10 +116,14 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
     }
     let _ = writeln!(
         text,
-        "  about {:.3e} bytes in {}, about {seconds:.1e} s; nothing was run",
+        "  about {:.3e} bytes in {}, about {seconds:.1e} s, {}; nothing was run",
         plan.bytes,
-        out.display()
+        out.display(),
+        way.name()
     );
+    if let Space::File(file) = &scene.space {
+        let _ = writeln!(text, "  warning: {}", large(file));
+    }
     if let Some(fit) = &scene.material_fit {
         let ([c10, c20, c30], [min, max]) = (fit.coefficients, fit.range);
         let _ = writeln!(
@@ -141,11 +141,21 @@ fn planned(scene: &Scene, plan: &Plan, b: &Backend, out: PathBuf) -> Reply {
         out: Some(out),
         files: Vec::new(),
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes }),
-        seconds: json!({ "expected": seconds }),
+        seconds: json!({ "expected": seconds, "way": way.name() }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(scene), "material_fit": run_json::material_fit(scene, None) }),
         ..Reply::default()
     }
+}
+
+/// What to expect of a tuple file that is not held in memory: some 45 bytes a row are, and every reading of it takes time.
+fn large(file: &Listed) -> String {
+    let rows = file.len() as f64;
+    format!(
+        "the tuple file has {rows:.1e} rows: it takes about {:.0} MB of memory and is read two to four times, about {:.0} s each",
+        150.0 + 45e-6 * rows,
+        (rows / 3e6).ceil()
+    )
 }
 
 fn best(scene: &Scene, k: &Kept) -> Value {

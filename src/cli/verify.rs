@@ -139,10 +139,10 @@ fn asked(args: &Verify) -> Result<Asked, Error> {
     Ok(Asked { scene, options, out, samples, seed: args.seed })
 }
 
-fn cases(asked: &Asked) -> Result<Vec<Case>, InputError> {
+fn cases(asked: &Asked) -> Result<Vec<Case>, Error> {
     match &asked.scene {
-        Some(scene) => Ok(vec![Case::of_spec(scene.clone(), asked.samples, asked.seed)]),
-        None => Case::built_in(asked.samples, asked.seed),
+        Some(scene) => Ok(vec![Case::of_spec(scene.clone(), asked.samples, asked.seed)?]),
+        None => Ok(Case::built_in(asked.samples, asked.seed)?),
     }
 }
 

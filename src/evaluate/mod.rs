@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::kernel::{self, Rung, Solution, Solver, Tap};
+use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Scene};
 use crate::smooth::drives::DriveAxis;
 use crate::status::Status;
@@ -73,6 +74,9 @@ pub struct Evaluator<'a> {
     method: Method,
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
+    sweeps: Sweeps,
+    /// Taps that may still be left to the reference.
+    spare: usize,
 }
 
 /// How taps are solved.
@@ -90,15 +94,35 @@ pub enum Method {
     Reference,
 }
 
+/// What is said where too many taps are left to the reference.
+pub const TOO_HARD: &str = "too many taps have no solution that the kernels find";
+
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `scene` by `method`.
     pub fn new(scene: &'a Scene, method: Method) -> Self {
-        Self { scene, method, taps: Vec::new(), solutions: Vec::new() }
+        Self {
+            scene,
+            method,
+            taps: Vec::new(),
+            solutions: Vec::new(),
+            sweeps: Sweeps::default(),
+            spare: usize::MAX,
+        }
+    }
+
+    /// Fails with [`TOO_HARD`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
+    pub fn sparing(self, most: usize) -> Self {
+        Self { spare: most, ..self }
     }
 
     /// The method, for another scene.
     pub fn into_method(self) -> Method {
         self.method
+    }
+
+    /// Kernel sweeps spent since the last call, on whatever taps.
+    pub fn take_sweeps(&mut self) -> Sweeps {
+        std::mem::take(&mut self.sweeps)
     }
 
     /// The GPU that taps are solved on, if they are.
@@ -131,7 +155,7 @@ impl<'a> Evaluator<'a> {
             return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
         }
         let solved = self.solutions(designs, tasks)?;
-        Ok(self.outcomes(designs, tasks, &solved, None))
+        self.outcomes(designs, tasks, &solved, None)
     }
 
     /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.
@@ -145,7 +169,7 @@ impl<'a> Evaluator<'a> {
             return self.run(designs, tasks);
         }
         let solved = self.solutions(designs, tasks)?;
-        Ok(self.outcomes(designs, tasks, &solved, Some(expected)))
+        self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
     /// Outcomes of taps that come in runs of one distance over all of `drives`, and how many taps were solved. A run whose
@@ -194,22 +218,23 @@ impl<'a> Evaluator<'a> {
         for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
             solved[i] = s;
         }
-        Ok((self.outcomes(designs, tasks, &solved, None), count))
+        Ok((self.outcomes(designs, tasks, &solved, None)?, count))
     }
 
     /// Outcomes of solved taps; `expected` is what the reference says of them, if that is known.
     fn outcomes(
-        &self,
+        &mut self,
         designs: &[Design],
         tasks: &[Task],
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
-    ) -> Vec<Outcome> {
+    ) -> Result<Vec<Outcome>, String> {
         let (scene, tolerance) = (self.scene, self.tolerance());
         // A law that softens until its tangent vanishes has no chart up to there.
         let beyond_chart = match &self.method {
             Method::Fast { rungs, .. } => {
-                rungs.last().and_then(|r| r.chart.as_ref()).is_some_and(|c| !c.whole)
+                let last = rungs.iter().rfind(|rung| !rung.spare);
+                last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
             }
             Method::Reference => false,
         };
@@ -218,6 +243,10 @@ impl<'a> Evaluator<'a> {
             let missed = !s.solution.within(tolerance) && !s.solution.ended();
             s.solution.unsure() || missed && (beyond_chart || friction)
         };
+        if self.spare < usize::MAX {
+            let left = solved.iter().flatten().filter(|s| doubtful(s)).count();
+            self.spare = self.spare.checked_sub(left).ok_or(TOO_HARD)?;
+        }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             if solved.as_ref().is_some_and(doubtful) {
@@ -226,7 +255,7 @@ impl<'a> Evaluator<'a> {
             }
             fast(scene, tolerance, design, task, solved.as_ref())
         };
-        tasks.par_iter().zip(solved).enumerate().map(finish).collect()
+        Ok(tasks.par_iter().zip(solved).enumerate().map(finish).collect())
     }
 }
 
@@ -248,7 +277,7 @@ fn over_drives(
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, interpolated: true })
+        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

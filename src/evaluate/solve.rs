@@ -21,6 +21,8 @@ pub(super) struct Solved {
     pub frame: Frame,
     pub solution: Solution<f64>,
     pub grip: Grip,
+    /// Sweeps spent on it, also for another grip.
+    pub sweeps: f64,
     /// Read from solutions at other drives.
     pub interpolated: bool,
 }
@@ -32,13 +34,15 @@ impl Evaluator<'_> {
         designs: &[Design],
         tasks: &[Task],
     ) -> Result<Vec<Option<Solved>>, String> {
-        match self.scene.model.contact {
+        let solved = match self.scene.model.contact {
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0))
             }
             Contact::Stick => self.solve(designs, tasks, &|_| Grip::Stick),
             Contact::Coulomb(mu) => self.coulomb(designs, tasks, mu),
-        }
+        }?;
+        solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
+        Ok(solved)
     }
 
     /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
@@ -58,6 +62,7 @@ impl Evaluator<'_> {
                 frame,
                 solution: Solution::FAILED,
                 grip: grip(i),
+                sweeps: 0.0,
                 interpolated: false,
             })
         };
@@ -70,7 +75,7 @@ impl Evaluator<'_> {
         let effects = Effects::new(&scene.model, scene.gauge.side, grip(0) == Grip::Stick);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         for (place, s) in solved.iter_mut().flatten().zip(&self.solutions) {
-            place.solution = *s;
+            (place.solution, place.sweeps) = (*s, s.sweeps);
         }
         Ok(solved)
     }
@@ -106,7 +111,8 @@ impl Evaluator<'_> {
         let again: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
         let slid = self.solve(designs, &again, &|k| sliding[k].1)?;
         for (&(i, _), s) in sliding.iter().zip(slid) {
-            solved[i] = s;
+            let before = solved[i].map_or(0.0, |s| s.sweeps);
+            solved[i] = s.map(|s| Solved { sweeps: before + s.sweeps, ..s });
         }
         Ok(solved)
     }

@@ -84,7 +84,7 @@ pub struct Explanation {
 
 /// Explains `scene`, computed by `choice`, with a verdict for each of `tolerances`.
 pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
-    let sample = Sample::new(scene);
+    let sample = Sample::new(scene)?;
     let bare = Scene {
         space: Space::List(Vec::new()),
         text: String::new(),

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use crate::error::Error;
 use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::{Scene, Space, Tuple};
@@ -30,11 +31,15 @@ impl Sample {
     ///
     /// First and last distance and drive are always among them; designs are spread by the golden ratio, which no
     /// period of a grid can meet.
-    pub fn new(scene: &Scene) -> Self {
-        match &scene.space {
+    ///
+    /// # Errors
+    /// A tuple file that cannot be read again.
+    pub fn new(scene: &Scene) -> Result<Self, Error> {
+        Ok(match &scene.space {
             Space::Grid(factors) => Self::grid(&Layout::new(factors)),
             Space::List(tuples) => Self::list(tuples),
-        }
+            Space::File(file) => Self::list(&file.tuples()?),
+        })
     }
 
     /// Tap `i` as a tuple.
@@ -127,7 +132,7 @@ mod tests {
         let text = format!(
             "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}"
         );
-        Sample::new(&parse("t.toml", &text, Path::new("")).expect("valid spec"))
+        Sample::new(&parse("t.toml", &text, Path::new("")).expect("valid spec")).expect("a grid")
     }
 
     #[test]

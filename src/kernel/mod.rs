@@ -34,6 +34,8 @@ pub use effects::Effects;
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 
+use std::sync::OnceLock;
+
 use crate::scene::{Material, Precision};
 
 /// What one batch is solved with.
@@ -54,10 +56,12 @@ pub struct Job<'a> {
 pub struct Rung {
     /// Nodes, terms, sweeps.
     pub rule: Rule,
-    /// Section law over the range of this rung.
-    pub chart: Option<Chart>,
     /// Solved on the CPU in f64 and far below the tolerance, whatever the backend: for the few taps that the others cannot tell.
     pub spare: bool,
+    precision: Precision,
+    /// Law of the sections, and the tolerance for which it is charted; none for Hooke's, which needs no chart.
+    law: Option<(Material, f64)>,
+    chart: OnceLock<Option<Chart>>,
 }
 
 /// Share of the tolerance that spare rungs are solved to: they are few.
@@ -66,9 +70,8 @@ const SPARE: f64 = 0.01;
 impl Rung {
     /// The rung of `rule` for `material`, at `tolerance`.
     pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
-        let (axial, bending) = rule::chart_range(precision, &rule);
-        let errors = rule::chart_shares(precision, &rule).map(|share| share * tolerance);
-        Self { rule, chart: Chart::new(material, axial, bending, errors), spare: false }
+        let law = (!matches!(material, Material::Hooke(_))).then(|| (material.clone(), tolerance));
+        Self { rule, spare: false, precision, law, chart: OnceLock::new() }
     }
 
     /// The rungs for `tolerance`, cheapest first.
@@ -85,6 +88,17 @@ impl Rung {
             rungs.extend(rule::every_rule(Precision::F64)[1..].iter().map(spare));
         }
         rungs
+    }
+
+    /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
+    pub fn chart(&self) -> Option<&Chart> {
+        let chart = || {
+            let (material, tolerance) = self.law.as_ref()?;
+            let (axial, bending) = rule::chart_range(self.precision, &self.rule);
+            let errors = rule::chart_shares(self.precision, &self.rule).map(|share| share * tolerance);
+            Chart::new(material, axial, bending, errors)
+        };
+        self.chart.get_or_init(chart).as_ref()
     }
 }
 
@@ -141,7 +155,7 @@ pub fn solve(
         let solver: &mut dyn Solver = if rung.spare { &mut spare } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
-        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart.as_ref() };
+        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
         if step == 0 {
             for chunk in taps.chunks(limit) {
                 solver.solve(&job, chunk, &mut part)?;

@@ -134,6 +134,8 @@ pub struct Extent {
     pub reach: [f64; 2],
     /// Drives, degrees or mm, offsets included.
     pub drives: [f64; 2],
+    /// Taps that may be left to the reference, and that may have no solution: both take long.
+    pub hard: [usize; 2],
 }
 
 impl Extent {
@@ -145,7 +147,7 @@ impl Extent {
         let reach = [lo - margin, (hi + margin).max(1.1 * rig.design.tuple.L_a)];
         let [first, last] = drives;
         let drives = if first < last { [0.02 * first, last + first.max(0.1 * last)] } else { drives };
-        Self { side, reach, drives }
+        Self { side, reach, drives, hard: [usize::MAX; 2] }
     }
 }
 
@@ -153,7 +155,7 @@ impl Extent {
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, Error> {
     let scene = scene_with(&rig.scene, values);
     let method = open(&scene.model)?;
-    Surface::build(rig, &scene, at.side, at.reach, at.drives, method).map_err(Error::Run)
+    Surface::build(rig, &scene, at, method).map_err(Error::Run)
 }
 
 /// The model with fitted parameters, solved over the range of interest.

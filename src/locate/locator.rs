@@ -12,10 +12,13 @@ use super::{Estimator, Found, SAME, between, bracket};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
-use crate::evaluate::Method;
+use crate::evaluate::{Method, TOO_HARD};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Theory};
 use crate::status::Status;
+
+/// Taps of a model that may be left to the reference, and that may have no solution, when a calibration is opened: some seconds.
+const HARD: [usize; 2] = [48, 1024];
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
 const BEYOND: f64 = 3.0;
@@ -112,9 +115,13 @@ impl Locator {
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
         let estimator = asked.or(named(&c.estimator)).unwrap_or(Estimator::Paper);
+        let at = |e: Error| match e {
+            Error::Input(e) if e.file.is_none() => e.at(label, None).into(),
+            other => other,
+        };
         let mut sides = Vec::new();
         for record in &c.sides {
-            match opened(&rig, record, estimator, open)? {
+            match opened(&rig, record, estimator, open).map_err(at)? {
                 Some(side) => sides.push(side),
                 None => {
                     let held = Estimator::ALL.into_iter().filter(|e| holds(record, *e)).map(Estimator::name);
@@ -128,7 +135,7 @@ impl Locator {
             }
         }
         if let ([record], true) = (c.sides.as_slice(), asked.is_none_or(|e| e == Estimator::Exact)) {
-            sides.extend(other_side(&rig, record, open)?);
+            sides.extend(other_side(&rig, record, open).map_err(at)?);
         }
         Ok(Self {
             rig,
@@ -299,6 +306,21 @@ fn other_side(rig: &Rig, record: &SideRecord, open: Opener<'_>) -> Result<Option
     }))
 }
 
+/// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
+fn unsolvable(rig: &Rig, record: &SideRecord) -> InputError {
+    let spec = rig.to_table();
+    let written =
+        |section: &str| spec.get(section).map_or_else(String::new, |t| t.to_string().replace('\n', ", "));
+    let ([lo, hi], [first, last]) =
+        (record.distances_mm, [record.drives[0], record.drives[record.drives.len() - 1]]);
+    InputError::new(format!(
+        "{TOO_HARD} at distances of {lo} … {hi} mm and drives of {first} … {last}: this whisker has no such taps"
+    ))
+    .key("spec.whisker, spec.model")
+    .value(format!("{}; {}", written("whisker"), written("model")))
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
+}
+
 fn exact(
     rig: &Rig,
     record: &SideRecord,
@@ -316,7 +338,10 @@ fn exact(
     let fitted =
         r.fitted.iter().filter_map(|n| Parameter::ALL.into_iter().find(|p| p.name(kind) == n)).collect();
     let drives = [record.drives[0], record.drives[record.drives.len() - 1]];
-    let at = Extent::around(rig, side, record.distances_mm, drives);
-    let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open)?;
+    let at = Extent { hard: HARD, ..Extent::around(rig, side, record.distances_mm, drives) };
+    let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open).map_err(|e| match e {
+        Error::Run(why) if why == TOO_HARD => unsolvable(rig, record).into(),
+        other => other,
+    })?;
     Ok(Some((exact, r.bias_mm.clone())))
 }

@@ -4,13 +4,14 @@
 //! that are halved until their last coefficients vanish. f itself is a closed form and is not interpolated, so that
 //! neither its peak nor its kink at the gauge's far end costs anything.
 
+use super::exact::Extent;
 use crate::design::{Design, amount};
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Method, TOO_HARD, Task};
 use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::physics::linear::StrainCurve;
 use crate::physics::root::bracketed;
-use crate::scene::{Drive, Scene, Side, Tuple};
+use crate::scene::{Drive, Scene, Tuple};
 
 /// Chebyshev points of a piece over u and over the drive.
 const NODES: [usize; 2] = [16, 10];
@@ -53,16 +54,10 @@ struct Piece {
 }
 
 impl Surface {
-    /// Solves the model of `scene`, whose whisker is that of `rig`, with the gauge on `side`. Distances beyond the tip are those of a
-    /// continued taper; `reach` is cut at the gauge's near end and short of the apex. Errors are those of the backend.
-    pub fn build(
-        rig: &Rig,
-        scene: &Scene,
-        side: Side,
-        reach: [f64; 2],
-        drives: [f64; 2],
-        method: Method,
-    ) -> Result<Self, String> {
+    /// Solves the model of `scene`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
+    /// continued taper; the reach is cut at the gauge's near end and short of the apex. Errors are those of the backend.
+    pub fn build(rig: &Rig, scene: &Scene, at: Extent, method: Method) -> Result<Self, String> {
+        let Extent { side, reach, drives, hard } = at;
         let mut scene = scene.clone();
         scene.gauge.side = side;
         let shared = rig.shared();
@@ -81,7 +76,13 @@ impl Surface {
             return Err("the whisker cannot be continued so far".to_owned());
         };
         let kind = scene.drive;
-        let mut solver = Solve { curve, kind, designs: [design], evaluator: Evaluator::new(&scene, method) };
+        let mut solver = Solve {
+            curve,
+            kind,
+            designs: [design],
+            evaluator: Evaluator::new(&scene, method).sparing(hard[0]),
+            spare: hard[1],
+        };
         let mut strips = Vec::new();
         // A contact on the gauge is another branch of f.
         let edge = 1.0 / curve.gauge[1];
@@ -152,6 +153,8 @@ struct Solve<'a> {
     kind: Drive,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
+    /// Taps that may still have no solution.
+    spare: usize,
 }
 
 impl Solve<'_> {
@@ -187,6 +190,8 @@ impl Solve<'_> {
             }
         }
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;
+        let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
+        self.spare = self.spare.checked_sub(unsolved).ok_or(TOO_HARD)?;
         let ratios: Vec<f64> = outcomes
             .iter()
             .zip(&tasks)

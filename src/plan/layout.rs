@@ -3,6 +3,8 @@
 //! A grid is designs × distances × drives, last fastest: the tap (i, j) of design k has the index
 //! (k · distances + i) · drives + j. A drive that is sampled together with a design's axes belongs to that design.
 
+use std::sync::OnceLock;
+
 use crate::scene::{Axis, Column, Factor, Tuple};
 
 /// A grid of taps.
@@ -10,7 +12,7 @@ use crate::scene::{Axis, Column, Factor, Tuple};
 pub struct Layout {
     designs: Vec<Factor>,
     distance: Axis,
-    reach: [f64; 2],
+    reach: OnceLock<[f64; 2]>,
     drive: Option<Axis>,
     /// Number of designs.
     pub n_designs: u64,
@@ -34,13 +36,7 @@ impl Layout {
         }
         let n_drives = drive.as_ref().map_or(1, Axis::len);
         let n_designs = designs.iter().map(|f| f.len).product();
-        // Of a sampled axis the points count, not the bounds.
-        let reach = match distance {
-            Axis::Samples { .. } => {
-                distance.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], a| [lo.min(a), hi.max(a)])
-            }
-            _ => [distance.min(), distance.max()],
-        };
+        let reach = OnceLock::new();
         Self { n_designs, n_distances: distance.len(), n_drives, designs, distance, reach, drive }
     }
 
@@ -77,9 +73,16 @@ impl Layout {
         self.distance.at(i)
     }
 
-    /// Smallest and largest distance, mm.
+    /// Smallest and largest distance, mm; of sampled ones the points count, not the bounds. The first call goes through all
+    /// points of a sampled axis.
     pub fn reach(&self) -> [f64; 2] {
-        self.reach
+        *self.reach.get_or_init(|| match self.distance {
+            Axis::Samples { .. } => {
+                let wider = |[lo, hi]: [f64; 2], a: f64| [lo.min(a), hi.max(a)];
+                self.distance.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+            }
+            _ => [self.distance.min(), self.distance.max()],
+        })
     }
 
     /// Smallest and largest value of column `column` of a design; of sampled axes, their bounds.
@@ -121,7 +124,7 @@ mod tests {
     fn layout(text: &str) -> Layout {
         match parse("t.toml", text, Path::new("")).expect("valid spec").space {
             Space::Grid(factors) => Layout::new(&factors),
-            Space::List(_) => unreachable!(),
+            Space::List(_) | Space::File(_) => unreachable!(),
         }
     }
 

@@ -1,7 +1,9 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
+pub mod cost;
 mod layout;
 
+pub use cost::Way;
 pub use layout::Layout;
 
 use crate::error::InputError;
@@ -9,9 +11,6 @@ use crate::scene::{Scene, Space, Tuple};
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
-
-/// Distances, and drives, that one design may have: each keeps its running statistics in memory.
-pub const AXIS_LIMIT: u64 = 1 << 22;
 
 /// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
 const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
@@ -37,22 +36,16 @@ impl Plan {
         let (taps, designs, full) = match &scene.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
-                for (key, n) in [("tap.a", l.n_distances), (drive_key(scene), l.n_drives)] {
-                    if n > AXIS_LIMIT {
-                        return Err(InputError::new(
-                            "one design would have too many of these; use several specs",
-                        )
-                        .key(key)
-                        .value(format!("{n} values"))
-                        .allowed(format!("at most {AXIS_LIMIT} values")));
-                    }
-                }
                 (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances])
             }
             Space::List(tuples) => {
                 let designs = distinct(tuples, |_| 0.0);
                 let rows = [tuples.len() as u64, distinct(tuples, |t| t.drive), distinct(tuples, |t| t.a)];
                 (rows[0], designs, rows)
+            }
+            Space::File(file) => {
+                let ([designs, drives, distances], taps) = (file.groups().counts, file.len() as u64);
+                (taps, designs, [taps, drives, distances])
             }
         };
         let output = &scene.output;
@@ -62,7 +55,7 @@ impl Plan {
                 let l = Layout::new(factors);
                 (l.n_distances, l.n_distances)
             }
-            Space::List(_) => (1, 1),
+            Space::List(_) | Space::File(_) => (1, 1),
         };
         let tuples = output.tuples.unwrap_or(true);
         let rows = [
@@ -93,12 +86,4 @@ fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> f64) -> u64 {
     keys.sort_unstable();
     keys.dedup();
     keys.len() as u64
-}
-
-/// The spec's key of the drive axis.
-fn drive_key(scene: &Scene) -> &'static str {
-    match scene.drive {
-        crate::scene::Drive::Angle => "tap.theta",
-        crate::scene::Drive::Displacement => "tap.delta",
-    }
 }

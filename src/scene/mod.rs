@@ -5,6 +5,7 @@
 
 pub mod axis;
 pub mod even;
+pub mod listed;
 pub mod model;
 pub mod run;
 pub mod sampler;
@@ -12,6 +13,7 @@ pub mod search;
 pub mod space;
 
 pub use axis::Axis;
+pub use listed::Listed;
 pub use model::{
     Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
 };

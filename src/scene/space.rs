@@ -4,7 +4,11 @@
 //! stands in the place of its first axis. The index of a tuple is its identity on every backend.
 
 use super::axis::Axis;
+use super::listed::Listed;
 use super::model::Drive;
+
+/// Distances, and drives, that one design may have: each keeps its running statistics in memory.
+pub const AXIS_LIMIT: u64 = 1 << 22;
 
 /// A quantity that varies from tuple to tuple, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -101,4 +105,6 @@ pub enum Space {
     Grid(Vec<Factor>),
     /// Tuples as listed by the user, in file order.
     List(Vec<Tuple>),
+    /// The same, left in their file because they are many.
+    File(Listed),
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::folder::hash;
 use crate::backend::Backend;
-use crate::reduce::Largest;
+use crate::reduce::{Largest, Sweeps};
 use crate::scene::Scene;
 use crate::smooth::rod::Summary;
 use crate::status::Status;
@@ -35,8 +35,8 @@ pub struct Counts {
     pub complete: Option<u64>,
     /// Designs rows that `top` kept.
     pub kept: Option<u64>,
-    /// Sum and largest number of kernel sweeps of a tap.
-    pub sweeps: (f64, f32),
+    /// Kernel sweeps of the taps that a kernel solved: those of rows, of nodes, of the chart.
+    pub sweeps: Sweeps,
     /// Largest |gauge strain| of the taps that count.
     pub strain: Largest,
 }
@@ -81,8 +81,8 @@ pub fn counts(c: &Counts) -> Value {
         "designs": c.rows[1],
         "distances": c.rows[2],
         "status": c.status,
-        "sweeps_mean": if c.solved > 0 { c.sweeps.0 / c.solved as f64 } else { 0.0 },
-        "sweeps_max": c.sweeps.1,
+        "sweeps_mean": c.sweeps.mean(),
+        "sweeps_max": c.sweeps.most(),
     });
     if let Some(chart) = &c.chart {
         value["chart"] = json!(chart);

@@ -36,6 +36,18 @@ pub struct DriveAxis {
 }
 
 impl DriveAxis {
+    /// Whether so many drives pay for interpolation.
+    pub fn pays(drives: u64) -> bool {
+        TRIES.iter().any(|(least, _)| drives >= *least as u64)
+    }
+
+    /// Taps that are solved for so many drives, which pay: where they are smooth, or where every try fails.
+    pub fn solved(drives: u64, smooth: bool) -> u64 {
+        let nodes = TRIES.iter().filter(|(least, _)| drives >= *least as u64);
+        let nodes = nodes.map(|(_, points)| (points + CHECKS.len()) as u64);
+        if smooth { nodes.take(1).sum() } else { drives + nodes.sum::<u64>() }
+    }
+
     /// The ways to interpolate `drives`, cheapest first; none where there are too few to pay.
     pub fn ways(drives: &[f64]) -> Vec<Self> {
         let pays = TRIES.iter().filter(|(least, _)| drives.len() >= *least);

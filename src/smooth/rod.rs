@@ -13,9 +13,10 @@
 //! X̃ the mean of X over the gauge [s1, s2] with the weight 1/(1 − ps)³. ω, ζ and X are smooth: Chebyshev series in t, 1/(1 − p) and s, of
 //! which only the coefficients that matter are kept. Their values come from the f64 kernel.
 
-use crate::kernel::{self, Effects, Rung, Solution, Tap, cpu::Cpu, rule};
+use crate::kernel::{self, Effects, Rung, Solution, Tap, cpu::Cpu};
 use crate::physics::chebyshev::{basis, coefficients, placed, points, scaled, series};
-use crate::scene::Precision;
+use crate::reduce::Sweeps;
+use crate::scene::{Material, Precision};
 
 /// Tolerance of the solves.
 const TOLERANCE: f64 = 1e-11;
@@ -72,8 +73,8 @@ pub struct RodChart {
     pub values: Vec<Vec<Vec<f64>>>,
     /// Largest error of the strain found on points between those of the chart, relative.
     pub error: f64,
-    /// Taps solved to make and to check it.
-    pub solved: u64,
+    /// Of the taps solved to make and to check it.
+    pub sweeps: Sweeps,
 }
 
 /// ω, ζ and X(s) at given p and t.
@@ -110,7 +111,7 @@ impl RodChart {
             theta_deg: self.range.angle.to_degrees(),
             coefficients: self.values.iter().flatten().map(Vec::len).sum(),
             strain_error: self.error,
-            solved: self.solved,
+            solved: self.sweeps.taps,
         }
     }
 
@@ -128,11 +129,11 @@ impl RodChart {
     fn over(range: Range, tolerance: f64) -> Option<Self> {
         // Far below the largest angle the deviations drown in the rounding of the solutions.
         let most = range.angle.max(0.05);
-        let mut solved = 0;
+        let mut sweeps = Sweeps::default();
         for count in SQUARES {
-            let mut chart = Self::through(range, most * most, count, &mut solved)?;
-            let (strain, relative) = chart.check(most, &mut solved)?;
-            (chart.error, chart.solved) = (strain, solved);
+            let mut chart = Self::through(range, most * most, count, &mut sweeps)?;
+            let (strain, relative) = chart.check(most, &mut sweeps)?;
+            (chart.error, chart.sweeps) = (strain, sweeps);
             if strain <= SHARE * tolerance && relative <= RELATIVE {
                 return Some(chart);
             }
@@ -141,15 +142,14 @@ impl RodChart {
     }
 
     /// Through `count` squares up to `square`, with as many terms over p and s as it takes.
-    fn through(range: Range, square: f64, count: usize, solved: &mut u64) -> Option<Self> {
+    fn through(range: Range, square: f64, count: usize, sweeps: &mut Sweeps) -> Option<Self> {
         let [rows, columns, _] = MOST;
         let squares: Vec<f64> = squares(square, count);
         let tapers: Vec<f64> = points(rows).into_iter().map(|x| taper(range.taper, x)).collect();
         let places: Vec<f64> = points(columns).into_iter().map(|x| placed(range.place, x)).collect();
         let wanted: Vec<(f64, f64)> =
             squares.iter().flat_map(|&t| tapers.iter().map(move |&p| (p, t))).collect();
-        let points = solve(&wanted, &places)?;
-        *solved += (points.len() * places.len()) as u64;
+        let points = solve(&wanted, &places, sweeps)?;
         // Functions × terms over p × squares, then terms over t.
         let series: Vec<Vec<f64>> = points.iter().map(|p| coefficients(&p.shortening)).collect();
         let function = |f: usize, k: usize, i: usize| {
@@ -181,7 +181,15 @@ impl RodChart {
         let place_terms = (functions + 1).saturating_sub(2).max(1);
         values.iter_mut().for_each(|v| v.truncate(2 + place_terms));
         let terms = values.iter().flatten().map(Vec::len).max().unwrap_or(0).max(1);
-        Some(Self { range, square, terms, place_terms, values, error: f64::INFINITY, solved: 0 })
+        Some(Self {
+            range,
+            square,
+            terms,
+            place_terms,
+            values,
+            error: f64::INFINITY,
+            sweeps: Sweeps::default(),
+        })
     }
 
     /// Values at t of the polynomials over t.
@@ -190,7 +198,7 @@ impl RodChart {
     }
 
     /// Largest errors on points in between: of the strain, and of δ/t relative to |δ/t| + [`SMALL`].
-    fn check(&self, most: f64, solved: &mut u64) -> Option<(f64, f64)> {
+    fn check(&self, most: f64, sweeps: &mut Sweeps) -> Option<(f64, f64)> {
         // Weyl points fill the three axes evenly.
         let at = |i: usize, step: f64| (0.5 + step * (i + 1) as f64).fract();
         let (n, each) = (96, 4);
@@ -202,8 +210,7 @@ impl RodChart {
             .collect();
         let places: Vec<f64> =
             (0..each).map(|k| placed(self.range.place, 2.0 * at(k, 0.549_700_477_901_970_1) - 1.0)).collect();
-        let points = solve(&wanted, &places)?;
-        *solved += (n * each) as u64;
+        let points = solve(&wanted, &places, sweeps)?;
         let (mut strain, mut relative) = (0.0f64, 0.0f64);
         for (&(p, t), point) in wanted.iter().zip(&points) {
             for (&s, &shortening) in places.iter().zip(&point.shortening) {
@@ -237,11 +244,8 @@ fn deviation(t: f64, s: f64, [force, arc, shortening]: [f64; 3]) -> f64 {
 }
 
 /// Solves the rod at each (p, t) with a point gauge at each of `places`.
-fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
-    let rungs: Vec<Rung> = rule::ladder(Precision::F64, TOLERANCE)
-        .into_iter()
-        .map(|rule| Rung { rule, chart: None, spare: false })
-        .collect();
+fn solve(wanted: &[(f64, f64)], places: &[f64], sweeps: &mut Sweeps) -> Option<Vec<Point>> {
+    let rungs = Rung::ladder(Precision::F64, &Material::Hooke(1.0), TOLERANCE);
     let tap = |p: f64, t: f64, s: f64| Tap {
         taper: p,
         rest: 1.0 - p,
@@ -268,6 +272,7 @@ fn solve(wanted: &[(f64, f64)], places: &[f64]) -> Option<Vec<Point>> {
         &mut solutions,
     )
     .ok()?;
+    solutions.iter().for_each(|s| sweeps.push(s.sweeps));
     if !solutions.iter().all(|s| s.within(TOLERANCE)) {
         return None;
     }
@@ -319,7 +324,7 @@ mod tests {
                 c.place_terms,
                 c.error,
                 c.summary().coefficients,
-                c.solved
+                c.sweeps.taps
             );
             assert!(c.error <= 1e-6 && c.range.taper[1] >= 0.75 * taper[1], "{range:?}");
             assert!(!whole || (c.range.taper[1] - taper[1]).abs() < 1e-12, "{range:?}");

@@ -87,8 +87,8 @@ pub enum Case {
 }
 
 impl Scope {
-    /// The scope of `scene` at `tolerance`; `None` where its taps must be solved one by one.
-    pub fn new(scene: &Scene, layout: &Layout, tolerance: f64) -> Option<Self> {
+    /// Whether `scene` is such that a chart may rank it.
+    pub fn fits(scene: &Scene, layout: &Layout) -> bool {
         let model = &scene.model;
         let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
         let plain = model.geometry == Geometry::Exact
@@ -97,13 +97,20 @@ impl Scope {
             && scene.hub == 0.0
             && scene.drive == Drive::Angle
             && scene.estimate.theory == Theory::EulerBernoulli;
-        let top = scene.output.top?;
-        let by = scene.output.by;
-        let ranked = !matches!(by, RankBy::StrainMax | RankBy::ForceMax);
+        let ranked = !matches!(scene.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let sizes = (2..=MOST_AXIS).contains(&layout.n_distances) && layout.n_drives <= MOST_AXIS;
-        if !(plain && ranked && sizes && layout.len() >= LEAST_TAPS && top <= 1 << 16) {
+        let few = scene.output.top.is_some_and(|top| top <= 1 << 16);
+        // With elongation a given K has the unit of each design's gauge.
+        let unit = scene.estimate.convention == Convention::Elongation && scene.estimate.k.is_some();
+        plain && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
+    }
+
+    /// The scope of `scene` at `tolerance`; `None` where its taps must be solved one by one.
+    pub fn new(scene: &Scene, layout: &Layout, tolerance: f64) -> Option<Self> {
+        if !Self::fits(scene, layout) {
             return None;
         }
+        let (top, by) = (scene.output.top?, scene.output.by);
         let [near, far] = layout.reach();
         let [lo, hi] = scene.estimate.range.unwrap_or([near, far]);
         let gauge_end = NEAREST * near.min(lo);
@@ -128,10 +135,6 @@ impl Scope {
         let points = 2 + WIDE_GAUGE.iter().filter(|w| widest > **w).count();
         let (places, weights) = gauss(points);
         let elongation = scene.estimate.convention == Convention::Elongation;
-        // With elongation a given K has the unit of each design's gauge.
-        if elongation && scene.estimate.k.is_some() {
-            return None;
-        }
         Some(Self {
             distances: (0..layout.n_distances).map(distance).collect(),
             angles,

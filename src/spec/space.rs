@@ -7,6 +7,7 @@ use super::check::{self, LENGTH, PLACE, TAP_ANGLE};
 use super::reader::Result;
 use super::schema::Sections;
 use super::tuple_file;
+use crate::scene::space::AXIS_LIMIT;
 use crate::scene::{Column, Drive, Factor, Space};
 
 /// Section and key of each column; the last has the key of its drive.
@@ -54,6 +55,7 @@ pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result
     let axes: [AxisItem<'_>; 7] = axes.try_into().expect("seven columns");
     check::satisfiable(&axes)?;
     zipped(&axes)?;
+    short(&axes)?;
     grid(axes).map(|space| (space, Vec::new()))
 }
 
@@ -86,6 +88,19 @@ fn zipped(axes: &[AxisItem<'_>; 7]) -> Result<()> {
         return Err(place.error(message).allowed("the same samples, sampler and seed for all sampled axes"));
     }
     Ok(())
+}
+
+/// Distances, and drives that do not belong to a design, are few enough to keep statistics of each.
+fn short(axes: &[AxisItem<'_>; 7]) -> Result<()> {
+    let [whisker @ .., a, drive] = axes;
+    let zipped = drive.axis.points().is_some() && whisker.iter().any(|w| w.axis.points().is_some());
+    match [a, drive].into_iter().find(|x| x.axis.len() > AXIS_LIMIT && !(zipped && std::ptr::eq(*x, drive))) {
+        Some(long) => Err(long
+            .item
+            .error(format!("one design would have too many of these, {}; use several specs", long.axis.len()))
+            .allowed(format!("at most {AXIS_LIMIT} values"))),
+        None => Ok(()),
+    }
 }
 
 /// One factor per axis in row order; all sampled axes are one factor in the place of the first.

@@ -1,10 +1,12 @@
 //! CSV files that a spec names: a header with known columns, then rows of finite numbers.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::reader::{Document, Item, Result};
 use super::{load, schema};
 use crate::error::InputError;
+use crate::scene::listed::reader;
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str) -> Result<(String, String)> {
@@ -25,48 +27,75 @@ pub(super) fn read<const N: usize>(
     allowed: fn(&str) -> &'static str,
     row: &mut dyn FnMut([f64; N], usize),
 ) -> Result<Option<String>> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(document.text.as_bytes());
-    let mut record = csv::StringRecord::new();
-    let mut next = |record: &mut csv::StringRecord| {
-        reader
-            .read_record(record)
-            .map_err(|e| InputError::new(format!("this is no CSV file: {e}")).at(document.file, None))
-    };
+    let header = scan(document.text.as_bytes(), columns, allowed, row).map_err(|trouble| match trouble {
+        Trouble::Csv(e) => InputError::new(format!("this is no CSV file: {e}")).at(document.file, None),
+        Trouble::Empty => {
+            let error = document.error(None, "this file is empty; its first line must name the columns");
+            error.allowed(columns.join(","))
+        }
+        Trouble::Line(fault, record) => fault.on(document, &record),
+    })?;
+    Ok(header.warning(document.file))
+}
 
-    if !next(&mut record)? {
-        let error = document.error(None, "this file is empty; its first line must name the columns");
-        return Err(error.allowed(columns.join(",")));
+/// What the first line of a table says.
+pub(super) struct Header<const N: usize> {
+    /// Places of the columns asked for.
+    pub places: [usize; N],
+    ignored: Vec<String>,
+}
+
+impl<const N: usize> Header<N> {
+    /// That columns of `file` were ignored, if some were.
+    pub fn warning(&self, file: &str) -> Option<String> {
+        let ignored = self.ignored.join(", ");
+        (!ignored.is_empty()).then(|| format!("{file}: ignored columns {ignored}"))
+    }
+}
+
+/// Why a table cannot be read.
+pub(super) enum Trouble {
+    Csv(csv::Error),
+    Empty,
+    Line(Fault, csv::StringRecord),
+}
+
+/// As [`read`], from anything; the text need not be held.
+pub(super) fn scan<const N: usize>(
+    text: impl Read,
+    columns: [&str; N],
+    allowed: fn(&str) -> &'static str,
+    row: &mut dyn FnMut([f64; N], usize),
+) -> std::result::Result<Header<N>, Trouble> {
+    let mut reader = reader(text);
+    let mut record = csv::StringRecord::new();
+    if !reader.read_record(&mut record).map_err(Trouble::Csv)? {
+        return Err(Trouble::Empty);
     }
     let names: Vec<String> = record.iter().map(str::to_owned).collect();
-    let places = places(&columns, &names).map_err(|e| e.on(document, &record))?;
-    let ignored: Vec<&str> =
-        names.iter().map(String::as_str).filter(|name| !columns.contains(name)).collect();
+    let places = places(&columns, &names).map_err(|e| Trouble::Line(e, record.clone()))?;
+    let ignored = names.iter().filter(|name| !columns.contains(&name.as_str())).cloned().collect();
 
-    while next(&mut record)? {
+    while reader.read_record(&mut record).map_err(Trouble::Csv)? {
         if record.len() != names.len() {
             let message =
                 format!("this line has {} fields, but the header has {}", record.len(), names.len());
             let fault = Fault { column: names.get(record.len()).cloned(), message, ..Fault::default() };
-            return Err(fault.on(document, &record));
+            return Err(Trouble::Line(fault, record));
         }
         let mut values = [0.0; N];
         for ((value, &place), column) in values.iter_mut().zip(&places).zip(columns) {
-            *value = number(&record[place], column, allowed(column)).map_err(|e| e.on(document, &record))?;
+            *value = number(&record[place], column, allowed(column))
+                .map_err(|e| Trouble::Line(e, record.clone()))?;
         }
         row(values, record.position().map_or(0, |p| p.byte() as usize));
     }
-    let warning = || format!("{}: ignored columns {}", document.file, ignored.join(", "));
-    Ok((!ignored.is_empty()).then(warning))
+    Ok(Header { places, ignored })
 }
 
 /// What is wrong in a line, before its place is known.
 #[derive(Debug, Default)]
-struct Fault {
+pub(super) struct Fault {
     column: Option<String>,
     value: Option<String>,
     message: String,

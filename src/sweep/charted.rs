@@ -26,7 +26,8 @@ const GRAIN: usize = 512;
 
 /// The best `top` rows, best first.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
-    run.counts.solved += scope.chart.solved;
+    run.counts.solved += scope.chart.sweeps.taps;
+    run.counts.sweeps.merge(&scope.chart.sweeps);
     run.counts.chart = Some(scope.chart.summary());
     let device = match run.evaluator.gpu() {
         Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,

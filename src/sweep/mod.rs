@@ -2,10 +2,12 @@
 //!
 //! Whole designs go through together, up to [`CHUNK`] taps at a time; a design larger than that goes through in parts,
 //! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
-//! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a whole.
+//! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a
+//! whole up to some size; of a larger one its rows are numbered, and read again.
 
 mod charted;
 mod design;
+mod file;
 mod grid;
 mod list;
 mod select;
@@ -106,6 +108,7 @@ pub fn run(
             grid::run(&mut run, &layout)?;
         }
         Space::List(tuples) => list::run(&mut run, tuples)?,
+        Space::File(listed) => file::run(&mut run, listed)?,
     }
     let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
     run.writers.close()?;
@@ -173,12 +176,9 @@ impl Run<'_> {
 
     /// Counts sweeps and strains.
     fn note(&mut self, outcomes: &[Outcome]) {
-        for o in outcomes {
-            self.counts.sweeps.0 += f64::from(o.sweeps);
-            self.counts.sweeps.1 = self.counts.sweeps.1.max(o.sweeps);
-            if o.status.counts() {
-                self.counts.strain.push(o.strain.abs());
-            }
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        for o in outcomes.iter().filter(|o| o.status.counts()) {
+            self.counts.strain.push(o.strain.abs());
         }
     }
 

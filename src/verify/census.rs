@@ -1,6 +1,7 @@
 //! The census of one configuration on one backend: how wrong, how often, where.
 
 use crate::evaluate::Outcome;
+use crate::reduce::percentile;
 use crate::scene::{Drive, Tuple};
 use crate::status::Status;
 
@@ -20,7 +21,7 @@ pub struct Figures {
     pub worst: f64,
     /// Middle one.
     pub median: f64,
-    /// 99 of 100 are not larger.
+    /// 99 of 100 are not larger ([`percentile`]).
     pub p99: f64,
     /// Number above the bound.
     pub over: usize,
@@ -33,9 +34,9 @@ impl Figures {
     fn new(mut errors: Vec<(f64, usize)>, bound: f64) -> Option<Self> {
         errors.sort_by(|a, b| a.0.total_cmp(&b.0));
         let &(worst, at) = errors.last()?;
-        let rank = |share: f64| errors[((errors.len() as f64 * share).ceil() as usize).max(1) - 1].0;
+        let rank = |percent| errors[percentile(errors.len(), percent)].0;
         let over = errors.iter().filter(|(e, _)| e.is_nan() || *e > bound).count();
-        Some(Self { worst, median: rank(0.5), p99: rank(0.99), over, at })
+        Some(Self { worst, median: rank(50), p99: rank(99), over, at })
     }
 }
 

@@ -59,8 +59,11 @@ impl Case {
     }
 
     /// About `samples` random taps of a spec.
-    pub fn of_spec(scene: Scene, samples: u32, seed: u64) -> Self {
-        Self { name: scene.name.clone(), tuples: taps::of_space(&scene, samples, seed), scene }
+    ///
+    /// # Errors
+    /// A tuple file that cannot be read again.
+    pub fn of_spec(scene: Scene, samples: u32, seed: u64) -> Result<Self, Error> {
+        Ok(Self { name: scene.name.clone(), tuples: taps::of_space(&scene, samples, seed)?, scene })
     }
 }
 

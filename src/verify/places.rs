@@ -1,6 +1,6 @@
 //! Backends to verify: all that the machine has, or those that the options name.
 
-use crate::backend::{Backend, Choice};
+use crate::backend::{Backend, Choice, cramped};
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::Solver;
@@ -90,7 +90,9 @@ pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, E
         }
     }
     if asked != BackendChoice::Cpu {
-        let adapters = wanted(&gpu::adapters(), options)?;
+        let cramped = asked == BackendChoice::Auto && !named && cramped().is_some();
+        let present = if cramped { Vec::new() } else { gpu::adapters() };
+        let adapters = wanted(&present, options)?;
         for adapter in &adapters {
             for precision in precisions(options) {
                 let absent = precision == Precision::F64 && !adapter.f64;

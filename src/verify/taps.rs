@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::design::{Design, amount};
+use crate::error::Error;
 use crate::physics::rod::{RodError, RodProblem, RodTap};
 use crate::plan::Layout;
 use crate::scene::sampler::Sampler;
@@ -150,16 +151,23 @@ fn stuck(scene: &Scene, tuple: Tuple) -> Result<RodTap, RodError> {
 }
 
 /// About `samples` random taps of the space of `scene`, in its order, none twice; all of them where there are no more.
-pub fn of_space(scene: &Scene, samples: u32, seed: u64) -> Vec<Tuple> {
+///
+/// # Errors
+/// A tuple file that cannot be read again.
+pub fn of_space(scene: &Scene, samples: u32, seed: u64) -> Result<Vec<Tuple>, Error> {
     let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match &scene.space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
             (layout.len(), Box::new(move |i| layout.tuple(i)))
         }
         Space::List(tuples) => (tuples.len() as u64, Box::new(|i| tuples[i as usize])),
+        Space::File(file) => {
+            let tuples = file.tuples()?;
+            (tuples.len() as u64, Box::new(move |i| tuples[i as usize]))
+        }
     };
     if len <= u64::from(samples) {
-        return (0..len).map(at).collect();
+        return Ok((0..len).map(at).collect());
     }
     let index = |k: u32| {
         let [high, low] = [0, 1].map(|dimension| Sampler::Random.coordinate(seed, dimension, k));
@@ -173,5 +181,5 @@ pub fn of_space(scene: &Scene, samples: u32, seed: u64) -> Vec<Tuple> {
         }
         chosen.insert(index(k as u32));
     }
-    chosen.into_iter().map(at).collect()
+    Ok(chosen.into_iter().map(at).collect())
 }

@@ -15,6 +15,7 @@ use vibrissa::scene::Drive;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::verify::configuration::{ALL as CONFIGURED, Configuration, HUB};
 
+#[allow(non_snake_case)]
 /// d/D 0.02…1.5, drives of 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, a half of them next to the gauge.
 fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
     let point = |index: u32| {
@@ -95,7 +96,8 @@ fn slow(c: &Configuration) -> bool {
 
 #[test]
 fn few_extreme_rows_are_all_within_their_tolerance() {
-    let over = count(&FAST, |c| if slow(c) { 6 } else { 40 }, 1);
+    // Shaders take their time to compile: those of the GPU have the long run, and `verify`.
+    let over = count(&[CPU, CPU_F64], |c| if slow(c) { 4 } else { 30 }, 1);
     assert!(over.is_empty(), "{}", over.join("\n"));
 }
 

@@ -1,5 +1,6 @@
 //! What a result answers: which command, on which file, with which values.
 
+use std::fs::File;
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
@@ -41,10 +42,16 @@ impl Question {
             Value::Object(asked) => asked,
             _ => Map::new(),
         };
-        if let Space::List(tuples) = &scene.space {
-            let bytes: Vec<u8> =
-                tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
-            let digest = hash_all(&mut bytes.as_slice()).expect("memory can be read");
+        let digest = match &scene.space {
+            Space::List(tuples) => {
+                let bytes: Vec<u8> =
+                    tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
+                hash_all(&mut bytes.as_slice()).ok()
+            }
+            Space::File(file) => File::open(file.path()).and_then(|mut file| hash_all(&mut file)).ok(),
+            _ => None,
+        };
+        if let Some(digest) = digest {
             asked.insert("tuples".into(), digest.into());
         }
         if let Some(fit) = &scene.material_fit {

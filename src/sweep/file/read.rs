@@ -1,0 +1,123 @@
+//! Rows of a tuple file in some order, solved a batch at a time.
+
+use rayon::prelude::*;
+
+use super::super::{CHUNK, Run};
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::{Outcome, Task};
+use crate::scene::Tuple;
+use crate::scene::listed::{Groups, Listed, Rows};
+
+/// A solved row of the file.
+#[derive(Debug, Clone)]
+pub(super) struct Tap {
+    pub row: u32,
+    pub a: f64,
+    pub drive: f64,
+    /// Place of its design in the batch.
+    pub design: u32,
+    pub outcome: Outcome,
+}
+
+/// Rows in the order of their designs rows (of their designs first where these compete); `None` where that is the file's.
+pub(super) fn order(groups: &Groups, by_design: bool) -> Option<Vec<u32>> {
+    let key = |row: u32| {
+        let row = row as usize;
+        (if by_design { groups.designs[row] } else { 0 }, groups.drives[row])
+    };
+    let n = groups.drives.len() as u32;
+    if (1..n).all(|row| key(row - 1) <= key(row)) {
+        return None;
+    }
+    let mut order: Vec<u32> = (0..n).collect();
+    order.par_sort_unstable_by_key(|&row| (key(row), row));
+    Some(order)
+}
+
+/// Most rows with the same number, where these are together.
+pub(super) fn longest(numbers: &[u32]) -> u64 {
+    numbers.chunk_by(|p, q| p == q).map(|run| run.len() as u64).max().unwrap_or(0)
+}
+
+/// Where the designs row begins that may go on in the next batch.
+pub(super) fn last_run(groups: &Groups, batch: &[Tap]) -> usize {
+    let number = |tap: &Tap| groups.drives[tap.row as usize];
+    let Some(last) = batch.last().map(number) else { return 0 };
+    batch.iter().rposition(|tap| number(tap) != last).map_or(0, |at| at + 1)
+}
+
+/// Reads the rows of a file in some order.
+pub(super) struct Reader<'a> {
+    rows: Rows,
+    order: Option<(&'a [u32], Vec<u64>)>,
+    /// The row that comes next without seeking, and the place of the row that is wanted next.
+    pub at: (usize, usize),
+    pub len: usize,
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(file: &Listed, order: Option<&'a [u32]>) -> Result<Self, Error> {
+        let offsets = order.map(|_| file.offsets()).transpose().map_err(failed)?;
+        let order = order.zip(offsets);
+        Ok(Self { rows: file.rows().map_err(failed)?, order, at: (0, 0), len: file.len() })
+    }
+
+    /// The next row and its number; `None` after the last.
+    pub(super) fn next(&mut self) -> Result<Option<(u32, Tuple)>, Error> {
+        let (next, place) = self.at;
+        if place == self.len {
+            return Ok(None);
+        }
+        let row = match &self.order {
+            None => place,
+            Some((order, offsets)) => {
+                let row = order[place] as usize;
+                if row != next {
+                    self.rows.seek(offsets[row]).map_err(failed)?;
+                }
+                row
+            }
+        };
+        self.at = (row + 1, place + 1);
+        Ok(Some((row as u32, self.rows.next().map_err(failed)?)))
+    }
+}
+
+pub(super) fn failed(e: csv::Error) -> Error {
+    Error::Run(format!("the tuple file: {e}"))
+}
+
+/// Solves the next rows into `batch`; false where they were the last.
+pub(super) fn solve(
+    run: &mut Run<'_>,
+    groups: &Groups,
+    reader: &mut Reader<'_>,
+    designs: &mut Vec<Design>,
+    batch: &mut Vec<Tap>,
+) -> Result<bool, Error> {
+    let (scene, known) = (run.scene, designs.len());
+    let mut last = batch.last().map(|tap| groups.designs[tap.row as usize]);
+    let mut tuples: Vec<Tuple> = Vec::new();
+    let mut rows = Vec::with_capacity(CHUNK as usize);
+    while rows.len() < CHUNK as usize
+        && let Some((row, tuple)) = reader.next()?
+    {
+        if last.replace(groups.designs[row as usize]) != Some(groups.designs[row as usize]) {
+            tuples.push(tuple);
+        }
+        rows.push((row, Task { design: (known + tuples.len() - 1) as u32, a: tuple.a, drive: tuple.drive }));
+    }
+    designs.par_extend(tuples.into_par_iter().map(|t| Design::new(scene, t)));
+    let tasks: Vec<Task> = rows.iter().map(|(_, task)| *task).collect();
+    let outcomes = run.evaluate(designs, &tasks)?;
+    let tap = |((row, t), outcome): ((u32, Task), Outcome)| Tap {
+        row,
+        a: t.a,
+        drive: t.drive,
+        design: t.design,
+        outcome,
+    };
+    batch.extend(rows.into_iter().zip(outcomes).map(tap));
+    Ok(reader.at.1 < reader.len)
+}

@@ -1,0 +1,200 @@
+//! Designs rows of a tuple file, from whole runs of solved taps.
+
+use rayon::prelude::*;
+
+use super::super::grid::write_kept;
+use super::super::select::{Best, Kept};
+use super::super::{HIGHLIGHTS, Run};
+use super::read::Tap;
+use super::{estimator, failed};
+use crate::design::Design;
+use crate::error::Error;
+use crate::scene::listed::Groups;
+use crate::scene::{Per, Scene};
+use crate::sink::run_json::Counts;
+use crate::sink::{
+    csv::Text,
+    table::{self, Table},
+};
+use crate::statistics::Tally;
+use crate::status::Status;
+
+/// Designs rows of one work item.
+pub(super) const GRAIN: usize = 256;
+
+/// What is kept of every row until the distances are reduced: K − 1 and the words.
+#[derive(Debug)]
+pub(super) struct Left {
+    deviation: Vec<f64>,
+    status: Vec<Status>,
+}
+
+impl Left {
+    pub(super) fn of(rows: usize) -> Self {
+        Self { deviation: vec![f64::NAN; rows], status: vec![Status::OK; rows] }
+    }
+
+    /// Notes a row; nothing where nothing is kept.
+    pub(super) fn put(&mut self, row: u32, deviation: f64, status: Status) {
+        if let Some(place) = self.deviation.get_mut(row as usize) {
+            (*place, self.status[row as usize]) = (deviation, status);
+        }
+    }
+
+    pub(super) fn at(&self, row: u32) -> (f64, Status) {
+        (self.deviation[row as usize], self.status[row as usize])
+    }
+}
+
+/// What the rows come to.
+pub(super) struct Reduced {
+    pub left: Left,
+    /// K̄ of each designs row, where the taps are solved again; NaN where there is none.
+    pub k: Vec<f64>,
+    /// Best row of the first designs.
+    highlights: Vec<Option<Kept>>,
+    best: Option<Best>,
+    /// Best row so far of the design at hand, where designs compete.
+    champion: Option<(u32, Kept)>,
+}
+
+/// What some designs rows come to.
+#[derive(Default)]
+pub(super) struct Part {
+    tuples: Text,
+    designs: Text,
+    counts: Counts,
+    left: Vec<(u32, f64, Status)>,
+    k: Vec<(u32, f64)>,
+    complete: Vec<(u32, Kept)>,
+    rows: u64,
+}
+
+impl Reduced {
+    /// Nothing yet; what is left is kept of `rows` rows, K̄ of `numbers` designs rows, and the best `top` are ranked.
+    pub(super) fn new(rows: usize, numbers: usize, top: Option<usize>) -> Self {
+        Self {
+            left: Left::of(rows),
+            k: vec![f64::NAN; numbers],
+            highlights: vec![None; HIGHLIGHTS],
+            best: top.map(Best::new),
+            champion: None,
+        }
+    }
+
+    /// Reduces whole designs rows, and writes them unless they are ranked; `tuples`: their taps too.
+    pub(super) fn reduce(
+        &mut self,
+        run: &mut Run<'_>,
+        groups: &Groups,
+        designs: &[Design],
+        batch: &[Tap],
+        tuples: bool,
+    ) -> Result<(), Error> {
+        let scene = run.scene;
+        let runs: Vec<&[Tap]> =
+            batch.chunk_by(|p, q| groups.drives[p.row as usize] == groups.drives[q.row as usize]).collect();
+        let tuples = tuples && run.writers.wants(Table::Tuples);
+        let ranked = self.best.is_some();
+        let part = |runs: &[&[Tap]]| -> csv::Result<Part> {
+            let mut part = Part::default();
+            runs.iter().try_for_each(|taps| part.take(scene, groups, designs, taps, (tuples, !ranked)))?;
+            Ok(part)
+        };
+        let parts: Vec<Part> = runs.par_chunks(GRAIN).map(part).collect::<Result<_, _>>().map_err(failed)?;
+        for part in parts {
+            run.write(Table::Tuples, &part.tuples.into_bytes(), if tuples { part.counts.taps } else { 0 })?;
+            run.write(Table::Designs, &part.designs.into_bytes(), part.rows)?;
+            run.absorb(&part.counts);
+            // What nobody waits for has no place.
+            part.left.into_iter().for_each(|(row, deviation, status)| self.left.put(row, deviation, status));
+            for (number, k) in part.k {
+                self.k.get_mut(number as usize).into_iter().for_each(|place| *place = k);
+            }
+            part.complete.into_iter().for_each(|(design, row)| self.offer(scene.output.per, design, row));
+        }
+        Ok(())
+    }
+
+    /// A complete row of `design`.
+    pub(super) fn offer(&mut self, per: Per, design: u32, row: Kept) {
+        let better = |old: &Kept| row.rank.total_cmp(&old.rank).then(row.index.cmp(&old.index)).is_lt();
+        match (&mut self.best, per) {
+            (None, _) => {
+                if let Some(place) = self.highlights.get_mut(design as usize)
+                    && place.as_ref().is_none_or(better)
+                {
+                    *place = Some(row);
+                }
+            }
+            (Some(best), Per::Row) => best.offer(row),
+            (Some(best), Per::Design) => match &mut self.champion {
+                Some((number, old)) if *number == design => {
+                    if better(old) {
+                        *old = row;
+                    }
+                }
+                champion => {
+                    champion.replace((design, row)).into_iter().for_each(|(_, row)| best.offer(row));
+                }
+            },
+        }
+    }
+
+    /// Tells the best rows and, where they are ranked, writes them.
+    pub(super) fn finish(&mut self, run: &mut Run<'_>) -> Result<Option<Vec<Kept>>, Error> {
+        let Some(mut best) = self.best.take() else {
+            self.highlights.drain(..).for_each(|row| run.highlight(row));
+            return Ok(None);
+        };
+        self.champion.take().into_iter().for_each(|(_, row)| best.offer(row));
+        run.counts.complete = Some(best.offered);
+        let kept = best.into_rows();
+        write_kept(run, &kept)?;
+        Ok(Some(kept))
+    }
+}
+
+impl Part {
+    /// The designs row of `taps`, all of its taps; whether to write the taps, and the row.
+    pub(super) fn take(
+        &mut self,
+        scene: &Scene,
+        groups: &Groups,
+        designs: &[Design],
+        taps: &[Tap],
+        (tuples, row_too): (bool, bool),
+    ) -> csv::Result<()> {
+        let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
+        let number = groups.designs[first.row as usize];
+        let estimator = estimator(scene, groups, design, number);
+        let elongation = table::elongation(scene, estimator.as_ref());
+        let mut tally = Tally::new(1, 1);
+        taps.iter().for_each(|tap| tally.count(0, 0, &tap.outcome));
+        tally.calibrate(estimator.as_ref());
+        let mut fields = Vec::new();
+        for Tap { row, a, drive, outcome, .. } in taps {
+            let estimated = tally.estimate((0, 0), (*a, scene.drive, *drive), outcome, estimator.as_ref());
+            self.counts.taps += 1;
+            self.counts.note(outcome.status | estimated.status, 1);
+            self.left.push((*row, outcome.deviation, outcome.status | estimated.status));
+            if tuples {
+                table::tuple_row(design, (*a, *drive), outcome, &estimated, elongation, &mut fields);
+                self.tuples.row(&mut fields)?;
+            }
+        }
+        let (row, unit) = (tally.drives[0], elongation.unwrap_or(1.0));
+        if row_too {
+            table::drive_row(&design.tuple, first.drive, &row, unit, &mut fields);
+            self.designs.row(&mut fields)?;
+            self.rows += 1;
+        }
+        self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
+        let rank = table::rank(&row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        self.complete.extend(rank.map(|rank| {
+            let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
+            (number, Kept { rank, index, design, drive, row, unit })
+        }));
+        Ok(())
+    }
+}

@@ -1,0 +1,111 @@
+//! Tables of a tuple file that follow its designs rows: taps solved again in file order, and distances.
+
+use rayon::prelude::*;
+
+use super::super::Run;
+use super::super::select::Kept;
+use super::read::{Reader, Tap, solve};
+use super::reduce::Left;
+use super::{estimator, failed};
+use crate::design::Design;
+use crate::error::Error;
+use crate::scene::listed::Listed;
+use crate::sink::{
+    csv::Text,
+    table::{self, Table},
+};
+use crate::statistics::{DistanceRow, Tally};
+
+/// Solves the rows again in file order and writes them; only those of the `kept` designs rows, if some were.
+pub(super) fn write_tuples(
+    run: &mut Run<'_>,
+    file: &Listed,
+    k: &[f64],
+    kept: Option<&[Kept]>,
+) -> Result<(), Error> {
+    let (scene, groups) = (run.scene, file.groups());
+    let chosen = kept.map(|rows| marked(rows, &groups.drives, groups.counts[1]));
+    let wanted = |row: usize| chosen.as_ref().is_none_or(|c| c[groups.drives[row] as usize]);
+    let order: Option<Vec<u32>> =
+        chosen.is_some().then(|| (0..file.len()).filter(|row| wanted(*row)).map(|row| row as u32).collect());
+    let mut reader = Reader::new(file, order.as_deref())?;
+    reader.len = order.as_ref().map_or(file.len(), Vec::len);
+    let mut more = reader.len > 0;
+    while more {
+        let (mut designs, mut batch) = (Vec::new(), Vec::new());
+        more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
+        let text = |taps: &[Tap]| -> csv::Result<Vec<u8>> {
+            let (mut text, mut fields) = (Text::default(), Vec::new());
+            for tap in taps {
+                let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
+                let estimator = estimator(scene, groups, design, groups.designs[row]);
+                let mut tally = Tally::new(1, 1);
+                tally.drives[0].k = Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan());
+                let place = (tap.a, scene.drive, tap.drive);
+                let estimated = tally.estimate((0, 0), place, &tap.outcome, estimator.as_ref());
+                let elongation = table::elongation(scene, estimator.as_ref());
+                let place = (tap.a, tap.drive);
+                table::tuple_row(design, place, &tap.outcome, &estimated, elongation, &mut fields);
+                text.row(&mut fields)?;
+            }
+            Ok(text.into_bytes())
+        };
+        let texts: Vec<_> = batch.par_chunks(1 << 13).map(text).collect::<Result<_, _>>().map_err(failed)?;
+        texts.iter().try_for_each(|text| run.write(Table::Tuples, text, 0))?;
+        run.write(Table::Tuples, &[], batch.len() as u64)?;
+    }
+    Ok(())
+}
+
+/// Which of `n` numbers the rows that were kept have.
+pub(super) fn marked(kept: &[Kept], numbers: &[u32], n: u64) -> Vec<bool> {
+    let mut marked = vec![false; n as usize];
+    kept.iter().for_each(|row| marked[numbers[row.index.0 as usize] as usize] = true);
+    marked
+}
+
+/// Reduces what is `left` of the rows by distance and writes that, of the `kept` designs only if some were.
+pub(super) fn write_distances(
+    run: &mut Run<'_>,
+    file: &Listed,
+    left: &Left,
+    kept: Option<&[Kept]>,
+) -> Result<(), Error> {
+    let (scene, groups) = (run.scene, file.groups());
+    let chosen = kept.map(|rows| marked(rows, &groups.designs, groups.counts[0]));
+    let numbers = &groups.distances;
+    let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
+    order.par_sort_unstable_by_key(|&row| (numbers[row as usize], row));
+    let mut runs = order.chunk_by(|p, q| numbers[*p as usize] == numbers[*q as usize]).peekable();
+    let (mut reader, mut text, mut rows, mut fields) =
+        (Reader::new(file, None)?, Text::default(), 0, Vec::new());
+    while let Some((row, tuple)) = reader.next()? {
+        // Rows are met in the order in which distances first appear.
+        let Some(same) = runs.next_if(|same| same[0] == row) else { continue };
+        if chosen.as_ref().is_some_and(|c| !c[groups.designs[row as usize] as usize]) {
+            continue;
+        }
+        let mut reduced = DistanceRow::default();
+        for (deviation, status) in same.iter().map(|&row| left.at(row)) {
+            reduced.status |= status;
+            if status.counts() {
+                reduced.deviation.push(deviation);
+            }
+        }
+        // Only a K with a unit needs the curves of the whisker.
+        let mut design = Design { tuple, shared: None };
+        let mut unit = None;
+        if table::elongation(scene, None).is_some() {
+            design = Design::new(scene, tuple);
+            let estimator = estimator(scene, groups, &design, groups.designs[row as usize]);
+            unit = table::elongation(scene, estimator.as_ref());
+        }
+        table::distance_row(&design, tuple.a, &reduced, unit.unwrap_or(1.0), &mut fields);
+        text.row(&mut fields).map_err(failed)?;
+        rows += 1;
+        if text.len() > 1 << 20 {
+            run.write(Table::Distances, &std::mem::take(&mut text).into_bytes(), 0)?;
+        }
+    }
+    run.write(Table::Distances, &text.into_bytes(), rows)
+}
