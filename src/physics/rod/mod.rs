@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
-use shoot::{Shooter, Unknowns};
+use shoot::{Shooter, Shot, Unknowns};
 use statics::{Bending, EndLoad};
 
 /// Intervals at whose ends the fibres of a hyperelastic whisker are compared with the range of its law.
@@ -92,28 +92,28 @@ impl RodProblem<'_> {
             Contact::Frictionless => self.shoot(Unknowns::Slide(0.0)),
             Contact::Stick => self.shoot(Unknowns::Stick),
             Contact::Coulomb(mu) => {
-                let stick = self.shoot(Unknowns::Stick);
-                match stick {
-                    Ok(tap) if tap.tangential_force.abs() <= mu * tap.normal_force => Ok(tap),
-                    _ => self.shoot(Unknowns::Slide(mu.copysign(self.sticking_friction(stick)?))),
-                }
+                let shooter = Shooter::new(self, Unknowns::Stick);
+                // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
+                let tangential = match shooter.continuation(self.amount) {
+                    Ok(shot) => match self.read(&shooter, shot) {
+                        Ok(tap) if tap.tangential_force.abs() <= mu * tap.normal_force => return Ok(tap),
+                        _ => shot.tangential,
+                    },
+                    Err(stopped) => stopped.farthest.ok_or(stopped.why)?.tangential,
+                };
+                self.shoot(Unknowns::Slide(mu.copysign(tangential)))
             }
         }
     }
 
-    /// T of the sticking contact, or where it cannot stick so far, of the farthest it can among the halves of halves.
-    fn sticking_friction(&self, stick: Result<RodTap, RodError>) -> Result<f64, RodError> {
-        let earlier = (1..8).map(|k| Self { amount: self.amount * 0.5_f64.powi(k), ..*self });
-        std::iter::once(stick)
-            .chain(earlier.map(|problem| problem.shoot(Unknowns::Stick)))
-            .find_map(Result::ok)
-            .map(|tap| tap.tangential_force)
-            .ok_or(stick.err().unwrap_or(RodError::NotConverged))
-    }
-
     fn shoot(&self, unknowns: Unknowns) -> Result<RodTap, RodError> {
         let shooter = Shooter::new(self, unknowns);
-        let shot = shooter.continuation(self.amount)?;
+        let shot = shooter.continuation(self.amount).map_err(|stopped| stopped.why)?;
+        self.read(&shooter, shot)
+    }
+
+    /// What gauge and contact show of a shot that hits, if the material bears it.
+    fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, RodError> {
         if !shooter.whisker.law.is_linear() && !shot.load.is_in_range(&shooter.whisker, RANGE_PARTS) {
             return Err(RodError::MaterialLimit);
         }
@@ -123,7 +123,7 @@ impl RodProblem<'_> {
             normal_force: shot.normal,
             tangential_force: shot.tangential,
             contact_arc: shot.load.arc,
-            sticking: unknowns == Unknowns::Stick,
+            sticking: shooter.unknowns == Unknowns::Stick,
             base_angle: shot.bent.angle,
         })
     }

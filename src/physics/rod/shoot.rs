@@ -51,6 +51,13 @@ pub(super) struct Shot {
     miss: DVec2,
 }
 
+/// Where a path ended before its amount.
+pub(super) struct Stopped {
+    pub why: RodError,
+    /// The last equilibrium on it.
+    pub farthest: Option<Shot>,
+}
+
 /// Why a Newton iteration ended without a hit.
 enum Missed {
     /// The rod has no state under a load on the way.
@@ -62,7 +69,7 @@ enum Missed {
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
 pub(super) struct Shooter<'a> {
     problem: &'a RodProblem<'a>,
-    unknowns: Unknowns,
+    pub unknowns: Unknowns,
     pub whisker: Whisker,
     /// sin α and cos α of the contact.
     tilt: DVec2,
@@ -107,11 +114,11 @@ impl<'a> Shooter<'a> {
     }
 
     /// Follows the equilibrium from the unloaded whisker to `amount`, in one stride if that is short.
-    pub fn continuation(&self, amount: f64) -> Result<Shot, RodError> {
+    pub fn continuation(&self, amount: f64) -> Result<Shot, Stopped> {
         let longest = STRIDE * self.unit;
         let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
         let mut stride = longest;
-        let (mut tried, mut growth) = (0, 2.0);
+        let (mut tried, mut growth, mut farthest) = (0, 2.0, None);
         loop {
             tried += 1;
             let next = amount.min(at.0 + stride);
@@ -122,8 +129,9 @@ impl<'a> Shooter<'a> {
             };
             match self.newton(next, guess) {
                 Ok((_, shot)) if next == amount => return Ok(shot),
-                Ok((z, _)) => {
+                Ok((z, shot)) => {
                     (before, at) = (at, (next, z));
+                    farthest = Some(shot);
                     stride = longest.min(growth * stride);
                     growth = 2.0;
                 }
@@ -131,10 +139,11 @@ impl<'a> Shooter<'a> {
                     stride = 0.5 * (next - at.0);
                     growth = 1.0;
                     if stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
-                        return Err(match missed {
+                        let why = match missed {
                             Missed::NoState if !self.whisker.law.is_linear() => RodError::MaterialLimit,
                             _ => RodError::NotConverged,
-                        });
+                        };
+                        return Err(Stopped { why, farthest });
                     }
                 }
             }
