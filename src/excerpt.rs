@@ -7,6 +7,8 @@ use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanConten
 
 /// Characters of a line that are shown at most.
 const WIDE: usize = 120;
+/// Characters of a key or a value that are shown.
+const LONG: usize = 500;
 /// Of these, at most so many before the mistake.
 const BEFORE: usize = 40;
 
@@ -79,17 +81,22 @@ fn floor(text: &str, byte: usize) -> usize {
 
 /// As much as is shown of a line, every character fit to be shown.
 fn cut(line: impl Iterator<Item = char>) -> String {
+    first(WIDE, line)
+}
+
+/// The first `most` characters, every one fit to be shown.
+fn first(most: usize, line: impl Iterator<Item = char>) -> String {
     let mut line = line.map(|c| if c == '\t' { ' ' } else { harmless(c) });
-    let mut text: String = line.by_ref().take(WIDE).collect();
+    let mut text: String = line.by_ref().take(most).collect();
     if line.next().is_some() {
         text.push('…');
     }
     text
 }
 
-/// `text` at the length of a line, in one line.
+/// `text` in one line, cut where it is very long.
 pub(crate) fn short(text: &str) -> String {
-    cut(text.chars().map(|c| if c == '\n' { ' ' } else { c }))
+    first(LONG, text.chars().map(|c| if c == '\n' { ' ' } else { c }))
 }
 
 /// `text` with nothing in it that a terminal would obey; line ends stay.
