@@ -9,6 +9,7 @@ use clap::error::{ContextKind, ContextValue};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
+use vibrissa::sink::unfinished;
 
 use super::say;
 
@@ -62,7 +63,7 @@ impl Reply {
     /// Names the files of an older result that `--force` removed.
     pub fn removing(mut self, files: &[PathBuf]) -> Self {
         if !files.is_empty() {
-            say::line(&format!("--force removed {} of an older result", super::listed(files)));
+            say::line(format_args!("--force removed {} of an older result", super::listed(files)));
             self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
         }
         self
@@ -136,7 +137,9 @@ pub fn failure(error: &Error) -> ExitCode {
 
 /// The last words of a run that a signal ended.
 pub fn interrupted() {
-    failure(&Error::Run("interrupted; no result was written".to_owned()));
+    let what =
+        if unfinished::is_placed() { " after the result was written" } else { "; no result was written" };
+    failure(&Error::Run(format!("interrupted{what}")));
 }
 
 fn print_failure(command: &str, e: &InputError, message: &str) {

@@ -3,6 +3,8 @@
 mod outcome;
 mod solve;
 
+use std::sync::LazyLock;
+
 use rayon::prelude::*;
 
 use crate::design::Design;
@@ -231,17 +233,18 @@ impl<'a> Evaluator<'a> {
     ) -> Result<Vec<Outcome>, String> {
         let (scene, tolerance) = (self.scene, self.tolerance());
         // A law that softens until its tangent vanishes has no chart up to there.
-        let beyond_chart = match &self.method {
-            Method::Fast { rungs, .. } => {
-                let last = rungs.iter().rfind(|rung| !rung.spare);
-                last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
-            }
-            Method::Reference => false,
+        let rungs = match &self.method {
+            Method::Fast { rungs, .. } => rungs.as_slice(),
+            Method::Reference => &[],
         };
+        let beyond_chart = LazyLock::new(|| {
+            let last = rungs.iter().rfind(|rung| !rung.spare);
+            last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
+        });
         let friction = matches!(scene.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
         let doubtful = |s: &Solved| {
             let missed = !s.solution.within(tolerance) && !s.solution.ended();
-            s.solution.unsure() || missed && (beyond_chart || friction)
+            s.solution.unsure() || missed && (friction || *beyond_chart)
         };
         if self.spare < usize::MAX {
             let left = solved.iter().flatten().filter(|s| doubtful(s)).count();

@@ -152,6 +152,12 @@ pub fn solve(
     let mut spare = Cpu::new(Precision::F64);
     let mut part = Vec::new();
     for (step, rung) in rungs.iter().enumerate() {
+        // A material that has ended has ended in any precision.
+        let open = |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended());
+        let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
+        if step > 0 && hard.is_empty() {
+            continue;
+        }
         let solver: &mut dyn Solver = if rung.spare { &mut spare } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
@@ -163,9 +169,6 @@ pub fn solve(
             }
             continue;
         }
-        // A material that has ended has ended in any precision.
-        let open = |s: &Solution<f64>| !s.within(trusted * tolerance) && !(rung.spare && s.ended());
-        let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
         for indices in hard.chunks(limit) {
             let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
             solver.solve(&job, &again, &mut part)?;

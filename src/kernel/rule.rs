@@ -74,7 +74,7 @@ impl Rule {
     /// Least 1 − τa that few nodes serve where the force does not act across the centreline: next to the apex the radius enters
     /// with a high power.
     pub fn least_rest(&self) -> f64 {
-        let first = self.nodes < 10 || self.terms > 9 && self.nodes < 16;
+        let first = [Precision::F32, Precision::F64].iter().any(|p| every_rule(*p).first() == Some(self));
         if first { limits::SHARP } else { 0.0 }
     }
 }

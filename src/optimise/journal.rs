@@ -33,7 +33,7 @@ pub struct Journal {
 impl Journal {
     /// In folder `out`, for the search that `identity` describes; with `resume` an older journal of the same search is
     /// continued, without it replaced.
-    pub fn new(out: &Path, identity: &str, resume: bool) -> Result<Self, Error> {
+    pub fn new(out: &Path, identity: &str, resume: bool, force: bool) -> Result<Self, Error> {
         let path = out.join(JOURNAL);
         let header = format!("vibrissa search 1 {}\n", hash(identity));
         let mut old = Vec::new();
@@ -56,7 +56,7 @@ impl Journal {
         let fail = |e| Error::io(&path, e);
         let file = match resume {
             true => open_regular(&path, OpenOptions::new().write(true)).map_err(fail)?,
-            false => begin(&path, out, &header)?,
+            false => begin(&path, out, &header, force)?,
         };
         let end = (header.len() + old.len()) as u64;
         Ok(Self { path, file, old, at: 0, end })
@@ -132,9 +132,18 @@ impl Journal {
 
 /// A new journal in place of an older one. Whatever else has its name is refused, and what other names lead to is not
 /// written to.
-fn begin(path: &Path, out: &Path, header: &str) -> Result<File, Error> {
+fn begin(path: &Path, out: &Path, header: &str, force: bool) -> Result<File, Error> {
     match path.symlink_metadata() {
         Err(_) => {}
+        Ok(m) if m.is_file() && !force && m.len() >= (header.len() + RECORD) as u64 => {
+            let known = (m.len() as usize - header.len()) / RECORD;
+            let why =
+                format!("this folder holds an unfinished search of {known} evaluations; nothing was changed");
+            let error = InputError::new(why).key("--out").value(out.display());
+            return Err(error
+                .allowed("another folder; --resume to go on with it; --force to discard it")
+                .into());
+        }
         Ok(m) if m.is_file() => std::fs::remove_file(path).map_err(|e| Error::io(path, e))?,
         Ok(_) => {
             let why = format!("{} is in the way and no regular file; nothing was changed", path.display());
@@ -170,7 +179,7 @@ mod tests {
     #[test]
     fn what_was_evaluated_comes_back_and_torn_batches_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |resume| Journal::new(folder.path(), "search", resume);
+        let open = |resume| Journal::new(folder.path(), "search", resume, false);
         let mut journal = open(false).unwrap();
         journal.append(0, &[point(1.0), point(2.0)], &[score(1.0), score(2.0)]).unwrap();
         journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
@@ -188,7 +197,9 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), whole);
 
         assert!(open(true).unwrap().replay(0, &[point(7.0)]).is_err(), "another point");
-        let refused = Journal::new(folder.path(), "another search", true).unwrap_err();
+        let refused = Journal::new(folder.path(), "another search", true, false).unwrap_err();
+        let kept = Journal::new(folder.path(), "another search", false, false).unwrap_err();
+        assert_eq!(kept.exit_code(), 2, "a search that is not finished is not thrown away");
         assert_eq!(refused.exit_code(), 2);
         open(true).unwrap().remove().unwrap();
         assert_eq!(open(true).unwrap_err().exit_code(), 2);

@@ -164,7 +164,7 @@ fn whole(
         Question { goes_on: target.resume, ..Question::of_scene("optimise", scene, serde_json::Value::Null) };
     let names = write::names(search.objective);
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let journal = Journal::new(target.out, &identity(scene, backends), target.resume)?;
+    let journal = Journal::new(target.out, &identity(scene, backends), target.resume, target.force)?;
     let variables = Variables::new(scene, search);
     let scorer =
         |choice: &Choice, search| Ok::<_, Error>(Scorer::new(scene, search, choice.open(&scene.model)?));

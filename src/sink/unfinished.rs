@@ -1,9 +1,22 @@
 //! Folders in which results are being written, and their locks, so that a process that ends in the middle can take them away.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Whether a result is whole and goes, or has gone, to its place.
+static PLACED: AtomicBool = AtomicBool::new(false);
+
+/// From now on a result is put in its place, which an end of the process leaves to the next run.
+pub fn placing() {
+    with(|_| PLACED.store(true, Ordering::Relaxed));
+}
+
+/// Whether a result is in its place, or will be.
+pub fn is_placed() -> bool {
+    PLACED.load(Ordering::Relaxed)
+}
 
 /// A folder or file that goes if the process ends before this does.
 #[derive(Debug)]
@@ -33,6 +46,9 @@ impl Drop for Unfinished {
 /// is about to put its folder in place waits until that is done.
 pub fn remove_all() {
     with(|all| {
+        if is_placed() {
+            return;
+        }
         for path in all.drain(..) {
             let gone = || std::fs::remove_dir_all(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
             let _ = (0..3).find(|_| gone());

@@ -36,8 +36,6 @@ fn owner(rest: &str) -> Option<&str> {
     let owner = match (rest.strip_suffix(".lock"), rest.split_once('-')) {
         (Some(owner), _) => owner,
         (None, Some((owner, random))) if is_random(random) => owner,
-        // Earlier versions had no locks.
-        (None, None) if is_random(rest) => rest,
         _ => return None,
     };
     is_word(owner).then_some(owner)
@@ -51,8 +49,8 @@ mod tests {
     fn only_what_runs_leave_has_an_owner() {
         assert_eq!(owner("result.lock"), Some("result"));
         assert_eq!(owner("result-a1B2c3"), Some("result"));
-        assert_eq!(owner("x1Y2z3"), Some("x1Y2z3"));
-        for other in ["evaluations", "replacing", "", ".lock", "a/b.lock", "notes-2024", "-a1B2c3"] {
+        for other in ["evaluations", "backup", "replacing", "", ".lock", "a/b.lock", "notes-2024", "-a1B2c3"]
+        {
             assert_eq!(owner(other), None, "{other}");
         }
     }

@@ -54,6 +54,10 @@ impl Lock {
             if !is_at(&file, &path) {
                 continue;
             }
+            if !is_a_lock(&mut file)? {
+                let why = format!("{} is no lock of this program; move it away", path.display());
+                return Err(io::Error::other(why));
+            }
             file.set_len(0)?;
             file.rewind()?;
             writeln!(file, "{}", std::process::id())?;
@@ -85,6 +89,17 @@ impl Drop for Lock {
         // While it is still locked, so that nobody takes a lock on a file that is about to go.
         let _ = fs::remove_file(&self.path);
     }
+}
+
+/// Whether `file` has no other name and holds nothing but the number of a process, so that it may be written to.
+fn is_a_lock(file: &mut File) -> io::Result<bool> {
+    #[cfg(unix)]
+    if std::os::unix::fs::MetadataExt::nlink(&file.metadata()?) != 1 {
+        return Ok(false);
+    }
+    let mut text = Vec::new();
+    file.take(32).read_to_end(&mut text)?;
+    Ok(text.len() < 32 && text.iter().all(|b| b.is_ascii_digit() || b.is_ascii_whitespace()))
 }
 
 /// Whether `path` still leads to `file`.

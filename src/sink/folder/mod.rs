@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::unfinished::Unfinished;
+use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
 pub use disk::{hash, hash_all, open_regular};
@@ -137,6 +137,7 @@ impl Folder {
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
         self.unfinished.settle();
+        unfinished::placing();
         match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
             Ok(()) => {
                 // It has another name now.

@@ -83,8 +83,11 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     if let Some(odd) = names.clone().chain(&manifest.aside).find(|name| !is_plain(name)) {
         return Err(failed(io::Error::other(format!("{odd:?} is no name of a result's file"))));
     }
-    let renamed = !pending.join(RUN).exists();
-    for name in names.filter(|_| !renamed) {
+    // The run.json comes last.
+    if !pending.join(RUN).exists() {
+        return finish(target).map_err(|e| Error::io(target, e));
+    }
+    for name in names {
         let put = manifest.put.contains(name);
         if put && !pending.join(name).exists() {
             continue;
