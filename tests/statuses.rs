@@ -228,7 +228,7 @@ fn a_reading_that_only_the_near_side_gives_is_ambiguous() {
     for place in [CPU, CPU_F64, GPU, REFERENCE] {
         let s = sweep(&wide, place);
         let far = s.tuples.rows.iter().filter(|row| number(row, "distance_mm").unwrap() < 10.0);
-        assert!(far.clone().count() >= 2, "{place:?}: {:?}", s.tuples.numbers("distance_mm"));
+        assert!(far.clone().count() >= 1, "{place:?}: {:?}", s.tuples.numbers("distance_mm"));
         far.for_each(|row| assert_eq!(row["status"], "ambiguous", "{place:?}: {row:?}"));
     }
 }

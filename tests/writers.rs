@@ -109,7 +109,7 @@ fn what_killed_runs_left_is_removed() {
         child.wait().unwrap();
         assert!(begun(&desk, place));
     }
-    // Of a version without locks; a link, which is not followed; what is no leftover.
+    // What nobody is known to have left; a link, which is not followed; what is no leftover.
     desk.write("there/.vibrissa-x1Y2z3/tuples.csv", "half");
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
@@ -119,7 +119,7 @@ fn what_killed_runs_left_is_removed() {
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "c"]).exits(0);
     assert_eq!(hidden(&desk, "."), [""; 0]);
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "there", "--force"]).exits(0);
-    let left = [".vibrissa-a1B2c3", ".vibrissa-evaluations", ".vibrissa-result-a1B2c3"];
+    let left = [".vibrissa-a1B2c3", ".vibrissa-evaluations", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
     assert_eq!(hidden(&desk, "there"), left);
     assert_eq!(desk.names("mine"), ["notes.txt"]);
     desk.whole("there");
@@ -201,4 +201,26 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
         assert_eq!([desk.read("out/notes/mine.txt"), desk.read("out/rows.csv")], ["mine", "mine"]);
     }
     println!("{decided} of 30 kills came after the decision, {ended} after the end");
+}
+
+/// A lock is written to: what another name leads to is no lock.
+#[cfg(unix)]
+#[test]
+fn a_lock_with_another_name_is_left_alone() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path("out")).unwrap();
+    std::fs::hard_link(desk.path("spec.toml"), desk.path("out/.vibrissa-result.lock")).unwrap();
+    let ran = desk.sweep(&["--out", "out"]).exits(1);
+    assert!(ran.stderr.contains(".vibrissa-result.lock"), "{}", ran.stderr);
+    assert_eq!(desk.read("spec.toml"), SPEC);
+}
+
+/// The names of a user's own folders may begin as the program's do.
+#[test]
+fn a_folder_that_no_run_left_is_kept() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path(".vibrissa-backup")).unwrap();
+    desk.write(".vibrissa-backup/notes", "mine");
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert_eq!(desk.read(".vibrissa-backup/notes"), "mine");
 }

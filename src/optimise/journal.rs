@@ -135,14 +135,13 @@ impl Journal {
 fn begin(path: &Path, out: &Path, header: &str, force: bool) -> Result<File, Error> {
     match path.symlink_metadata() {
         Err(_) => {}
-        Ok(m) if m.is_file() && !force && m.len() >= (header.len() + RECORD) as u64 => {
-            let known = (m.len() as usize - header.len()) / RECORD;
-            let why =
-                format!("this folder holds an unfinished search of {known} evaluations; nothing was changed");
+        Ok(m) if m.is_file() && !force && is_of_another(path, header) => {
+            let known = (m.len() as usize).saturating_sub(header.len()) / RECORD;
+            let why = format!(
+                "this folder holds another unfinished search, of {known} evaluations; nothing was changed"
+            );
             let error = InputError::new(why).key("--out").value(out.display());
-            return Err(error
-                .allowed("another folder; --resume to go on with it; --force to discard it")
-                .into());
+            return Err(error.allowed("another folder, or --force to discard it").into());
         }
         Ok(m) if m.is_file() => std::fs::remove_file(path).map_err(|e| Error::io(path, e))?,
         Ok(_) => {
@@ -154,6 +153,15 @@ fn begin(path: &Path, out: &Path, header: &str, force: bool) -> Result<File, Err
     let mut file = File::create_new(path).map_err(|e| Error::io(path, e))?;
     file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
     Ok(file)
+}
+
+/// Whether a journal holds evaluations of a search with another header.
+fn is_of_another(path: &Path, header: &str) -> bool {
+    let mut text = Vec::new();
+    let most = (header.len() + RECORD) as u64;
+    let read = open_regular(path, OpenOptions::new().read(true))
+        .and_then(|file| file.take(most).read_to_end(&mut text));
+    read.is_ok() && text.len() as u64 == most && !text.starts_with(header.as_bytes())
 }
 
 /// FNV-1a of what is scored.
