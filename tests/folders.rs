@@ -168,7 +168,7 @@ fn force_keeps_a_run_json_that_lists_nothing_under_another_name() {
     desk.sweep(&["--out", "out"]).exits(0);
     // As versions without a list wrote it, and as a file that points out of its folder.
     let mut run: Value = serde_json::from_str(&desk.read("out/run.json")).unwrap();
-    run["files"] = json!([{ "name": "../spec.toml", "sha256": "", "bytes": 0 }]);
+    run["files"] = json!([{ "name": "../spec.toml", "blake3": "", "bytes": 0 }]);
     desk.write("out/run.json", run.to_string());
     desk.sweep(&["--out", "out"]).exits(2);
     run.as_object_mut().unwrap().remove("files");

@@ -29,7 +29,8 @@ pub use side::SideResult;
 
 use crate::error::{Error, InputError};
 use crate::locate::calibration::{Calibration, FORMAT, Source};
-use crate::locate::exact::{Exact, Extent, spec_values};
+use crate::evaluate::TOO_HARD;
+use crate::locate::exact::{Exact, Extent, HARD, spec_values};
 use crate::locate::locator::opener;
 use crate::locate::{Estimator, Parameter};
 use crate::measure::{Data, Rig, zero::Zero};
@@ -114,7 +115,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.scene.hub));
         let [plain, sheared] =
             closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
-        let model = if recorded { spec_model(&rig, &taps, sign, gauge, &open)? } else { None };
+        let model = if recorded { spec_model(data, &rig, &taps, sign, gauge, &open)? } else { None };
         let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
         let mut models: Vec<&suspects::Expected<'_>> = vec![&plain, &sheared];
         if let Some(exact) = &exact {
@@ -267,7 +268,9 @@ fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
     Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive)))
 }
 
+/// The model of the spec where the data are; an error that names the row of the largest drive where the rod has no such taps.
 fn spec_model(
+    data: &Data,
     rig: &Rig,
     taps: &[Tap],
     sign: f64,
@@ -275,7 +278,21 @@ fn spec_model(
     open: crate::locate::exact::Opener<'_>,
 ) -> Result<Option<Exact>, Error> {
     let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
-    Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open).map(Some)
+    let at = Extent { hard: HARD, ..at };
+    let model = Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open);
+    let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    match (model, usable.max_by(|s, t| s.drive.total_cmp(&t.drive))) {
+        (Err(Error::Run(why)), Some(last)) if why == TOO_HARD => Err(InputError::new(format!(
+            "{TOO_HARD} at distances of {} … {} mm and drives up to this one: is it what was measured?",
+            at.reach[0], at.reach[1]
+        ))
+        .at(&data.file, Some(last.line))
+        .key(rig.scene.drive.column())
+        .value(last.drive)
+        .allowed("drives that the whisker of the spec can follow; another row's decimal comma makes two fields of one number")
+        .into()),
+        (model, _) => model.map(Some),
+    }
 }
 
 /// What a user should know before trusting the result.

@@ -125,6 +125,9 @@ pub fn scene_with(scene: &Scene, values: &Values) -> Scene {
 /// Opens what solves a model.
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;
 
+/// Taps of a surface that may be left to the reference, and that may have no solution, where it is to be there within seconds.
+pub const HARD: [usize; 2] = [48, 1024];
+
 /// Where a surface is wanted.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {

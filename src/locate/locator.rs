@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use super::calibration::{Calibration, SideRecord};
-use super::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use super::exact::{Exact, Extent, HARD, Opener, Parameter, Values, spec_values};
 use super::paper::{Factors, Paper};
 use super::surface::Slice;
 use super::table::{Curve, Table};
@@ -16,9 +16,6 @@ use crate::evaluate::{Method, TOO_HARD};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Theory};
 use crate::status::Status;
-
-/// Taps of a model that may be left to the reference, and that may have no solution, when a calibration is opened: some seconds.
-const HARD: [usize; 2] = [48, 1024];
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
 const BEYOND: f64 = 3.0;

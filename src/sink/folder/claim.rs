@@ -4,7 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::disk::{Identity, Stamp, hash_all, open_regular};
+use super::disk::{Identity, Stamp, hash_file, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
 use super::{JOURNAL, PREFIX};
@@ -155,8 +155,8 @@ pub(super) fn look(path: &Path) -> Result<Option<(Listed, Stamp)>, Error> {
     let failed = |e| Error::io(path, e);
     let m = file.metadata().map_err(failed)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let sha256 = hash_all(&mut file).map_err(failed)?;
-    Ok(Some((Listed { name, sha256, bytes: m.len() }, Stamp::of(&m))))
+    let blake3 = hash_file(&mut file).map_err(failed)?;
+    Ok(Some((Listed { name, blake3, bytes: m.len() }, Stamp::of(&m))))
 }
 
 /// A name for a `run.json` that is kept.

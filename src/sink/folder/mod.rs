@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
-pub use disk::{hash, hash_all, open_regular};
+pub use disk::{hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
 pub use output::Output;
 pub use question::Question;

@@ -5,9 +5,6 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use sha2::{Digest, Sha256};
-
-use super::disk::hex;
 use super::record::Listed;
 use crate::error::Error;
 
@@ -41,7 +38,7 @@ impl Closed {
 #[derive(Debug)]
 pub struct Output {
     writer: BufWriter<fs::File>,
-    digest: Sha256,
+    digest: blake3::Hasher,
     bytes: u64,
     name: String,
     path: PathBuf,
@@ -52,7 +49,7 @@ impl Output {
     /// `path` is where the file will be found.
     pub(super) fn new(file: fs::File, name: &str, path: PathBuf, closed: Closed) -> Self {
         let writer = BufWriter::with_capacity(1 << 20, file);
-        Self { writer, digest: Sha256::new(), bytes: 0, name: name.to_owned(), path, closed }
+        Self { writer, digest: blake3::Hasher::new(), bytes: 0, name: name.to_owned(), path, closed }
     }
 
     /// Appends `bytes`.
@@ -65,8 +62,8 @@ impl Output {
     /// Ends the file.
     pub fn close(self) -> Result<(), Error> {
         let file = self.writer.into_inner().map_err(|e| Error::io(&self.path, e.into_error()))?;
-        let sha256 = hex(self.digest.finalize());
-        self.closed.lock().push((Listed { name: self.name, sha256, bytes: self.bytes }, file));
+        let blake3 = self.digest.finalize().to_hex().to_string();
+        self.closed.lock().push((Listed { name: self.name, blake3, bytes: self.bytes }, file));
         Ok(())
     }
 }

@@ -19,8 +19,8 @@ pub(super) const RUN: &str = "run.json";
 pub struct Listed {
     /// Its name in the folder.
     pub name: String,
-    /// Hex SHA-256 of what was written.
-    pub sha256: String,
+    /// Hex BLAKE3 of what was written.
+    pub blake3: String,
     /// Its length.
     pub bytes: u64,
 }
