@@ -10,29 +10,22 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
+pub use vibrissa_core::{design, error, estimate, excerpt, layout, physics, reduce, scene, status};
+pub use vibrissa_kernel::{self as kernel, smooth};
+
 pub mod backend;
 pub mod bench;
 pub mod calibrate;
-pub mod design;
-pub mod error;
-pub mod estimate;
 pub mod evaluate;
-pub mod excerpt;
 pub mod explain;
-pub mod kernel;
 pub mod locate;
 pub mod measure;
 pub mod optimise;
-pub mod physics;
 pub mod plan;
-pub mod reduce;
-pub mod scene;
 pub mod simulate;
 pub mod sink;
-pub mod smooth;
 pub mod spec;
 pub mod statistics;
-pub mod status;
 pub mod sweep;
 pub mod tap;
 pub mod verify;

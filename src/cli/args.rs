@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
@@ -227,6 +228,15 @@ pub enum TapObjective {
     Sd,
 }
 
+/// One of a few words, each with what to say of it.
+fn words<T, const N: usize>(all: [(&'static str, T, &'static str); N]) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
+        .map(move |said| all.iter().find(|(word, ..)| *word == said).expect("one of the words").1)
+}
+
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
 #[derive(Debug, Clone, Flags)]
 pub struct Common {
@@ -238,13 +248,13 @@ pub struct Common {
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]
-    #[arg(long, value_enum, value_name = "NAME", hide_possible_values = false)]
+    #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
     pub backend: Option<BackendChoice>,
     /// Take the adapter whose name contains this
     #[arg(long, value_name = "NAME", value_parser = adapter)]
     pub adapter: Option<String>,
     /// Floating-point type of the fast kernels [default: f32]
-    #[arg(long, value_enum, value_name = "TYPE")]
+    #[arg(long, value_parser = words(Precision::WORDS), value_name = "TYPE")]
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|strain|, 1e-3 of the peak) [default: 1e-5 with f32, 1e-8 with f64]
     #[arg(long, value_name = "E")]

@@ -6,6 +6,7 @@ mod calibrate;
 mod devices;
 mod explain;
 mod interrupt;
+mod lines;
 mod locate;
 mod optimise;
 mod patient;

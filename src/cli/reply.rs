@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::sink::unfinished;
 
-use super::say;
+use super::{lines::Shown, say};
 
 /// Version of the JSON object.
 const FORMAT: u32 = 1;
@@ -167,7 +167,7 @@ fn render(error: &Error) -> String {
     let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(160).without_cause_chain();
-    match handler.render_report(&mut text, input) {
+    match handler.render_report(&mut text, &Shown::new(input)) {
         Ok(()) => format!("error: {}", text.trim().trim_start_matches('×').trim_start()),
         Err(_) => format!("error: {error}"),
     }

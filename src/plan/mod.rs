@@ -1,10 +1,9 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
 pub mod cost;
-mod layout;
 
 pub use cost::Way;
-pub use layout::Layout;
+pub use crate::layout::Layout;
 
 use crate::error::InputError;
 use crate::scene::{Scene, Space, Tuple};

@@ -1,0 +1,123 @@
+//! What can go wrong before a run starts: a spec, a tuple file or an option that cannot be used.
+//!
+//! One type carries everything the user needs to mend it (file, line, key, value, allowed range); the
+//! command line prints it with the offending lines and exits 2, `--json` prints the same fields.
+
+use std::fmt;
+
+use crate::excerpt::{Excerpt, printable, short};
+
+/// An input that cannot be used, and what would be allowed in its place. Exit code 2.
+#[derive(Debug, Clone, Default)]
+pub struct InputError {
+    /// File as the user named it; `None` for a command-line option.
+    pub file: Option<String>,
+    /// 1-based line in `file`.
+    pub line: Option<usize>,
+    /// Dotted key (`whisker.D`), column (`a_mm`) or option (`--tolerance`).
+    pub key: Option<String>,
+    /// The value as written.
+    pub value: Option<String>,
+    /// Allowed range or words, with unit.
+    pub allowed: Option<String>,
+    /// What is wrong, in one sentence.
+    pub message: String,
+    /// Lines of `file` around what is wrong.
+    pub snippet: Option<Box<Excerpt>>,
+}
+
+impl InputError {
+    /// An error that so far only says what is wrong.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), ..Self::default() }
+    }
+
+    /// The key, column or option at fault.
+    pub fn key(mut self, key: impl Into<String>) -> Self {
+        self.key = Some(short(&key.into()));
+        self
+    }
+
+    /// The value as written, cut where it is very long.
+    pub fn value(mut self, value: impl fmt::Display) -> Self {
+        self.value = Some(short(&value.to_string()));
+        self
+    }
+
+    /// The range or the words that would be accepted.
+    pub fn allowed(mut self, allowed: impl Into<String>) -> Self {
+        self.allowed = Some(allowed.into());
+        self
+    }
+
+    /// The file and 1-based line at fault.
+    pub fn at(mut self, file: impl Into<String>, line: Option<usize>) -> Self {
+        self.file = Some(file.into());
+        self.line = line;
+        self
+    }
+
+    /// The place in the `text` of `file` to show.
+    pub fn snippet(mut self, file: &str, text: &str, range: std::ops::Range<usize>) -> Self {
+        self.snippet = Some(Box::new(Excerpt::new(file, text, range)));
+        self
+    }
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(file) = self.file.as_deref().map(printable) {
+            match self.line {
+                Some(line) => write!(f, "{file}:{line}: ")?,
+                None => write!(f, "{file}: ")?,
+            }
+        }
+        match (&self.key, &self.value) {
+            (Some(k), Some(v)) => write!(f, "{k} = {v}: ")?,
+            (Some(k), None) => write!(f, "{k}: ")?,
+            (None, Some(v)) => write!(f, "{v}: ")?,
+            (None, None) => {}
+        }
+        f.write_str(&printable(&self.message))?;
+        if let Some(allowed) = &self.allowed {
+            write!(f, " (allowed: {})", printable(allowed))?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for InputError {}
+
+/// Anything that ends a command early.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Bad usage or a bad spec: exit code 2.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The run itself failed: exit code 1.
+    #[error("{0}")]
+    Run(String),
+    /// Reading or writing a file failed: exit code 1.
+    #[error("{}: {source}", printable(path))]
+    Io {
+        /// The file or folder.
+        path: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+impl Error {
+    /// A failed file operation, with the path it was tried on.
+    pub fn io(path: impl AsRef<std::path::Path>, source: std::io::Error) -> Self {
+        Self::Io { path: path.as_ref().display().to_string(), source }
+    }
+
+    /// The process exit code.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Run(_) | Self::Io { .. } => 1,
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! Options of a run and of its tables.
+
+use std::path::PathBuf;
+
+/// Backend asked for; `Auto` takes a hardware adapter, else a software one, else the CPU kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BackendChoice {
+    /// Best there is.
+    Auto,
+    /// WGSL kernels through wgpu.
+    Gpu,
+    /// Vectorised CPU kernels.
+    Cpu,
+    /// Adaptive f64 shooting: slow, the yardstick.
+    Reference,
+}
+
+impl BackendChoice {
+    /// All, by their words and what to say of them.
+    pub const WORDS: [(&'static str, Self, &'static str); 4] = [
+        ("auto", Self::Auto, "Best there is"),
+        ("gpu", Self::Gpu, "WGSL kernels through wgpu"),
+        ("cpu", Self::Cpu, "Vectorised CPU kernels"),
+        ("reference", Self::Reference, "Adaptive f64 shooting: slow, the yardstick"),
+    ];
+}
+
+/// Floating-point type of the fast kernels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Precision {
+    /// Single.
+    F32,
+    /// Double.
+    F64,
+}
+
+impl Precision {
+    /// All, by their words and what to say of them.
+    pub const WORDS: [(&'static str, Self, &'static str); 2] =
+        [("f32", Self::F32, "Single"), ("f64", Self::F64, "Double")];
+}
+
+/// Where a value stands in a spec.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// File as the user named it.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// 1-based line.
+    pub line: usize,
+    /// Bytes of the value in `text`.
+    pub span: std::ops::Range<usize>,
+}
+
+/// `[run]` and the command line; `None` where nothing was said.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunOptions {
+    /// Output folder.
+    pub out: Option<PathBuf>,
+    /// Replace a folder that belongs to another spec.
+    pub force: Option<bool>,
+    /// Backend.
+    pub backend: Option<BackendChoice>,
+    /// Substring of the adapter's name.
+    pub adapter: Option<String>,
+    /// Precision of the fast kernels.
+    pub precision: Option<Precision>,
+    /// Bound on each row's strain error, relative to max(|ε|, 1e-3 θ f_max).
+    pub tolerance: Option<f64>,
+    /// Where `tolerance` was written, if in a spec.
+    pub tolerance_at: Option<Written>,
+    /// CPU threads.
+    pub threads: Option<usize>,
+    /// Only say what would run.
+    pub plan: Option<bool>,
+    /// No progress, no summary.
+    pub quiet: Option<bool>,
+    /// One JSON object on stdout.
+    pub json: Option<bool>,
+}
+
+/// Column of the designs table by which rows are ranked, smaller first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RankBy {
+    /// Spread of K.
+    KSd,
+    /// Root mean square distance error.
+    ErrorRms,
+    /// Largest absolute distance error.
+    ErrorMax,
+    /// Root mean square of the noise part.
+    NoiseRms,
+    /// Error and noise in quadrature.
+    TotalRms,
+    /// Largest absolute strain.
+    StrainMax,
+    /// Largest contact force.
+    ForceMax,
+}
+
+impl RankBy {
+    /// All, in the order of the table's columns.
+    pub const ALL: [Self; 7] = [
+        Self::KSd,
+        Self::ErrorRms,
+        Self::ErrorMax,
+        Self::NoiseRms,
+        Self::TotalRms,
+        Self::StrainMax,
+        Self::ForceMax,
+    ];
+
+    /// Name as in `[output] by`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KSd => "K_sd",
+            Self::ErrorRms => "error_rms_mm",
+            Self::ErrorMax => "error_max_mm",
+            Self::NoiseRms => "noise_rms_mm",
+            Self::TotalRms => "total_rms_mm",
+            Self::StrainMax => "strain_max",
+            Self::ForceMax => "force_max_N",
+        }
+    }
+}
+
+/// Whether `top` keeps rows or one row of each design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Per {
+    /// Every (design, θ) competes.
+    Row,
+    /// Each design competes with its best θ.
+    Design,
+}
+
+/// File format of the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableFormat {
+    /// Comma-separated text.
+    Csv,
+}
+
+/// `[output]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Output {
+    /// Write tuples.csv; `None` when not written in the spec (then true, but not beyond 10 GB).
+    pub tuples: Option<bool>,
+    /// Write designs.csv.
+    pub designs: bool,
+    /// Write distances.csv.
+    pub distances: bool,
+    /// File format.
+    pub format: TableFormat,
+    /// Keep only the best N complete rows.
+    pub top: Option<usize>,
+    /// Ranking column.
+    pub by: RankBy,
+    /// Rows or designs.
+    pub per: Per,
+}

@@ -1,0 +1,224 @@
+//! The section law of a hyperelastic material as polynomials: (n, m) → (e₀, κR), so that no kernel solves it per node.
+//!
+//! With t = n/(πE₀) and b = 4m/(πE₀), the strains a Hookean section would have, and β = b²/(b₀ + b₁t)² ∈ [0, 1]:
+//!
+//! - e₀ = t + t² r(t) + b² p(β, t),
+//! - κR = b (1 + χ), χ = t c(t) + b² q(β, t).
+//!
+//! The factors t², t and b² are exact, so that both corrections keep their relative precision as the load vanishes.
+//! The polynomials interpolate the exact law at Chebyshev points and are cut where the coefficients left out stay
+//! below the accuracy asked.
+
+use vibrissa_core::physics::chebyshev::{coefficients, coefficients2, points, transpose};
+use vibrissa_core::physics::section::{SectionLaw, SectionStrain};
+use vibrissa_core::scene::Material;
+
+/// Points over β and t at which the law is solved.
+const POINTS: [usize; 2] = [18, 14];
+
+/// Polynomials of one law over one range of loads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chart {
+    /// Largest |t|.
+    pub axial: f64,
+    /// b₀, b₁: largest b at t.
+    pub bending: [f64; 2],
+    /// r(t/axial), ascending powers.
+    pub r: Vec<f64>,
+    /// c(t/axial), ascending powers.
+    pub c: Vec<f64>,
+    /// p(2β − 1, t/axial): rows of ascending powers of 2β − 1, each of ascending powers of t/axial.
+    pub p: Vec<Vec<f64>>,
+    /// q, as p.
+    pub q: Vec<Vec<f64>>,
+    /// Bound on the strain error, relative to the strain: what was cut, and what the last points show.
+    pub error: f64,
+    /// Whether it reaches as far as was asked.
+    pub whole: bool,
+    /// Whether some fibre has left the range of the law wherever the bending strain is the largest of the chart.
+    pub covers: bool,
+}
+
+/// The law in the variables of the chart.
+struct Scaled {
+    law: SectionLaw,
+    unit: f64,
+}
+
+impl Scaled {
+    /// (e₀, κR) at (t, b), b > 0.
+    fn at(&self, t: f64, b: f64) -> Option<(f64, f64)> {
+        let s = self.law.deform(t * self.unit, 0.25 * b * self.unit)?;
+        Some((s.axial, s.bending))
+    }
+}
+
+impl Chart {
+    /// The chart of `material` for |t| ≤ `axial`, b ≤ b₀ + b₁ t, cut at `accuracy` relative to the strain. A range that the
+    /// material does not bear is shortened, as is one so near to the end of what it bears that the polynomials are off by more
+    /// than `allowed`. `None` for Hooke's law, which needs none.
+    pub fn new(
+        material: &Material,
+        axial: f64,
+        bending: [f64; 2],
+        [accuracy, allowed]: [f64; 2],
+    ) -> Option<Self> {
+        let law = SectionLaw::new(material);
+        if law.is_linear() {
+            return None;
+        }
+        let scaled = Scaled { law, unit: std::f64::consts::PI * material.e0() };
+        let shorter = (0..24).filter_map(|k| {
+            let share = 0.85f64.powi(k);
+            let chart = Self::fit(&scaled, axial * share, bending.map(|b| b * share), accuracy)?;
+            Some(Self { whole: k == 0, ..chart })
+        });
+        let mut best: Option<Self> = None;
+        for chart in shorter {
+            let error = chart.error;
+            if best.as_ref().is_none_or(|best| error < best.error) {
+                best = Some(chart);
+            }
+            if error <= allowed {
+                break;
+            }
+        }
+        best
+    }
+
+    fn fit(law: &Scaled, axial: f64, bending: [f64; 2], accuracy: f64) -> Option<Self> {
+        let [rows, columns] = POINTS;
+        let (betas, ts) = (points(rows), points(columns));
+        let (mut r, mut c, mut covers) = (Vec::new(), Vec::new(), true);
+        let (mut p, mut q) = (vec![vec![0.0; columns]; rows], vec![vec![0.0; columns]; rows]);
+        for (j, &x) in ts.iter().enumerate() {
+            let t = axial * x;
+            let (straight, _) = law.at(t, 0.0)?;
+            // χ at b = 0 from two small b: the error is of fourth order.
+            let small = |b: f64| law.at(t, b).map(|(_, k)| k / b - 1.0);
+            let chi = (4.0 * small(1e-3)? - small(2e-3)?) / 3.0;
+            r.push(if t == 0.0 { 0.0 } else { (straight - t) / (t * t) });
+            c.push(if t == 0.0 { 0.0 } else { chi / t });
+            for (i, &y) in betas.iter().enumerate() {
+                let b = (bending[0] + bending[1] * t) * (0.5 * (1.0 + y)).sqrt();
+                let (e, k) = law.at(t, b)?;
+                p[i][j] = (e - straight) / (b * b);
+                q[i][j] = (k / b - 1.0 - chi) / (b * b);
+            }
+            let (axial, bending) = law.at(t, bending[0] + bending[1] * t)?;
+            covers &= !SectionStrain { axial, bending }.is_in_range();
+        }
+        let most = bending[0] + bending[1].abs() * axial;
+        let (p, cut_p) = trimmed(coefficients2(&p), accuracy / most);
+        let (q, cut_q) = trimmed(coefficients2(&q), accuracy / (most * most));
+        let (r, cut_r) = trimmed1(coefficients(&r), accuracy / axial);
+        let (c, cut_c) = trimmed1(coefficients(&c), accuracy / axial);
+        let error = cut_p * most + cut_q * most * most + (cut_r + cut_c) * axial;
+        Some(Self {
+            axial,
+            bending,
+            r: monomials(&r),
+            c: monomials(&c),
+            p: monomials2(&p),
+            q: monomials2(&q),
+            error,
+            whole: true,
+            covers,
+        })
+    }
+}
+
+/// Cuts the tail that sums to less than `accuracy`; what was cut, at least the last coefficient.
+fn trimmed1(mut c: Vec<f64>, accuracy: f64) -> (Vec<f64>, f64) {
+    let mut cut = c.last().copied().unwrap_or_default().abs();
+    while c.len() > 1 && cut + c[c.len() - 1].abs() <= accuracy {
+        cut += c.pop().unwrap_or_default().abs();
+    }
+    (c, cut)
+}
+
+/// Cuts rows, then columns.
+fn trimmed(mut c: Vec<Vec<f64>>, accuracy: f64) -> (Vec<Vec<f64>>, f64) {
+    let size = |row: &[f64]| row.iter().map(|x| x.abs()).sum::<f64>();
+    let mut cut = size(&c[c.len() - 1]) + c.iter().map(|row| row[row.len() - 1].abs()).sum::<f64>();
+    for _ in 0..2 {
+        while c.len() > 1 && cut + size(&c[c.len() - 1]) <= accuracy {
+            cut += size(&c.pop().unwrap_or_default());
+        }
+        c = transpose(&c);
+    }
+    (c, cut)
+}
+
+/// Ascending powers of x from Chebyshev coefficients.
+fn monomials(c: &[f64]) -> Vec<f64> {
+    let n = c.len();
+    let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);
+    before[0] = 1.0;
+    if n > 1 {
+        now[1] = 1.0;
+    }
+    let mut sum: Vec<f64> = before.iter().map(|x| x * c[0]).collect();
+    for c in &c[1..] {
+        sum.iter_mut().zip(&now).for_each(|(s, x)| *s += c * x);
+        let next = (0..n).map(|i| 2.0 * if i > 0 { now[i - 1] } else { 0.0 } - before[i]).collect();
+        before = std::mem::replace(&mut now, next);
+    }
+    sum
+}
+
+fn monomials2(c: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let rows: Vec<_> = c.iter().map(|row| monomials(row)).collect();
+    transpose(&transpose(&rows).iter().map(|column| monomials(column)).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(poly: &[Vec<f64>], x: f64, y: f64) -> f64 {
+        poly.iter().rev().fold(0.0, |sum, row| sum * x + row.iter().rev().fold(0.0, |s, c| s * y + c))
+    }
+
+    #[test]
+    fn charts_keep_their_stated_error() {
+        let materials = [
+            Material::NeoHookean(3.2),
+            Material::MooneyRivlin([0.35, 0.15]),
+            Material::Yeoh([0.5, -0.08, 0.02]),
+        ];
+        for material in materials {
+            for (axial, bending, accuracy) in
+                [(0.05, [0.2, 0.0], 1e-7), (0.05, [0.2, 0.0], 1e-10), (0.15, [0.5, 0.9], 1e-6)]
+            {
+                let chart = Chart::new(&material, axial, bending, [accuracy, 10.0 * accuracy]).unwrap();
+                let law =
+                    Scaled { law: SectionLaw::new(&material), unit: std::f64::consts::PI * material.e0() };
+                let mut worst: f64 = 0.0;
+                for i in 0..400 {
+                    let (u, v) = (f64::from(i % 20) / 19.0, f64::from(i / 20) / 19.0);
+                    let t = chart.axial * (2.0 * u - 1.0);
+                    let most = chart.bending[0] + chart.bending[1] * t;
+                    let b = most * v.max(0.01);
+                    let (e, k) = law.at(t, b).unwrap();
+                    let (beta, x) = (2.0 * (b / most).powi(2) - 1.0, t / chart.axial);
+                    let line = |c: &[f64]| c.iter().rev().fold(0.0, |s, c| s * x + c);
+                    let e_chart = t + t * t * line(&chart.r) + b * b * value(&chart.p, beta, x);
+                    let k_chart = b * (1.0 + t * line(&chart.c) + b * b * value(&chart.q, beta, x));
+                    worst = worst.max(((e_chart - e).abs() + (k_chart - k).abs()) / b.max(t.abs()));
+                }
+                println!(
+                    "{material:?} {axial} {accuracy:e}: error {worst:e}, stated {:e}, p {}×{}",
+                    chart.error,
+                    chart.p.len(),
+                    chart.p[0].len()
+                );
+                assert!(
+                    worst <= chart.error.max(accuracy) * 2.0,
+                    "{material:?} {axial}: {worst:e} > {:e}",
+                    chart.error
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! Strain deviation and error estimate from a converged state. Twin of `shaders/gauge.wgsl`.
+
+use super::super::pack::{Pack, Scalar};
+use super::sweep::State;
+use super::tables::{Tables, dot};
+use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
+
+/// How an error of the arc shows in the strain, relative to max(|ε|, 1e-3 θ f_max), for a contact at 1 + `x`: dℓ/dc / ℓ
+/// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way, as the square of
+/// the bent part of the gauge; with an `offset` force, part of the strain goes as the bent part itself.
+#[inline(always)]
+pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
+    offset: bool,
+    tap: &Tap<Pack<T, L, FMA>>,
+    x: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let (one, tiny) = (of(1.0), of(TINY));
+    let (near, far) = ((tap.near + x).max(tiny), tap.far + x);
+    let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
+    let clear = (u1 + u2) / (near * u2 + far * u1).max(tiny);
+    let on_gauge = of(2.0) / near + tap.taper / tap.rest;
+    let growth = (near / tap.near.max(tiny)).min(of(MOST_GROWTH));
+    let share = if offset { growth.max(growth * growth) } else { growth * growth };
+    let weight = (tap.weight * share).min(one);
+    one + weight * far.if_less(of(0.0), on_gauge, clear)
+}
+
+/// How relative errors of W and of H (per W₀) show in the strain, relative to max(|ε|, 1e-3 θ f_max); at least 1. They show more
+/// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp. The third number is the
+/// same of the section law, which shows in the strains of both, and where the contact sticks in the forces too.
+#[inline(always)]
+pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
+    effects: &Effects,
+    tap: &Tap<Pack<T, L, FMA>>,
+) -> [Pack<T, L, FMA>; 3] {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
+    if !effects.offset {
+        return [one; 3];
+    }
+    let (b1, b2) = (
+        one / tap.taper.mul_add(tap.near, tap.rest),
+        one / tap.taper.mul_add(tap.far, tap.rest).max(of(TINY)),
+    );
+    let end = tap.far.if_less(zero, one / tap.rest, b2);
+    let bent = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
+    // Means of the lever and of 1/(1 − τs)³ over the gauge, up to the contact.
+    let lever = tap.far.if_less(
+        zero,
+        half * tap.near * b1 * b1 * bent / tap.rest,
+        half * b1 * b2 * (tap.near * b1 + tap.far * b2),
+    );
+    let mut along = tap.contact_radius * half * bent * b1 * end * (b1 + end);
+    if effects.extension {
+        along = along + of(0.25) * tap.radius * bent * b1 * end;
+    }
+    let scale = tap.weight * tap.radius / tap.strain.abs().max(of(TINY));
+    let (lever, along) = (scale * lever.abs(), scale * along.abs());
+    let (across, along, held) = (tap.force.abs() * lever, tap.force.abs() * along, tap.along.abs() * along);
+    let strains = across + if effects.stick { along.max(held) } else { held };
+    [across.max(one), along.max(one), strains.max(one)]
+}
+
+/// The solution of a tap whose last sweep left `residual`, and rounding `rounded`; `across` is the first of its [`shares`].
+#[inline(always)]
+pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+    tables: &Tables<T, N>,
+    rule: &Rule,
+    effects: &Effects,
+    tap: &Tap<Pack<T, L, FMA>>,
+    state: &State<Pack<T, L, FMA>, N>,
+    [residual, rounded, across]: [Pack<T, L, FMA>; 3],
+    sweeps: Pack<T, L, FMA>,
+) -> Solution<Pack<T, L, FMA>> {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one, two, tiny) = (of(0.0), of(1.0), of(2.0), of(TINY));
+    let n = tables.nodes::<PLAIN>();
+    let offset = !PLAIN && effects.offset;
+    let law = !PLAIN && effects.law;
+    let axial = !PLAIN && effects.extension;
+    let x = tap.arc + state.arc;
+    let c = one + x;
+    let g2 = (tap.rest - tap.taper * x).max(of(APEX) * tap.rest);
+    let g = g2.sqrt();
+    let m = c / (one + g);
+    let k = tap.taper * m;
+
+    // Lever mean ℓ and its change with c; past = the part of the lever beyond the contact that has no moment.
+    let (c1, c2) = (tap.near + x, tap.far + x);
+    let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
+    let (b1, b2) = (one / u1, one / u2.max(tiny));
+    let past = |end: Pack<T, L, FMA>| end * end * b2 * b2 / (two * g2 * tap.width);
+    let clear = of(0.5) * b1 * b2 * (tap.near * b1 + tap.far * b2);
+    let clear_change = of(0.5) * b1 * b2 * x * (b1 + b2) + past(c2.min(zero));
+    let on_gauge = tap.near * tap.near * b1 * b1 / (two * tap.rest * tap.width);
+    let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
+    let slim = tap.taper * x / g2;
+    let longer = farther * (two + farther);
+    // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
+    let left = of(0.5) * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
+    let leaving = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
+    let on_gauge_change = (of(LEFT) * tap.width).if_less(c2, left, leaving);
+    let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
+    let change = tap.far.if_less(zero, on_gauge_change, clear_change);
+
+    // Means over the bent part of the gauge of what deviates from the lever and the first-order axial strain.
+    let mut series = [zero; N];
+    let (mut climbs, mut angles) = ([zero; N], [zero; N]);
+    for i in 0..n {
+        series[i] = dot(n, &tables.legendre[i], &state.shortening);
+        if offset {
+            climbs[i] = dot(n, &tables.legendre[i], &state.climb);
+        }
+        if axial {
+            angles[i] = dot(n, &tables.legendre[i], &state.angle);
+        }
+    }
+    let place = |from_contact: Pack<T, L, FMA>, u: Pack<T, L, FMA>| {
+        let root = u.max(tiny).sqrt();
+        from_contact.max(zero) * (one + g) / (c * root * (root + g))
+    };
+    let (w1, w2) = (place(c1, u1).min(one), place(c2, u2));
+    let w_force = tap.force * (one + state.force);
+    let h_force = if offset { tap.along + tap.force * state.along } else { zero };
+    let contact_radius = if offset { tap.contact_radius - tap.slope * x } else { zero };
+    let ig2 = one / g2;
+    let ig6 = ig2 * ig2 * ig2;
+    let side = of(if effects.far { -1.0 } else { 1.0 });
+    let (mut sum, mut length) = (zero, zero);
+    for &(point, weight) in &tables.gauge {
+        let w = w2 + (w1 - w2) * Pack::splat(point);
+        let weight = Pack::splat(weight);
+        let y = one - k * w;
+        let y2 = y * y;
+        let y3 = y2 * y;
+        length = length + weight / y3;
+        if PLAIN {
+            sum = sum + weight * primitive(n, &series, w) * y3;
+            continue;
+        }
+        let mut moment = w_force * two * g2 * m * primitive(n, &series, w);
+        if offset {
+            moment = moment - h_force * two * g2 * m * primitive(n, &climbs, w);
+        }
+        let mut strain = zero - tap.radius * moment * y3 * y3 * ig6;
+        let mut direct = zero;
+        if axial {
+            let angle = legendre(n, &angles, w);
+            let (cosine, sine) = (tables.one_minus_cos(angle), angle - tables.x_minus_sin(angle));
+            let unit = of(0.25) * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
+            let excess = zero - (h_force * cosine + w_force * sine) * unit;
+            direct = h_force * unit + excess;
+            strain = strain + side * excess;
+        }
+        if law {
+            let arm = g2 * m * w * (one + y) / y2;
+            let b = tap.radius * (w_force * arm + h_force * contact_radius - moment) * y3 * y3 * ig6;
+            let [extra, chi, _] = tables.section(direct, b.abs());
+            strain = strain + b * chi + side * extra;
+        }
+        sum = sum + weight * strain / y3;
+    }
+    let bent = c2.if_less(zero, c1.max(zero) / tap.width, one);
+    let (w, growth) = (state.force, one + state.force);
+    let strain = if PLAIN {
+        let mean = bent * two * m * sum / (g2 * g2 * length);
+        w + growth * (change - mean) / lever
+    } else {
+        let mut more = tap.radius * tap.force * (lever * w + growth * change) + bent * sum / length;
+        if offset {
+            // Means of 1/(1 − τs)³ and 1/(1 − τs)² over the bent part, now and at c = 1.
+            let end = c2.if_less(zero, ig2, b2);
+            let first = tap.far.if_less(zero, one / tap.rest, b2);
+            let share = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
+            let section =
+                |bent: Pack<T, L, FMA>, end: Pack<T, L, FMA>| of(0.5) * bent * b1 * end * (b1 + end);
+            let (now, then) = (section(bent, end), section(share, first));
+            let (dh, dr) = (tap.force * state.along, zero - tap.slope * x);
+            let torque = (dh * (tap.contact_radius + dr) + tap.along * dr) * now
+                + tap.along * tap.contact_radius * (now - then);
+            more = more + tap.radius * torque;
+            if axial {
+                let (now, then) = (bent * b1 * end, share * b1 * first);
+                let area = of(0.25) * tap.radius * tap.radius;
+                more = more + side * area * (dh * now + tap.along * (now - then));
+            }
+        }
+        more / tap.strain
+    };
+
+    let mut error = truncation(n, tables, tap, state, &series, [m, g2, sensitivity(offset, tap, x)]);
+    if offset {
+        error = error * across;
+    }
+    error = error + residual + rounded;
+    if offset {
+        let height = two * g2 * m * (climbs[n - 1].abs() + climbs[n - 2].abs());
+        let lost = tap.radius * h_force.abs() * height / tap.strain.abs().max(tiny);
+        error = error + of(HEIGHT_TAIL) * tap.weight * lost;
+    }
+    // The estimate so far is relative to the first-order strain.
+    error = error / (one + strain).abs().min(one).max(of(1e-3));
+    let mut outside = of(rule.max_angle()).if_less(state.base, one, state.fold.if_less(zero, one, zero));
+    let mut load = zero;
+    if law {
+        load = state.load;
+        for (w, y, shorter, height) in [(zero, one, zero, zero), (one, g, series[0], climbs[0])] {
+            // The fibres next to the contact and at the base, which no node looks at.
+            let (y2, angle) = (y * y, if axial { legendre(n, &angles, w) } else { zero });
+            let unit = of(0.25) * tap.radius * tap.radius * y2 * y2 * ig2 * ig2;
+            let sine = angle - tables.x_minus_sin(angle);
+            let direct = if axial {
+                h_force * unit - (h_force * tables.one_minus_cos(angle) + w_force * sine) * unit
+            } else {
+                zero
+            };
+            let moment = two * g2 * m * (w_force * shorter - h_force * height);
+            let arm = g2 * m * w * (one + y) / y2;
+            let whole = w_force * arm + h_force * contact_radius - moment;
+            let b = (tap.radius * whole * (y2 * y2 * y2) * ig6).abs();
+            let [extra, chi, beyond] = tables.section(direct, b);
+            let (e, kr) = (direct + extra, b * (one + chi));
+            load = load.max(e + kr).max(two * (kr - e));
+            outside = one.if_less(beyond, one, outside);
+        }
+        outside = one.if_less(state.beyond, one, outside);
+    }
+    // What the material bears, and what lies beyond, is told by an equilibrium only, not by an iteration gone astray.
+    let astray = residual.if_less(of(ASTRAY), zero, one);
+    let ended = one.if_less(load, one, zero);
+    if offset {
+        error = tap.rest.if_less(of(rule.least_rest()), of(LOST), error);
+    }
+    let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
+    let load = zero.if_less(outside.max(astray), zero, load);
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
+}
+
+/// ∫₀^w of a series of shifted Legendre polynomials.
+#[inline(always)]
+fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
+    series: &[Pack<T, L, FMA>; N],
+    w: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0] * w;
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        sum = sum + series[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
+}
+
+/// A series of shifted Legendre polynomials at w.
+#[inline(always)]
+fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
+    series: &[Pack<T, L, FMA>; N],
+    w: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0];
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        sum = sum + series[k] * now;
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
+}
+
+/// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss
+/// nodes converge faster than the interpolant, hence the power; the factors were fitted to 20 000 random taps (d/D
+/// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
+#[inline(always)]
+fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
+    tables: &Tables<T, N>,
+    tap: &Tap<Pack<T, L, FMA>>,
+    state: &State<Pack<T, L, FMA>, N>,
+    series: &[Pack<T, L, FMA>; N],
+    [m, g2, sensitivity]: [Pack<T, L, FMA>; 3],
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let last = |k: usize| dot(n, &tables.legendre[k], &state.bending).abs();
+    let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * (last(n - 1) + last(n - 2));
+    let shortening = of(2.0) * g2 * m * (series[n - 1].abs() + series[n - 2].abs());
+    of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * sensitivity * shortening
+}

@@ -1,0 +1,210 @@
+//! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
+
+use super::super::pack::{Pack, Scalar};
+use super::sweep::State;
+use super::tables::{Tables, dot};
+use crate::{Effects, Tap, rule::limits::*};
+
+/// What the Newton step of an offset force needs of the sweep.
+pub struct Bent<P, const N: usize> {
+    /// y at the nodes.
+    pub y: [P; N],
+    /// y⁻³ at the nodes.
+    pub density: [P; N],
+    /// η at the nodes.
+    pub heights: [P; N],
+    /// W.
+    pub w_force: P,
+    /// H.
+    pub h_force: P,
+    /// R_c.
+    pub contact_radius: P,
+    /// c − 1.
+    pub x: P,
+    /// ψ at the base.
+    pub base: P,
+    /// V, from the motor's axis to the pole centre.
+    pub pole: [P; 2],
+    /// Z₀.
+    pub centre: [P; 2],
+    /// 1 − cos β.
+    pub cosine: P,
+    /// β − sin β.
+    pub sine: P,
+}
+
+/// How the rod turns with one of the unknowns.
+struct Turned<P, const N: usize> {
+    /// ∂ψ at the nodes.
+    nodes: [P; N],
+    /// ∂ψ at the base.
+    base: P,
+}
+
+/// What both [`follow`] need: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
+struct Rod<P, const N: usize> {
+    w_force: P,
+    h_force: P,
+    spread: P,
+    fifth: [P; N],
+    sine: [P; N],
+    cosine: [P; N],
+}
+
+/// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
+/// Volterra equation, iterated from `fixed`.
+#[inline(always)]
+fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    passes: u32,
+    rod: &Rod<Pack<T, L, FMA>, N>,
+    fixed: Turned<Pack<T, L, FMA>, N>,
+) -> Turned<Pack<T, L, FMA>, N> {
+    let n = tables.nodes::<false>();
+    let zero = Pack::<T, L, FMA>::of(0.0);
+    let Turned { mut nodes, mut base } = fixed;
+    for _ in 0..passes {
+        let (mut pulled, mut bending) = ([zero; N], [zero; N]);
+        for i in 0..n {
+            pulled[i] = (rod.h_force * rod.cosine[i] - rod.w_force * rod.sine[i]) * nodes[i];
+        }
+        for i in 0..n {
+            bending[i] = dot(n, &tables.integral[i], &pulled) * rod.fifth[i];
+        }
+        for i in 0..n {
+            nodes[i] = fixed.nodes[i] + rod.spread * dot(n, &tables.integral[i], &bending);
+        }
+        base = fixed.base + rod.spread * dot(n, &tables.weights, &bending);
+    }
+    Turned { nodes, base }
+}
+
+/// A Newton step.
+pub struct Step<P> {
+    /// Of w and of z (or k).
+    pub steps: [P; 2],
+    /// Errors of both that the noise of the residuals makes.
+    pub noise: [P; 2],
+    /// Determinant of the Jacobian: its sign changes at a fold of the path from the unloaded rod.
+    pub fold: P,
+}
+
+/// The step of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0, and from their `noise`. A unit of W, c or
+/// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    effects: &Effects,
+    passes: u32,
+    tap: &Tap<Pack<T, L, FMA>>,
+    state: &State<Pack<T, L, FMA>, N>,
+    bent: &Bent<Pack<T, L, FMA>, N>,
+    [across, along]: [Pack<T, L, FMA>; 2],
+    noise: [Pack<T, L, FMA>; 2],
+) -> Step<Pack<T, L, FMA>> {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
+    let c = one + bent.x;
+    let g2 = (tap.rest - tap.taper * bent.x).max(of(APEX) * tap.rest);
+    let m = c / (one + g2.sqrt());
+    let ig2 = one / g2;
+    let (g4, ds) = (ig2 * ig2, two * g2 * m);
+    let n = tables.nodes::<false>();
+    let mut rod = Rod {
+        w_force: bent.w_force,
+        h_force: bent.h_force,
+        spread: two * m * g4 * ig2,
+        fifth: [zero; N],
+        sine: [zero; N],
+        cosine: [zero; N],
+    };
+    // Moment over y⁻⁵ that a unit of W, and of H where it is an unknown, takes away and adds through Δξ and η.
+    let (mut drawn, mut raised) = ([zero; N], [zero; N]);
+    for i in 0..n {
+        let y2 = bent.y[i] * bent.y[i];
+        rod.fifth[i] = y2 * y2 * bent.y[i];
+        let angle = state.angle[i];
+        let weight = bent.density[i] * ds;
+        rod.sine[i] = weight * (angle - tables.x_minus_sin(angle));
+        rod.cosine[i] = weight * (one - tables.one_minus_cos(angle));
+        if effects.stick {
+            raised[i] = bent.heights[i] * rod.fifth[i];
+        }
+        if passes > 0 {
+            drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
+        }
+    }
+    let fixed = |lever: Pack<T, L, FMA>, pivot: Pack<T, L, FMA>, row: &[T; N]| {
+        let mut first = if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot };
+        if passes > 0 {
+            first = first - rod.spread * dot(n, row, &drawn);
+        }
+        let second = if effects.stick {
+            bent.contact_radius * pivot + rod.spread * dot(n, row, &raised)
+        } else {
+            bent.w_force * pivot
+        };
+        (first, second)
+    };
+    let mut first = Turned { nodes: [zero; N], base: zero };
+    let mut second = Turned { nodes: [zero; N], base: zero };
+    for i in 0..n {
+        let y2 = bent.y[i] * bent.y[i];
+        let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
+        let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
+        let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
+        (first.nodes[i], second.nodes[i]) = fixed(lever, pivot, &tables.integral[i]);
+    }
+    let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
+    let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
+    (first.base, second.base) = fixed(lever, pivot, &tables.weights);
+    let first = follow(tables, passes, &rod, first);
+    let second = follow(tables, passes, &rod, second);
+    let (base1, base2) = (first.base, second.base);
+    let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
+    for i in 0..n {
+        let weight = Pack::splat(tables.weights[i]);
+        let (sine, cosine) = (weight * rod.sine[i], weight * rod.cosine[i]);
+        turn1 = turn1 + sine * first.nodes[i];
+        climb1 = climb1 + cosine * first.nodes[i];
+        turn2 = turn2 + sine * second.nodes[i];
+        climb2 = climb2 + cosine * second.nodes[i];
+    }
+    let stretch = if effects.extension { of(0.25) * tap.radius * tap.radius * c * ig2 } else { zero };
+    let slack = if effects.shear { tap.shear * c * ig2 } else { zero };
+    let (sine_b, cosine_b) =
+        (bent.base - tables.x_minus_sin(bent.base), one - tables.one_minus_cos(bent.base));
+    let move1 = [
+        (if effects.stick { zero } else { tap.ratio * stretch }) - turn1 - tap.hub * sine_b * base1,
+        climb1 - slack + tap.hub * cosine_b * base1,
+    ];
+    let move2 = [
+        (if effects.stick { stretch } else { one }) - turn2 - tap.hub * sine_b * base2,
+        climb2 - (if effects.stick { zero } else { tap.slope }) + tap.hub * cosine_b * base2,
+    ];
+    let beta_sine = bent.base - tap.angle - bent.sine;
+    let beta_cosine = one - bent.cosine;
+    let [x0, y0] = bent.centre;
+    let toward = [x0 * beta_cosine - y0 * beta_sine, x0 * beta_sine + y0 * beta_cosine];
+    let [vx, vy] = bent.pole;
+    let along_both = vx * toward[0] + vy * toward[1];
+    let row1 = |v: [Pack<T, L, FMA>; 2], base: Pack<T, L, FMA>| {
+        v[0] * toward[1] - v[1] * toward[0] + base * along_both
+    };
+    let row2 = |v: [Pack<T, L, FMA>; 2]| vx * v[0] + vy * v[1];
+    let unit2 = if effects.stick { tap.force } else { one };
+    let (m11, m12) = (tap.force * row1(move1, base1), unit2 * row1(move2, base2));
+    let (m21, m22) = (tap.force * row2(move1), unit2 * row2(move2));
+    let det = m11 * m22 - m12 * m21;
+    let id = one / det;
+    let size = id.abs();
+    Step {
+        steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
+        noise: [
+            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
+            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
+        ],
+        fold: det,
+    }
+}

@@ -1,0 +1,168 @@
+//! CPU backend: the fast kernel in f32 or f64 on all cores, in lanes, for the instruction set found at run time.
+
+// Index loops are what the lanes vectorise on, and they read like their WGSL twins.
+#![allow(clippy::needless_range_loop)]
+
+mod count;
+mod exact;
+pub(crate) mod pack;
+mod peak;
+
+use rayon::prelude::*;
+
+use count::Counted;
+pub use count::{Counter, Operations};
+use exact::Tables;
+pub use exact::series;
+use pack::{Pack, Scalar};
+pub use peak::{bandwidth, flops};
+
+use super::{Job, Solution, Solver, Tap};
+use vibrissa_core::scene::Precision;
+
+/// Taps of one work item: enough to hide scheduling, few enough to balance.
+const GRAIN: usize = 1024;
+
+/// The vectorised CPU kernels, on rayon's current thread pool.
+#[derive(Debug)]
+pub struct Cpu {
+    precision: Precision,
+}
+
+impl Cpu {
+    /// Kernels that compute in `precision`.
+    pub fn new(precision: Precision) -> Self {
+        Self { precision }
+    }
+
+    /// Instruction set in use, for `devices` and `run.json`.
+    pub fn instructions() -> &'static str {
+        if fused() { "avx2+fma" } else { std::env::consts::ARCH }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) fn fused() -> bool {
+    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) fn fused() -> bool {
+    false
+}
+
+impl Solver for Cpu {
+    fn solve(
+        &mut self,
+        job: &Job<'_>,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<(), String> {
+        out.clear();
+        out.resize(taps.len(), Solution::FAILED);
+        match self.precision {
+            Precision::F32 => by_nodes_f32(job, taps, out),
+            Precision::F64 => by_nodes_f64(job, taps, out),
+        }
+    }
+
+    fn batch_limit(&self) -> usize {
+        1 << 20
+    }
+}
+
+/// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
+macro_rules! by_nodes {
+    ($name:ident, $t:ty, $lanes:literal, $run:ident, $block:ident, $($n:literal)*) => {
+        fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
+            match job.rule.nodes {
+                $($n => {
+                    let tables = Tables::<$t, $n>::new(job.rule, job.chart);
+                    $run(taps, out, |t, o| $block::<$t, $n, $lanes>(&tables, job, t, o));
+                })*
+                n => return Err(format!("no CPU kernel with {n} nodes")),
+            }
+            Ok(())
+        }
+    };
+}
+by_nodes!(by_nodes_f32, f32, 16, parallel, block, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, parallel, block, 10 16 24);
+by_nodes!(by_nodes_counted, Counted, 1, serial, plainly, 6 10 16 24);
+
+/// On the calling thread, whose operations are counted.
+fn serial(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>])) {
+    f(taps, out);
+}
+
+fn parallel(
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+    f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync,
+) {
+    taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
+}
+
+/// Solves one work item, whose operations are counted as the CPU with fused ones would do them.
+fn plainly<T: Scalar, const N: usize, const L: usize>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    lanes::<T, N, L, true>(tables, job, taps, out);
+}
+
+/// Solves one work item with the best instruction set there is.
+fn block<T: Scalar, const N: usize, const L: usize>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the CPU has just been found to have both features.
+        unsafe { block_avx2::<T, N, L>(tables, job, taps, out) };
+        return;
+    }
+    // Without AVX2 a PC computes one lane at a time; NEON is always there.
+    #[cfg(target_arch = "x86_64")]
+    lanes::<T, N, 1, false>(tables, job, taps, out);
+    #[cfg(not(target_arch = "x86_64"))]
+    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, job, taps, out);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn block_avx2<T: Scalar, const N: usize, const L: usize>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    lanes::<T, N, L, true>(tables, job, taps, out);
+}
+
+/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
+#[inline(always)]
+fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
+        let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
+        let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
+        let effects = &job.effects;
+        let solved: Solution<Pack<T, L, FMA>> = if const { N <= exact::PLAIN_NODES } && effects.plain() {
+            exact::taps::<T, N, L, FMA, true>(tables, job.rule, effects, job.tolerance, &packed)
+        } else {
+            exact::taps::<T, N, L, FMA, false>(tables, job.rule, effects, job.tolerance, &packed)
+        };
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = solved.map(|x| x.0[i].get());
+        }
+    }
+}

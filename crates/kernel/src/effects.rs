@@ -1,0 +1,42 @@
+//! Which effects a kernel computes; kernels are specialised on it.
+
+use vibrissa_core::scene::{Contact, Material, Model, Side};
+
+/// Effects of the exact rod.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Effects {
+    /// Timoshenko shear.
+    pub shear: bool,
+    /// Stretch of the centreline.
+    pub extension: bool,
+    /// The force does not act on the centreline across it: surface contact, pole radius or friction.
+    pub offset: bool,
+    /// The contact stays at its arc length.
+    pub stick: bool,
+    /// A hyperelastic section law, read from a chart.
+    pub law: bool,
+    /// The gauge is on the far side.
+    pub far: bool,
+}
+
+impl Effects {
+    /// Effects of `model` with a gauge on `side`, for a sliding or a sticking contact.
+    pub fn new(model: &Model, side: Side, stick: bool) -> Self {
+        let friction = matches!(model.contact, Contact::Coulomb(mu) if mu != 0.0);
+        let effects = Self {
+            shear: model.shear,
+            extension: model.extension,
+            offset: model.surface || model.pole_radius > 0.0 || stick || friction,
+            stick,
+            law: !matches!(model.material, Material::Hooke(_)),
+            far: false,
+        };
+        // The sides differ only by the strain of the centreline.
+        Self { far: side == Side::Far && (effects.law || effects.extension), ..effects }
+    }
+
+    /// Frictionless, on the centreline, Hooke: everything off.
+    pub fn plain(&self) -> bool {
+        *self == Self::default()
+    }
+}

@@ -1,0 +1,305 @@
+//! Assembly of a shader: constants, tables and layouts emitted from Rust, then the WGSL of the kernel asked for and no
+//! other. Every text is validated by naga before a device sees it.
+
+use std::fmt::Write;
+
+use crate::{
+    Chart, Effects, Job, Rule, Solution, Tap,
+    cpu::{pack::Scalar, series},
+    nodes::{Nodes, gauss},
+    rule::limits,
+};
+use vibrissa_core::scene::Precision;
+
+/// Invocations of one workgroup.
+pub const WORKGROUP: u32 = 64;
+
+/// What a compute pipeline is specialised on.
+#[derive(Debug, Clone, Copy)]
+pub struct Variant<'a> {
+    /// Effects, rule, tolerance, section law.
+    pub job: Job<'a>,
+    /// Type of every number.
+    pub precision: Precision,
+}
+
+impl Variant<'_> {
+    /// Name in messages.
+    pub fn name(&self) -> String {
+        let Rule { nodes, terms, .. } = self.job.rule;
+        format!("{:?} {:?} nodes={nodes} terms={terms}", self.job.effects, self.precision).to_lowercase()
+    }
+
+    /// The whole WGSL text; two variants with the same text are the same pipeline.
+    pub fn wgsl(&self) -> String {
+        let main = include_str!("../../../../shaders/main.wgsl");
+        [
+            &header(self),
+            &tables(self, &self.job.effects),
+            include_str!("../../../../shaders/exact.wgsl"),
+            include_str!("../../../../shaders/sweep.wgsl"),
+            include_str!("../../../../shaders/newton.wgsl"),
+            include_str!("../../../../shaders/gauge.wgsl"),
+            main,
+        ]
+        .join("\n")
+    }
+}
+
+/// A literal of the variant's type.
+fn literal(precision: Precision, x: f64) -> String {
+    match precision {
+        Precision::F32 => format!("{:?}f", x as f32),
+        Precision::F64 => format!("{x:?}lf"),
+    }
+}
+
+/// Types, layouts and the named numbers that every kernel uses.
+fn header(v: &Variant<'_>) -> String {
+    let (real, rounding) = match v.precision {
+        Precision::F32 => ("f32", f32::ROUNDING),
+        Precision::F64 => ("f64", f64::ROUNDING),
+    };
+    let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
+    let named = [
+        ("ZERO", 0.0),
+        ("SIXTH", 1.0 / 6.0),
+        ("THIRD", 1.0 / 3.0),
+        ("ONE", 1.0),
+        ("TWO", 2.0),
+        ("THREE", 3.0),
+        ("TOLERANCE", v.job.tolerance),
+        ("MAX_ANGLE", v.job.rule.max_angle()),
+        ("LEAST_REST", v.job.rule.least_rest()),
+        ("ROUNDING", rounding),
+    ];
+    for (name, x) in named.into_iter().chain(limits::NAMED) {
+        let _ = writeln!(text, "const {name}: real = {};", literal(v.precision, x));
+    }
+    for (name, fields) in [("Tap", Tap::<f32>::FIELDS), ("Solution", Solution::<f32>::FIELDS)] {
+        let members: Vec<_> = fields.iter().map(|f| format!("{f}: real")).collect();
+        let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
+    }
+    text
+}
+
+/// Tables of the exact kernel as unrolled sums with literal coefficients.
+fn tables(v: &Variant<'_>, effects: &Effects) -> String {
+    let (n, lit) = (v.job.rule.nodes, |x: f64| literal(v.precision, x));
+    let nodes = Nodes::new(n);
+    let list = |x: &[f64]| x.iter().map(|&x| lit(x)).collect::<Vec<_>>().join(", ");
+    let dot = |row: &[f64]| {
+        let first = format!("{} * y[0]", lit(row[0]));
+        (1..n).fold(first, |sum, j| format!("fma({}, y[{j}], {sum})", lit(row[j])))
+    };
+    let rows = |m: &[Vec<f64>]| m.iter().map(|r| dot(r)).collect::<Vec<_>>().join(",\n        ");
+    let horner = |c: &[f64]| {
+        c[..c.len() - 1]
+            .iter()
+            .rev()
+            .fold(lit(c[c.len() - 1]), |sum, &c| format!("fma({sum}, z, {})", lit(c)))
+    };
+    let (gauge_points, gauge_weights) = gauss(v.job.rule.gauge_points());
+    let mut text = format!(
+        "const N = {n}u;\nconst SWEEPS = {}u;\nconst GAUGE_N = {}u;\nalias Nodes = array<real, {n}>;\n",
+        v.job.rule.sweeps,
+        gauge_points.len()
+    );
+    for (name, x) in
+        [("POINTS", &nodes.points), ("GAUGE_POINTS", &gauge_points), ("GAUGE_WEIGHTS", &gauge_weights)]
+    {
+        let _ = writeln!(text, "const {name} = array<real, {}>({});", x.len(), list(x));
+    }
+    let _ = writeln!(text, "fn weigh(y: Nodes) -> real {{\n    return {};\n}}", dot(&nodes.weights));
+    for (name, m) in [("integrate", &nodes.integral), ("coefficients", &nodes.legendre)] {
+        let _ =
+            writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
+    }
+    for (name, power, first) in [("one_minus_cos", "z", 2), ("x_minus_sin", "x * z", 3)] {
+        let sum = horner(&series(v.job.rule.terms, first));
+        let _ = writeln!(
+            text,
+            "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
+        );
+    }
+    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
+}
+
+/// The effects as constants, which the device's compiler folds.
+fn switches(e: &Effects, job: &Job<'_>) -> String {
+    let rule = job.rule;
+    let named = [
+        ("PLAIN", e.plain()),
+        ("SHEAR", e.shear),
+        ("EXTENSION", e.extension),
+        ("OFFSET", e.offset),
+        ("STICK", e.stick),
+        ("LAW", e.law),
+    ];
+    let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
+    let side = if e.far { "-" } else { "" };
+    format!(
+        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
+        rule.full,
+        rule.settle(),
+        Rule::least(e, job.tolerance),
+        rule.passes(),
+        rule.largest_rate(),
+        rule.smallest_rate(),
+        rule.stop(e),
+    )
+}
+
+/// The section law as nested polynomials; without a chart it adds nothing.
+fn section(chart: Option<&Chart>, lit: &dyn Fn(f64) -> String) -> String {
+    let mut text =
+        "struct Section { extra: real, chi: real, load: real }\nfn section(t: real, b: real) -> Section {\n"
+            .to_owned();
+    let Some(chart) = chart else {
+        return text + "    return Section(ZERO, ZERO, ZERO);\n}\nconst CHART_ERROR: real = 0.0;\n";
+    };
+    let nested = |c: &[String], x: &str| {
+        c[..c.len() - 1].iter().rev().fold(c[c.len() - 1].clone(), |sum, c| format!("fma({sum}, {x}, {c})"))
+    };
+    let line = |c: &[f64]| nested(&c.iter().map(|&c| lit(c)).collect::<Vec<_>>(), "x");
+    let _ = writeln!(text, "    let most = fma(t, {}, {});", lit(chart.bending[1]), lit(chart.bending[0]));
+    let _ = writeln!(
+        text,
+        "    let b2 = b * b;\n    let beta = b2 / (most * most);\n    let s = t * {};",
+        lit(1.0 / chart.axial)
+    );
+    let _ = writeln!(text, "    let x = clamp(s, -ONE, ONE);\n    let y = fma(min(beta, ONE), TWO, -ONE);");
+    for (name, plane) in [("p", &chart.p), ("q", &chart.q)] {
+        let rows: Vec<String> = plane.iter().map(|row| line(row)).collect();
+        for (i, row) in rows.iter().enumerate() {
+            let _ = writeln!(text, "    let {name}{i} = {row};");
+        }
+        let names: Vec<String> = (0..rows.len()).map(|i| format!("{name}{i}")).collect();
+        let _ = writeln!(text, "    let {name} = {};", nested(&names, "y"));
+    }
+    let _ = writeln!(text, "    let r = {};\n    let c = {};", line(&chart.r), line(&chart.c));
+    let load = if chart.covers { "abs(s)" } else { "max(beta, abs(s))" };
+    let _ = writeln!(text, "    return Section(t * t * r + b2 * p, t * c + b2 * q, {load});\n}}");
+    text + &format!("const CHART_ERROR: real = {};\n", lit(chart.error))
+}
+
+/// A series of shifted Legendre polynomials at w, unrolled.
+fn legendre(n: usize, lit: &dyn Fn(f64) -> String) -> String {
+    let mut text = "fn legendre(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] + series[1] * x;\n".to_owned();
+    for k in 2..n {
+        let kf = (k - 1) as f64;
+        let (a, b, c) = (lit(2.0 * kf + 1.0), lit(kf), lit(1.0 / (kf + 1.0)));
+        let _ = writeln!(
+            text,
+            "    let p{k} = ({a} * x * p{} - {b} * p{}) * {c};\n    sum += series[{k}] * p{k};",
+            k - 1,
+            k - 2
+        );
+    }
+    text + "    return sum;\n}\n"
+}
+
+/// ∫₀^w of a series of shifted Legendre polynomials, unrolled.
+fn primitive(n: usize, lit: &dyn Fn(f64) -> String) -> String {
+    let mut text = "fn primitive(series: Nodes, w: real) -> real {\n    let x = fma(w, TWO, -ONE);\n    let p0 = ONE;\n    let p1 = x;\n    var sum = series[0] * w;\n".to_owned();
+    for k in 1..n {
+        let kf = k as f64;
+        let _ = writeln!(
+            text,
+            "    let p{next} = ({a} * x * p{k} - {b} * p{last}) * {c};\n    sum += series[{k}] * (p{next} - p{last}) * {d};",
+            next = k + 1,
+            last = k - 1,
+            a = lit(2.0 * kf + 1.0),
+            b = lit(kf),
+            c = lit(1.0 / (kf + 1.0)),
+            d = lit(0.5 / (2.0 * kf + 1.0)),
+        );
+    }
+    text + "    return sum;\n}\n"
+}
+
+/// Parses and validates a shader text; the error names the variant and shows the place.
+pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, String> {
+    let module = naga::front::wgsl::parse_str(wgsl)
+        .map_err(|e| format!("shader {name}: {}", e.emit_to_string_with_path(wgsl, name)))?;
+    let capabilities = naga::valid::Capabilities::FLOAT64;
+    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
+        .validate(&module)
+        .map_err(|e| format!("shader {name}: {}", e.emit_to_string_with_path(wgsl, name)))?;
+    Ok(module)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rule::{chart_range, every_rule};
+    use vibrissa_core::scene::Material;
+    use std::mem::offset_of;
+
+    /// Every combination of effects on every rung, in both precisions.
+    fn each_variant(mut f: impl FnMut(&Variant<'_>)) -> usize {
+        let mut seen = 0;
+        for precision in [Precision::F32, Precision::F64] {
+            for rule in every_rule(precision) {
+                let (axial, bending) = chart_range(precision, &rule);
+                let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, [1e-6, 1e-5]);
+                let effects = (0..64u32).map(|bits| {
+                    let on = |k: u32| bits >> k & 1 == 1;
+                    Effects {
+                        shear: on(0),
+                        extension: on(1),
+                        offset: on(2),
+                        stick: on(3),
+                        law: on(4),
+                        far: on(5),
+                    }
+                });
+                let sensible = effects.filter(|e| !e.stick || (e.extension && e.offset));
+                for effects in sensible {
+                    let chart = chart.as_ref().filter(|_| effects.law);
+                    let job = Job { effects, rule: &rule, tolerance: 1e-5, chart };
+                    f(&Variant { job, precision });
+                    seen += 1;
+                }
+            }
+        }
+        seen
+    }
+
+    #[test]
+    fn every_variant_is_valid_wgsl() {
+        let seen = each_variant(|v| {
+            validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
+        });
+        assert_eq!(seen, 6 * (32 + 8));
+    }
+
+    #[test]
+    fn struct_layouts_are_those_of_rust() {
+        let rule = every_rule(Precision::F32)[0];
+        let job = Job { effects: Effects::default(), rule: &rule, tolerance: 1e-5, chart: None };
+        let v = Variant { job, precision: Precision::F32 };
+        let module = validate("layout", &v.wgsl()).unwrap();
+        let offsets = |name: &str| {
+            let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
+            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+            let list: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+            (list, *span as usize)
+        };
+        macro_rules! rust {
+            ($t:ty: $($f:ident)*) => { (vec![$((stringify!($f).to_owned(), offset_of!($t, $f))),*], size_of::<$t>()) };
+        }
+        assert_eq!(
+            offsets("Tap"),
+            rust!(Tap<f32>: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y
+                ratio force along arc strain)
+        );
+        assert_eq!(offsets("Solution"), rust!(Solution<f32>: force along arc strain error load sweeps));
+    }
+
+    #[test]
+    fn a_bad_shader_is_pointed_at() {
+        let e = validate("broken", "fn f() -> f32 {\n    return nothing;\n}").unwrap_err();
+        assert!(e.contains("broken") && e.contains("nothing") && e.contains(":2"), "{e}");
+    }
+}

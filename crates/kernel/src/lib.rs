@@ -1,0 +1,183 @@
+//! The fast tap kernel: many small, independent taps, in lanes on the CPU or in invocations on the GPU.
+//!
+//! # Theory
+//! From the contact towards the base the rod is an initial value problem in two unknowns, the force P and the contact
+//! arc c. Angles are small and smooth, so that the whole tap is one collocation/Picard loop on n Gauss–Legendre nodes
+//! ([`nodes`]): integrate the angle, integrate the position, correct P and c from the two closure equations.
+//! What is carried is the *deviation from the linear solution*, so that K − 1, which is O(θ²), keeps its full
+//! relative precision in f32. The derivation stands at the top of `cpu::exact`.
+//!
+//! # Practice
+//! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
+//! in batches by one of the [`Solver`]s, and brought back to mm and N by `tap::Frame` in f64. A batch is solved on a
+//! small rule first; the taps whose own error estimate exceeds the tolerance are solved again on a larger one
+//! ([`Rule`]), and what the last cannot tell, in f64 on the CPU. The estimate of a tap holds what the iteration left, the
+//! truncation of its rule, the error of its section chart, and what rounding makes of terms that cancel. An equilibrium
+//! of which a kernel cannot tell whether the material bears it, or whether it lies on the path from the unloaded whisker, is
+//! said to be [unsure](Solution::unsure), and the reference is asked.
+//!
+//! # Cost
+//! Counted on frictionless Hooke taps of 0.5–10°: 3381 flops a tap in f32 at 1e-5 (3.3 sweeps, 6 nodes), 8115 in f64 at 1e-8 (4.2 sweeps, 10
+//! nodes), all rungs and the gauge together (`vibrissa bench`, `roofline.csv`).
+
+pub mod chart;
+pub mod cpu;
+pub mod effects;
+pub mod gpu;
+pub mod nodes;
+pub mod rule;
+pub mod smooth;
+pub mod tap;
+
+pub use chart::Chart;
+use cpu::Cpu;
+pub use effects::Effects;
+pub use rule::{Rule, ladder};
+pub use tap::{Solution, Tap};
+
+use std::sync::OnceLock;
+
+use vibrissa_core::scene::{Material, Precision};
+
+/// What one batch is solved with.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// What the kernel computes.
+    pub effects: Effects,
+    /// Nodes, terms, sweeps.
+    pub rule: &'a Rule,
+    /// Bound on the strain error.
+    pub tolerance: f64,
+    /// Section law, where the kernel needs one.
+    pub chart: Option<&'a Chart>,
+}
+
+/// A rung of the ladder with the section law that belongs to it.
+#[derive(Debug, Clone)]
+pub struct Rung {
+    /// Nodes, terms, sweeps.
+    pub rule: Rule,
+    /// Solved on the CPU in f64 and far below the tolerance, whatever the backend: for the few taps that the others cannot tell.
+    pub spare: bool,
+    precision: Precision,
+    /// Law of the sections, and the tolerance for which it is charted; none for Hooke's, which needs no chart.
+    law: Option<(Material, f64)>,
+    chart: OnceLock<Option<Chart>>,
+}
+
+/// Share of the tolerance that spare rungs are solved to: they are few.
+const SPARE: f64 = 0.01;
+
+impl Rung {
+    /// The rung of `rule` for `material`, at `tolerance`.
+    pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
+        let law = (!matches!(material, Material::Hooke(_))).then(|| (material.clone(), tolerance));
+        Self { rule, spare: false, precision, law, chart: OnceLock::new() }
+    }
+
+    /// The rungs for `tolerance`, cheapest first.
+    pub fn ladder(precision: Precision, material: &Material, tolerance: f64) -> Vec<Self> {
+        let rules = rule::ladder(precision, tolerance);
+        let mut rungs: Vec<Self> =
+            rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
+        let finest = rule::smallest_tolerance(Precision::F64);
+        if SPARE * tolerance >= finest {
+            let spare = |rule: &Rule| Self {
+                spare: true,
+                ..Self::new(*rule, Precision::F64, material, SPARE * tolerance)
+            };
+            rungs.extend(rule::every_rule(Precision::F64)[1..].iter().map(spare));
+        }
+        rungs
+    }
+
+    /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
+    pub fn chart(&self) -> Option<&Chart> {
+        let chart = || {
+            let (material, tolerance) = self.law.as_ref()?;
+            let (axial, bending) = rule::chart_range(self.precision, &self.rule);
+            let errors = rule::chart_shares(self.precision, &self.rule).map(|share| share * tolerance);
+            Chart::new(material, axial, bending, errors)
+        };
+        self.chart.get_or_init(chart).as_ref()
+    }
+}
+
+/// A backend that solves batches of dimensionless taps.
+pub trait Solver: Send {
+    /// Solves every tap of `taps` into the same place of `out`.
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>)
+    -> Result<(), String>;
+
+    /// Taps that one call takes at most.
+    fn batch_limit(&self) -> usize;
+
+    /// The GPU it runs on, if it does.
+    fn gpu(&self) -> Option<&gpu::Gpu> {
+        None
+    }
+}
+
+/// Share of the tolerance above which a tap's own error estimate sends it to the next rung. Where the force does not act
+/// across the centreline, estimates are up to three times too small: contacts with friction next to the gauge.
+fn trusted(effects: &Effects) -> f64 {
+    match effects {
+        effects if effects.offset => 0.3,
+        effects if !effects.plain() => 0.6,
+        _ => 1.0,
+    }
+}
+
+/// What to believe of a tap after a finer rung. Estimates of full Newton are generous: where it converged it is nearer than an
+/// answer whose own estimate is not trusted, even if it does not claim so.
+fn finer(old: &Solution<f64>, new: Solution<f64>, tolerance: f64) -> Solution<f64> {
+    match (old.within(tolerance), new.within(10.0 * tolerance)) {
+        (true, true) => Solution { error: new.error.min(old.error), ..new },
+        (true, false) => *old,
+        (false, _) => new,
+    }
+}
+
+/// Solves `taps` on the first rung, then those whose error is near the tolerance on the next, and so on. The order of `out` is
+/// that of `taps`; a tap that no rung brought below the tolerance keeps an `error` above it.
+pub fn solve(
+    solver: &mut dyn Solver,
+    effects: Effects,
+    rungs: &[Rung],
+    tolerance: f64,
+    taps: &[Tap<f64>],
+    out: &mut Vec<Solution<f64>>,
+) -> Result<(), String> {
+    out.clear();
+    let trusted = trusted(&effects);
+    let mut spare = Cpu::new(Precision::F64);
+    let mut part = Vec::new();
+    for (step, rung) in rungs.iter().enumerate() {
+        // A material that has ended has ended in any precision.
+        let open = |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended());
+        let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
+        if step > 0 && hard.is_empty() {
+            continue;
+        }
+        let solver: &mut dyn Solver = if rung.spare { &mut spare } else { &mut *solver };
+        let limit = solver.batch_limit();
+        let share = if rung.spare { SPARE } else { 1.0 };
+        let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
+        if step == 0 {
+            for chunk in taps.chunks(limit) {
+                solver.solve(&job, chunk, &mut part)?;
+                out.append(&mut part);
+            }
+            continue;
+        }
+        for indices in hard.chunks(limit) {
+            let again: Vec<_> = indices.iter().map(|&i| taps[i]).collect();
+            solver.solve(&job, &again, &mut part)?;
+            for (&i, new) in indices.iter().zip(part.drain(..)) {
+                let sweeps = out[i].sweeps + new.sweeps;
+                out[i] = Solution { sweeps, ..finer(&out[i], new, tolerance) };
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,217 @@
+//! How finely a tap is solved: nodes, polynomial terms, sweeps.
+
+use super::Effects;
+use vibrissa_core::scene::Precision;
+
+/// One rung of the ladder that hard taps climb.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Rule {
+    /// Gauss–Legendre nodes n between contact and base.
+    pub nodes: usize,
+    /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
+    pub terms: usize,
+    /// Full Newton: the lag settles between steps, and the Jacobian knows how it follows the unknowns. Dearer, but it reaches
+    /// taps on which a step a sweep diverges, such as a sticking contact next to a fine tip.
+    pub full: bool,
+    /// Most sweeps before a tap counts as not converged on this rung.
+    pub sweeps: u32,
+}
+
+impl Rule {
+    /// Least number of sweeps. More than one where the first-order solution leaves out effects that do not vanish with the angle: K − K₀ is
+    /// as small as θ², and has to be right relative to itself; where it is asked for finely, a nonlinear law takes one more.
+    pub fn least(effects: &Effects, tolerance: f64) -> u32 {
+        match (effects.plain(), effects.law && tolerance < FINE) {
+            (true, _) => 1,
+            (_, false) => 3,
+            (_, true) => 4,
+        }
+    }
+
+    /// Sweeps per Newton step.
+    pub fn settle(&self) -> u32 {
+        if self.full { limits::SETTLE } else { 1 }
+    }
+
+    /// Passes of the iteration for what the lag adds to the Jacobian.
+    pub fn passes(&self) -> u32 {
+        if self.full { limits::PASSES } else { 0 }
+    }
+
+    /// Largest contraction rate of a Newton step that is believed when the remaining error is extrapolated.
+    pub fn largest_rate(&self) -> f64 {
+        if self.full { limits::LARGEST_FULL_RATE } else { limits::LARGEST_RATE }
+    }
+
+    /// Smallest contraction rate that is believed: steps of full Newton shrink faster than what they leave in the lag.
+    pub fn smallest_rate(&self) -> f64 {
+        if self.full { limits::LARGEST_FULL_RATE } else { limits::SMALLEST_RATE }
+    }
+
+    /// Share of the tolerance at which the iteration stops.
+    pub fn stop(&self, effects: &Effects) -> f64 {
+        match (self.full, effects.plain()) {
+            (true, _) => limits::FULL_STOP,
+            (false, true) => limits::STOP,
+            (false, false) => limits::EFFECTS_STOP,
+        }
+    }
+
+    /// Gauss points on the gauge: the mean of a polynomial of degree n times (1 − τs)^(-3/2) is then exact.
+    pub fn gauge_points(&self) -> usize {
+        self.nodes / 2 + 2
+    }
+
+    /// Largest |ψ| (rad) at which `terms` terms of both series reach the precision they are meant for; a tap that bends further
+    /// climbs. Beyond 2 rad a rod has several equilibria, and only the path from the unloaded one tells which is meant.
+    pub fn max_angle(&self) -> f64 {
+        match self.terms {
+            ..9 => 1.0,
+            _ => 2.0,
+        }
+    }
+
+    /// Least 1 − τa that few nodes serve where the force does not act across the centreline: next to the apex the radius enters
+    /// with a high power.
+    pub fn least_rest(&self) -> f64 {
+        let first = [Precision::F32, Precision::F64].iter().any(|p| every_rule(*p).first() == Some(self));
+        if first { limits::SHARP } else { 0.0 }
+    }
+}
+
+/// Tolerances below this are for the sake of K − K₀ in f32.
+const FINE: f64 = 5e-6;
+
+/// Smallest tolerance that `precision` reaches on every configuration: charts of section laws end above 1e-11.
+pub fn smallest_tolerance(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 1e-6,
+        Precision::F64 => 1e-10,
+    }
+}
+
+/// Rungs for `tolerance` in `precision`, cheapest first.
+pub fn ladder(precision: Precision, tolerance: f64) -> Vec<Rule> {
+    let all = every_rule(precision);
+    match precision {
+        Precision::F32 if tolerance < FINE => all[1..].to_vec(),
+        Precision::F64 if tolerance < 1e-8 => all[1..].to_vec(),
+        _ => all,
+    }
+}
+
+/// All rungs that kernels are compiled for. f32 needs fewer terms; 5 of them hold to 1 rad, which most taps never reach.
+pub fn every_rule(precision: Precision) -> Vec<Rule> {
+    let rule = |nodes, terms, full, sweeps| Rule { nodes, terms, full, sweeps };
+    match precision {
+        Precision::F32 => vec![rule(6, 5, false, 8), rule(10, 9, false, 40), rule(16, 9, true, 80)],
+        Precision::F64 => vec![rule(10, 14, false, 16), rule(16, 14, false, 60), rule(24, 14, true, 120)],
+    }
+}
+
+/// Range of the section chart on rung `rung` of every rule: largest axial strain, and largest bending strain b₀ + b₁ t. Most
+/// whiskers stay within the first; the last reaches to the ends of the material's range.
+pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
+    match every_rule(precision).iter().position(|r| r == rule) {
+        Some(0) => (0.04, [0.15, 0.0]),
+        Some(1) => (0.08, [0.3, 0.4]),
+        _ => (0.15, [0.9, 0.0]),
+    }
+}
+
+/// Shares of the tolerance: at which the chart of a rung is cut, and which it may be off before its range is shortened. Taps climb
+/// to the second rung also because bending and the force along the whisker nearly cancel at the gauge, which shows the errors
+/// of both.
+pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
+    let second = every_rule(precision).get(1) == Some(rule);
+    [if second { 0.004 } else { 0.02 }, 0.2]
+}
+
+/// Guards of the iteration, the same numbers on every backend.
+pub mod limits {
+    /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
+    pub const APEX: f64 = 1e-3;
+    /// Least c/a − 1 while iterating.
+    pub const LEAST_ARC: f64 = -0.5;
+    /// Least 1 − τa on the first rung with friction or a radius.
+    pub const SHARP: f64 = 0.1;
+    /// Largest c/a − 1 while iterating.
+    pub const MOST_ARC: f64 = 2.0;
+    /// Least W/W₀ − 1 while iterating.
+    pub const LEAST_FORCE: f64 = -0.95;
+    /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
+    pub const MOST_PULL: f64 = -20.0;
+    /// Largest W/W₀ − 1 while iterating.
+    pub const MOST_FORCE: f64 = 20.0;
+    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
+    pub const LONGEST_STEP: f64 = 0.5;
+    /// Sweeps per step of full Newton.
+    pub const SETTLE: u32 = 4;
+    /// Passes for the Jacobian of full Newton.
+    pub const PASSES: u32 = 8;
+    /// Largest contraction rate believed when the remaining error is extrapolated.
+    pub const LARGEST_RATE: f64 = 0.9;
+    /// The same of full Newton: steps that do not shrink any more are the noise of the arithmetic.
+    pub const LARGEST_FULL_RATE: f64 = 0.5;
+    /// Smallest contraction rate believed.
+    pub const SMALLEST_RATE: f64 = 0.05;
+    /// Least share of the expected change of a step that is believed, with friction or a radius.
+    pub const CHANCE: f64 = 0.25;
+    /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
+    pub const LEFT: f64 = 0.25;
+    /// Growth of the distance between contact and gauge from which on a step may be small by chance.
+    pub const GROWN: f64 = 2.0;
+    /// Largest growth of the lever that is told apart.
+    pub const MOST_GROWTH: f64 = 1e10;
+    /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
+    pub const STOP: f64 = 0.1;
+    /// The same with any effect, whose lag goes on a little longer than the steps tell.
+    pub const EFFECTS_STOP: f64 = 0.05;
+    /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
+    pub const FULL_STOP: f64 = 0.5;
+    /// Error from which on an iteration has not come near any equilibrium.
+    pub const ASTRAY: f64 = 1e-2;
+    /// Error of a tap at an equilibrium beyond what the kernel can tell: the range of its series or of its chart, or a fold of the path.
+    pub const HOPELESS: f64 = 1e9;
+    /// Error of an iteration that has gone astray as far.
+    pub const LOST: f64 = 1e12;
+    /// Roundings that add up in a residual of the closure, at most.
+    pub const ROUNDINGS: f64 = 16.0;
+    /// Roundings of the arc where no Jacobian tells how they show.
+    pub const ARC_ROUNDINGS: f64 = 30.0;
+    /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.
+    pub const EDGE: f64 = 0.02;
+    /// Below every number of interest and above underflow in f32.
+    pub const TINY: f64 = 1e-20;
+
+    /// Weight of the tail of the bending integrand (to the power 3/2) in the truncation error.
+    pub const BENDING_TAIL: f64 = 0.05;
+    /// Weight of the tail of the shortening integrand in the truncation error.
+    pub const SHORTENING_TAIL: f64 = 0.01;
+    /// Weight of the tail of the height's integrand, which the gauge interpolates, in the truncation error.
+    pub const HEIGHT_TAIL: f64 = 0.005;
+
+    /// All, by the names they have in the shaders.
+    pub const NAMED: [(&str, f64); 20] = [
+        ("APEX", APEX),
+        ("LEAST_ARC", LEAST_ARC),
+        ("MOST_ARC", MOST_ARC),
+        ("LEAST_FORCE", LEAST_FORCE),
+        ("MOST_FORCE", MOST_FORCE),
+        ("LONGEST_STEP", LONGEST_STEP),
+        ("CHANCE", CHANCE),
+        ("LEFT", LEFT),
+        ("GROWN", GROWN),
+        ("MOST_GROWTH", MOST_GROWTH),
+        ("ASTRAY", ASTRAY),
+        ("MOST_PULL", MOST_PULL),
+        ("HOPELESS", HOPELESS),
+        ("LOST", LOST),
+        ("ROUNDINGS", ROUNDINGS),
+        ("ARC_ROUNDINGS", ARC_ROUNDINGS),
+        ("TINY", TINY),
+        ("HEIGHT_TAIL", HEIGHT_TAIL),
+        ("BENDING_TAIL", BENDING_TAIL),
+        ("SHORTENING_TAIL", SHORTENING_TAIL),
+    ];
+}

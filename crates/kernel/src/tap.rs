@@ -1,0 +1,303 @@
+//! The dimensionless tap that kernels solve, its solution, and the way there and back in f64.
+//!
+//! Unit of length is the contact distance. A displaced object (passive drive) is the same problem seen from the clamp,
+//! without a hub: the pole turns by an angle and its distance grows.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::rule::limits::{EDGE, HOPELESS};
+use vibrissa_core::physics::linear::{StrainCurve, shear_length2};
+use vibrissa_core::physics::onset::{Grip, Groups, direction};
+use vibrissa_core::scene::{Drive, Model, Side};
+
+/// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Tap<T> {
+    /// τa.
+    pub taper: T,
+    /// 1 − τa > 0, from f64: next to the apex the difference would lose digits in f32.
+    pub rest: T,
+    /// θ, rad.
+    pub angle: T,
+    /// r₀/a.
+    pub hub: T,
+    /// 1 − x1/a: how far the contact is beyond the gauge's near end.
+    pub near: T,
+    /// 1 − x2/a; negative where the contact is on the gauge.
+    pub far: T,
+    /// (x2 − x1)/a.
+    pub width: T,
+    /// EI₀/(k G A₀) (S/3).
+    pub shear: T,
+    /// |ε|/max(|ε|, 1e-3 θ f_max) of the linear strain: weight of relative strain errors.
+    pub weight: T,
+    /// Base radius.
+    pub radius: T,
+    /// Radius at the contact for contact on the surface, else 0.
+    pub contact_radius: T,
+    /// tan α for contact on the surface, else 0.
+    pub slope: T,
+    /// X₀: pole centre from the motor's axis, along the whisker.
+    pub pole_x: T,
+    /// Y₀: pole centre from the motor's axis, across the whisker.
+    pub pole_y: T,
+    /// H/W of a sliding contact.
+    pub ratio: T,
+    /// W₀ of the first-order solution.
+    pub force: T,
+    /// H₀.
+    pub along: T,
+    /// x₀ = c − 1 to first order.
+    pub arc: T,
+    /// First-order strain.
+    pub strain: T,
+}
+
+/// What a kernel returns; the layout is the WGSL struct `Solution`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Solution<T> {
+    /// w: W/W₀ − 1.
+    pub force: T,
+    /// k: (H − H₀)/W₀.
+    pub along: T,
+    /// z: c − 1 − x₀.
+    pub arc: T,
+    /// Strain over that of the first-order solution, less 1.
+    pub strain: T,
+    /// Estimated error of the strain relative to max(|ε|, 1e-3 θ f_max).
+    pub error: T,
+    /// Largest load of a fibre; above 1 the material law ends. 0 where there is no equilibrium, or the chart does not tell.
+    pub load: T,
+    /// Sweeps spent.
+    pub sweeps: T,
+}
+
+macro_rules! pod {
+    ($($t:ty),*) => {$(
+        // SAFETY: repr(C), all fields of one plain float type, so no padding and every bit pattern is valid.
+        unsafe impl Zeroable for Tap<$t> {}
+        unsafe impl Pod for Tap<$t> {}
+        unsafe impl Zeroable for Solution<$t> {}
+        unsafe impl Pod for Solution<$t> {}
+    )*};
+}
+pod!(f32, f64);
+
+macro_rules! fields {
+    ($name:ident: $($f:ident)*) => {
+        impl<T: Copy> $name<T> {
+            /// Names of the fields, in order.
+            pub const FIELDS: &[&str] = &[$(stringify!($f)),*];
+
+            /// Every field through `f`.
+            #[inline(always)]
+            pub fn map<U>(&self, f: impl Fn(T) -> U) -> $name<U> {
+                $name { $($f: f(self.$f)),* }
+            }
+
+            /// Every field gathered from the same field of something.
+            #[inline(always)]
+            pub fn gather(mut f: impl FnMut(usize) -> T) -> Self {
+                let mut at = 0;
+                $(let $f = f(at); at += 1;)*
+                let _ = at;
+                $name { $($f),* }
+            }
+
+            /// Values in order.
+            #[inline(always)]
+            pub fn values(&self) -> [T; [$(stringify!($f)),*].len()] {
+                [$(self.$f),*]
+            }
+        }
+    };
+}
+fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
+fields!(Solution: force along arc strain error load sweeps);
+
+impl Solution<f64> {
+    /// Whether the tap met the tolerance; false for anything that is not a number.
+    pub fn within(&self, tolerance: f64) -> bool {
+        self.error <= tolerance
+            && [self.force, self.along, self.arc, self.strain].iter().all(|x| x.is_finite())
+    }
+
+    /// Whether an equilibrium was found at which a fibre has surely left the range of its law.
+    pub fn ended(&self) -> bool {
+        self.load > 1.0 + EDGE
+    }
+
+    /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
+    /// beyond a fold of the path, or with a fibre next to the end of its law.
+    pub fn unsure(&self) -> bool {
+        self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
+    }
+
+    /// A tap that has no solution.
+    pub const FAILED: Self = Self {
+        force: f64::NAN,
+        along: f64::NAN,
+        arc: f64::NAN,
+        strain: f64::NAN,
+        error: f64::INFINITY,
+        load: 0.0,
+        sweeps: 0.0,
+    };
+}
+
+/// A tap in its own units: what is asked of the rod, and how a solution is read.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    tap: Tap<f64>,
+    /// Contact distance, mm.
+    a: f64,
+    /// EI₀/a², N.
+    unit: f64,
+    /// cos α, sin α at the contact.
+    direction: (f64, f64),
+    /// T/P of a sliding contact.
+    friction: Option<f64>,
+}
+
+/// Strain, forces and arc of one tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Strain, positive as on the contact side whichever side the gauge is on.
+    pub strain: f64,
+    /// Strain over that of the first-order solution, less 1, at full relative precision.
+    pub deviation: f64,
+    /// P, N.
+    pub normal: f64,
+    /// T, N.
+    pub tangential: f64,
+    /// c, mm.
+    pub arc: f64,
+}
+
+/// A tap as a user describes it, with what its design shares.
+#[derive(Debug, Clone, Copy)]
+pub struct Ask<'a> {
+    /// Model of the rod.
+    pub model: &'a Model,
+    /// Side of the gauge.
+    pub side: Side,
+    /// Strain curve of the linear theory of the model.
+    pub curve: &'a StrainCurve,
+    /// Largest value of `curve`.
+    pub peak: f64,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// θ, rad, or δ, mm.
+    pub amount: f64,
+    /// What holds the contact.
+    pub grip: Grip,
+}
+
+impl Frame {
+    /// The tap `ask`; `None` where the contact would be at or beyond the virtual apex.
+    pub fn new(ask: &Ask<'_>) -> Option<Self> {
+        let (a, curve, model) = (ask.a, ask.curve, ask.model);
+        let bare = bare(curve, a);
+        if bare.rest <= 0.0 {
+            return None;
+        }
+        let radius = 0.5 * curve.taper.D / a;
+        let slope = if model.surface { curve.taper.tan_alpha } else { 0.0 };
+        let shear = if model.shear { shear_length2(&curve.taper, model.nu) / (3.0 * a * a) } else { 0.0 };
+        let quarter = 0.25 * radius * radius;
+        let mut groups = Groups {
+            taper: bare.taper,
+            rest: bare.rest,
+            angle: ask.amount,
+            hub: curve.hub / a,
+            pull: 0.0,
+            radius,
+            slope,
+            surface: model.surface,
+            pole: model.pole_radius / a,
+            shear,
+            stretch: if model.extension { quarter } else { 0.0 },
+            axial_strain: if model.extension { quarter } else { 0.0 },
+            gauge: [bare.near, bare.far, bare.width],
+            side: if ask.side == Side::Far { -1.0 } else { 1.0 },
+        };
+        let (pole_x, pole_y) = groups.pole_centre();
+        if curve.drive == Drive::Displacement {
+            // The object's path seen from the clamp: an angle and a growing distance.
+            let delta = ask.amount / a;
+            groups.angle = (pole_x * delta).atan2(pole_x * pole_x + pole_y * (pole_y - delta));
+            groups.pull = 0.5 * delta * delta - pole_y * delta;
+        }
+        let onset = groups.onset(ask.grip);
+        let drive = ask.amount * curve.value(a);
+        let least = 1e-3 * ask.amount * ask.peak;
+        let tap = Tap {
+            angle: groups.angle,
+            hub: groups.hub,
+            shear,
+            weight: if drive > 0.0 { drive / drive.max(least) } else { 0.0 },
+            radius,
+            contact_radius: if model.surface { radius * bare.rest } else { 0.0 },
+            slope,
+            pole_x,
+            pole_y,
+            ratio: match ask.grip {
+                Grip::Slide(friction) => groups.force_ratio(friction),
+                Grip::Stick => 0.0,
+            },
+            force: onset.across,
+            along: onset.along,
+            arc: onset.arc,
+            // Of a contact before the gauge only force and arc are read.
+            strain: if bare.near > 0.0 { onset.strain } else { 1.0 },
+            ..bare
+        };
+        Some(Self::with(ask, tap, slope))
+    }
+
+    fn with(ask: &Ask<'_>, tap: Tap<f64>, slope: f64) -> Self {
+        let diameter = ask.curve.taper.D;
+        let stiffness = ask.model.material.e0() * std::f64::consts::PI * diameter.powi(4) / 64.0;
+        let friction = match ask.grip {
+            Grip::Slide(friction) => Some(friction),
+            Grip::Stick => None,
+        };
+        Self { tap, a: ask.a, unit: stiffness / (ask.a * ask.a), direction: direction(slope), friction }
+    }
+
+    /// The dimensionless tap.
+    pub fn tap(&self) -> &Tap<f64> {
+        &self.tap
+    }
+
+    /// Reads a solution.
+    pub fn response(&self, s: &Solution<f64>) -> Response {
+        let t = &self.tap;
+        let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
+        let (cos, sin) = self.direction;
+        let normal = (w * cos - h * sin) * self.unit;
+        Response {
+            strain: t.strain + t.strain * s.strain,
+            deviation: s.strain,
+            normal,
+            tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
+            arc: self.a * (1.0 + t.arc + s.arc),
+        }
+    }
+}
+
+/// What linear and exact taps share.
+fn bare(curve: &StrainCurve, a: f64) -> Tap<f64> {
+    let [x1, x2] = curve.gauge;
+    let taper = curve.taper.tau * a;
+    Tap {
+        taper,
+        rest: 1.0 - taper,
+        near: (a - x1) / a,
+        far: (a - x2) / a,
+        width: (x2 - x1) / a,
+        ..Tap::default()
+    }
+}

@@ -1,0 +1,229 @@
+//! The command line: what goes to stdout, stderr and the exit code, and which backend runs.
+
+use crate::common::program::{Desk, SPEC};
+use serde_json::{Value, json};
+
+/// Environment in which no Vulkan driver is found.
+const NO_DRIVER: [(&str, &str); 2] =
+    [("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")];
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().expect("an object").keys().map(String::as_str).collect()
+}
+
+#[test]
+fn sweep_writes_four_files_and_says_so() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.sweep(&[]).exits(0);
+    let files = ["designs.csv", "distances.csv", "run.json", "tuples.csv"];
+    assert_eq!(desk.names("results/spec"), files);
+    for file in files {
+        assert!(ran.stdout.contains(&format!("results/spec/{file}")), "{}", ran.stdout);
+    }
+    assert!(ran.stdout.contains("best row of each design by K_sd") && ran.stdout.contains("12 ok"));
+    assert!(ran.stderr.contains("spec: 12 taps of 2 designs, exact rod, on cpu"), "{}", ran.stderr);
+    for file in &files {
+        let text = desk.read(&format!("results/spec/{file}"));
+        assert!(text.ends_with('\n') && !text.contains('\r') && !text.contains("NaN"), "{file}");
+    }
+}
+
+#[test]
+fn run_json_describes_the_run() {
+    let desk = Desk::new(SPEC);
+    desk.sweep(&["--quiet"]).exits(0);
+    let run: Value = serde_json::from_str(&desk.read("results/spec/run.json")).unwrap();
+    assert_eq!(run["format"], 1);
+    assert_eq!(run["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(run["spec"]["text"], SPEC);
+    assert_eq!(run["spec"]["hash"].as_str().unwrap().len(), 64);
+    assert_eq!(run["backend"]["name"], "cpu");
+    assert_eq!((&run["backend"]["precision"], &run["backend"]["tolerance"]), (&"f32".into(), &1e-5.into()));
+    assert_eq!(run["counts"]["status"]["ok"], 12);
+    assert_eq!((&run["counts"]["solved"], &run["counts"]["interpolated"]), (&12.into(), &0.into()));
+    assert!(run["taps_per_second"].as_f64().unwrap() > 0.0);
+    assert!(run.get("commit").is_some());
+    let in_force = run["in_force"].as_array().unwrap();
+    let value = |key: &str| in_force.iter().find(|v| v["key"] == key).unwrap();
+    assert_eq!(
+        (&value("whisker.hub")["default"], &value("gauge.noise_strain")["default"]),
+        (&true.into(), &false.into())
+    );
+}
+
+#[test]
+fn quiet_is_silent() {
+    let ran = Desk::new(SPEC).sweep(&["--quiet"]).exits(0);
+    assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn json_is_one_object_and_nothing_else() {
+    let desk = Desk::new(SPEC);
+    let object = desk.sweep(&["--json"]).exits(0).json();
+    let wanted =
+        ["format", "command", "version", "ok", "out", "files", "counts", "seconds", "backend", "result"];
+    assert_eq!(keys(&object), wanted);
+    assert_eq!((&object["ok"], &object["command"]), (&true.into(), &"sweep".into()));
+    assert_eq!(object["files"].as_array().unwrap().len(), 4);
+    assert_eq!((&object["counts"]["tuples"], &object["counts"]["designs"]), (&12.into(), &4.into()));
+    assert_eq!(object["result"]["best"][0]["theta_deg"], 1.0);
+
+    let from_spec = Desk::new(&format!("{SPEC}[run]\njson = true\nbackend = \"cpu\"\n"));
+    assert_eq!(from_spec.run(&["sweep", "spec.toml"]).exits(0).json()["ok"], true);
+}
+
+#[test]
+fn json_tells_errors_in_fields() {
+    let wanted = ["file", "line", "key", "value", "allowed", "message"];
+    let desk = Desk::new(&SPEC.replace("D = 10", "D = -10"));
+    let object = desk.sweep(&["--json"]).exits(2).json();
+    assert_eq!(object["ok"], false);
+    let error = &object["error"];
+    assert_eq!(keys(error), wanted);
+    assert_eq!((&error["file"], &error["line"]), (&"spec.toml".into(), &2.into()));
+    assert_eq!(
+        (&error["key"], &error["value"], &error["allowed"]),
+        (&"whisker.D".into(), &"-10".into(), &"> 0 mm".into())
+    );
+
+    for arguments in [&["sweep", "--json"][..], &["sweep", "spec.toml", "--json", "--backend", "abacus"]] {
+        let object = desk.run(arguments).exits(2).json();
+        assert_eq!((keys(&object["error"]), &object["ok"]), (wanted.to_vec(), &false.into()));
+    }
+    let unreachable = Desk::new(&format!("{SPEC}[run]\njson = true\nbackend = \"cpu\"\ntolerance = 1e-30\n"));
+    let line = unreachable.read("spec.toml").lines().position(|l| l.starts_with("tolerance")).unwrap() + 1;
+    let error = &unreachable.run(&["sweep", "spec.toml"]).exits(2).json()["error"];
+    assert_eq!((&error["file"], &error["line"]), (&json!("spec.toml"), &json!(line)));
+    assert_eq!((&error["key"], &error["value"]), (&json!("run.tolerance"), &json!("1e-30")));
+    let typed = unreachable.run(&["sweep", "spec.toml", "--tolerance", "1e-29"]).exits(2);
+    assert_eq!(
+        (&typed.json()["error"]["key"], &typed.json()["error"]["file"]),
+        (&json!("--tolerance"), &json!(null))
+    );
+}
+
+#[test]
+fn usage_errors_exit_with_2() {
+    let desk = Desk::new(SPEC);
+    for arguments in [
+        &[][..],
+        &["sweep"],
+        &["sweep", "none.toml"],
+        &["swep", "spec.toml"],
+        &["sweep", "spec.toml", "--thread", "2"],
+    ] {
+        let ran = desk.run(arguments).exits(2);
+        assert!(ran.stdout.is_empty() && !ran.stderr.is_empty(), "{arguments:?}");
+    }
+    for arguments in [["--help"], ["--version"]] {
+        assert!(!desk.run(&arguments).exits(0).stdout.is_empty());
+    }
+    assert_eq!(desk.names("."), ["spec.toml"]);
+}
+
+#[test]
+fn plan_runs_nothing() {
+    let desk = Desk::new(SPEC);
+    let text = desk.sweep(&["--plan"]).exits(0).stdout;
+    for part in [
+        "12 taps of 2 designs",
+        "12 rows",
+        "4 rows",
+        "6 rows",
+        "gauge.noise_strain = 1e-6\n",
+        "whisker.hub = 0.0    (default)",
+    ] {
+        assert!(text.contains(part), "{part} is not in {text}");
+    }
+    let object = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    assert_eq!(object["counts"]["taps"], 12);
+    assert!(
+        object["counts"]["bytes"].as_f64().unwrap() > 0.0 && object["seconds"]["expected"].as_f64().is_some()
+    );
+    assert_eq!(desk.names("."), ["spec.toml"]);
+}
+
+#[test]
+fn plan_counts_the_designs_of_a_tuple_file() {
+    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
+    let header = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg";
+    desk.write("list.csv", format!("{header}\n10,4,50,5,2,21,1\n10,4,50,5,2,33,1\n10,4,50,5,2,48,1\n"));
+    let planned = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    let swept = desk.sweep(&["--json"]).exits(0).json();
+    assert_eq!(planned["counts"]["designs_total"], 1);
+    for table in ["tuples", "designs", "distances"] {
+        assert_eq!(planned["counts"][table], swept["counts"][table], "{table}");
+    }
+}
+
+#[test]
+fn a_huge_table_is_not_written_by_default() {
+    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 100_000_000 }");
+    let ran = Desk::new(&huge).sweep(&["--plan"]).exits(2);
+    assert!(ran.stderr.contains("output.tuples") && ran.stderr.contains("tuples = true"), "{}", ran.stderr);
+    let asked = format!("{huge}[output]\ntuples = true\n");
+    assert!(Desk::new(&asked).sweep(&["--plan"]).exits(0).stdout.contains("1200000000 taps"));
+}
+
+#[test]
+fn gpu_without_an_adapter_is_exit_2_and_auto_takes_the_cpu() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.run_with(&["sweep", "spec.toml", "--backend", "gpu"], &NO_DRIVER).exits(2);
+    assert!(ran.stderr.contains("no Vulkan") && ran.stderr.contains("mesa-vulkan-drivers"), "{}", ran.stderr);
+    assert_eq!(desk.names("."), ["spec.toml"]);
+    let ran = desk.run_with(&["sweep", "spec.toml"], &NO_DRIVER).exits(0);
+    assert!(ran.stderr.contains("on cpu") && ran.stderr.contains("no Vulkan"), "{}", ran.stderr);
+    let listed = desk.run_with(&["devices"], &NO_DRIVER).exits(0);
+    assert!(listed.stdout.contains("--backend auto takes: CPU kernels"), "{}", listed.stdout);
+}
+
+#[test]
+fn gpu_sweeps_where_there_is_an_adapter() {
+    let desk = Desk::new(SPEC);
+    let object = desk.run(&["sweep", "spec.toml", "--backend", "gpu", "--json"]).exits(0).json();
+    assert_eq!(object["backend"]["name"], "gpu");
+    assert!(object["backend"]["adapter"].is_string() && object["backend"]["driver"].is_string());
+    let devices = desk.run(&["devices", "--json"]).exits(0).json();
+    assert_eq!(devices["result"]["adapters"][0]["name"], object["backend"]["adapter"]);
+    assert_eq!(devices["backend"]["name"], "gpu");
+    let ran = desk.run(&["sweep", "spec.toml", "--adapter", "no such card"]).exits(2);
+    assert!(ran.stderr.contains("no such card"), "{}", ran.stderr);
+}
+
+#[test]
+fn precision_and_tolerance() {
+    let desk = Desk::new(SPEC);
+    let double = desk.sweep(&["--json", "--precision", "f64", "--out", "double"]).exits(0).json();
+    assert_eq!(
+        (&double["backend"]["precision"], &double["backend"]["tolerance"]),
+        (&"f64".into(), &1e-8.into())
+    );
+    let reference = desk
+        .run(&["sweep", "spec.toml", "--backend", "reference", "--json", "--tolerance", "1e-30"])
+        .exits(0);
+    assert_eq!(reference.json()["backend"]["tolerance"], Value::Null);
+    for bad in [
+        &["--tolerance", "1e-9"][..],
+        &["--tolerance", "0"],
+        &["--tolerance", "nan"],
+        &["--tolerance", "1"],
+        &["--tolerance", "1e-15", "--precision", "f64"],
+    ] {
+        let ran = desk.sweep(bad).exits(2);
+        assert!(ran.stderr.contains("--tolerance"), "{}", ran.stderr);
+    }
+    assert_eq!(desk.names("."), ["double", "results", "spec.toml"]);
+}
+
+#[test]
+fn threads_do_not_change_the_tables() {
+    let desk = Desk::new(SPEC);
+    for (threads, out) in [("1", "one"), ("3", "three")] {
+        desk.sweep(&["--threads", threads, "--out", out]).exits(0);
+    }
+    for table in ["tuples.csv", "designs.csv", "distances.csv"] {
+        assert_eq!(desk.read(&format!("one/{table}")), desk.read(&format!("three/{table}")));
+    }
+    desk.sweep(&["--threads", "0"]).exits(2);
+}

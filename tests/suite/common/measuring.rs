@@ -1,0 +1,94 @@
+//! Synthetic rigs: a spec, what a rig makes of it, a calibration, fresh taps.
+
+use std::path::Path;
+
+use vibrissa::calibrate::{Calibrated, Options, calibrate};
+use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
+use vibrissa::measure::{Data, Rig};
+use vibrissa::scene::RunOptions;
+use vibrissa::simulate::{Settings, simulate};
+use vibrissa::spec;
+
+/// Every effect of a real whisker.
+pub const REAL: &str =
+    "[model]\nshear = true\nsurface = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n";
+/// The paper's distances and tap angles.
+pub const TAPS: &str =
+    "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]\n";
+
+/// A prototype with tip diameter `d` and the sections `more`.
+pub fn prototype(d: f64, more: &[&str]) -> String {
+    format!("[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n{}", more.concat())
+}
+
+pub fn rig(text: &str) -> Rig {
+    let scene = spec::parse("rig.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+    Rig::of_scene(scene, "rig.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The table that a rig of this spec writes.
+pub fn table(text: &str, settings: &Settings) -> String {
+    let rig = rig(text);
+    let method = opener(&RunOptions::default())(&rig.scene.model).unwrap();
+    let mut bytes = Vec::new();
+    let mut write = |b: &[u8]| {
+        bytes.extend_from_slice(b);
+        Ok(())
+    };
+    simulate(&rig, settings, method, &mut write).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+pub fn data(table: &str) -> Data {
+    Data::parse("data.csv", table.as_bytes()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn calibrated(table: &str, whisker: &str, fit: &[Parameter]) -> Calibrated {
+    let options = Options { fit: fit.to_vec(), ..Options::default() };
+    calibrate(&data(table), &rig(whisker), &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+pub fn locator(c: &Calibrated, asked: Option<Estimator>) -> Locator {
+    Locator::new(&c.calibration, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
+}
+
+/// How distances came out.
+#[derive(Debug)]
+pub struct Score {
+    pub taps: usize,
+    pub rms: f64,
+    /// Share of errors within one sigma.
+    pub coverage: f64,
+    /// Root mean square of σ_ε/|dε/da|.
+    pub limit: f64,
+    pub unanswered: usize,
+}
+
+/// Locates every row of a synthetic table made with `noise`.
+pub fn score(locator: &Locator, table: &str, noise: f64) -> Score {
+    let (mut squares, mut inside, mut limit, mut n, mut unanswered) = (0.0, 0, 0.0, 0, 0);
+    for row in data(table).rows {
+        let at = locator.locate(row.drive, row.value);
+        if !at.distance.is_finite() {
+            unanswered += 1;
+            continue;
+        }
+        let error = at.distance - row.a;
+        let sign = row.value.signum();
+        let slope = (locator.expected(row.a + 0.01, row.drive, sign)
+            - locator.expected(row.a - 0.01, row.drive, sign))
+            / 0.02;
+        (squares, limit, n) = (squares + error * error, limit + (noise / slope).powi(2), n + 1);
+        inside += usize::from(error.abs() <= at.sigma);
+    }
+    let mean = |x: f64| (x / n as f64).sqrt();
+    Score { taps: n, rms: mean(squares), coverage: inside as f64 / n as f64, limit: mean(limit), unanswered }
+}
+
+/// The spec with `samples` random distances in place of its own.
+pub fn fresh(text: &str, [min, max]: [f64; 2], samples: u32) -> String {
+    let axis =
+        format!("a = {{ min = {min}, max = {max}, samples = {samples}, sampler = \"random\", seed = 5 }}");
+    let line = |l: &str| if l.starts_with("a = ") { axis.clone() } else { l.to_owned() };
+    text.lines().map(line).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,122 @@
+//! Searches in this process, and the dense sweeps they are compared with.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use vibrissa::optimise::evaluate::Scorer;
+use vibrissa::optimise::score::{Goal, Score};
+use vibrissa::optimise::session::Found;
+use vibrissa::optimise::variables::Variables;
+use vibrissa::optimise::{self, Report, Step, Target, Watch};
+use vibrissa::scene::sampler::Sampler;
+use vibrissa::scene::{RunOptions, Scene, Search, Tuple};
+use vibrissa::spec;
+
+use super::sweeping::{CPU_F64, Place};
+
+pub struct Silent;
+
+impl Watch for Silent {
+    fn step(&mut self, _: &Step, _: f64, _: bool, _: Option<u64>) {}
+}
+
+pub fn parse(text: &str) -> (Scene, Search) {
+    spec::parse_search("search.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Searches `text` on `place` into `out`.
+pub fn search_into(
+    out: &Path,
+    text: &str,
+    place: Place,
+    resume: bool,
+) -> Result<Report, vibrissa::error::Error> {
+    let (scene, search) = parse(text);
+    let stop = AtomicBool::new(false);
+    let target = Target { out, force: true, resume, stop: &stop };
+    optimise::run(&scene, &search, (&place.choice(), &RunOptions::default()), &target, &mut Silent)
+}
+
+/// Searches `text` on `place`.
+pub fn search(text: &str, place: Place) -> Report {
+    let out = tempfile::tempdir().expect("a folder");
+    search_into(out.path(), text, place, false).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the
+/// best of them, in f64. It shares the scores with a search, and nothing else.
+pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
+    let (scene, search) = parse(text);
+    let variables = Variables::new(&scene, &search);
+    let (k, drives) = (variables.len(), variables.drives());
+    let coordinate = |seed: u64, i: u32, c: usize| {
+        (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
+    };
+    let best_of =
+        |scorer: &mut Scorer<'_>, places: &[Vec<f64>], keep: usize| -> Vec<(f64, Vec<f64>, Found)> {
+            let points: Vec<_> =
+                places.iter().flat_map(|u| (0..drives).map(|j| variables.point(u, j))).collect();
+            let scores = scorer.scores(&points).unwrap_or_else(|e| panic!("{e}"));
+            let mut all: Vec<_> = scores
+                .into_iter()
+                .zip(points)
+                .enumerate()
+                .map(|(i, (score, point))| (goal.order(&score), i / drives, Found { point, score }))
+                .collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            all.into_iter().take(keep).map(|(order, i, found)| (order, places[i].clone(), found)).collect()
+        };
+    let mut dense = Scorer::new(&scene, &search, place.open(&scene));
+    let mut best: Vec<(f64, Vec<f64>, Found)> = Vec::new();
+    for from in (0..designs).step_by(1 << 14) {
+        let to = (from + (1 << 14)).min(designs);
+        let places: Vec<Vec<f64>> =
+            (from..to).map(|i| (0..k).map(|c| coordinate(0, i, c)).collect()).collect();
+        best.extend(best_of(&mut dense, &places, 10));
+        best.sort_by(|a, b| a.0.total_cmp(&b.0));
+        best.truncate(10);
+    }
+    let mut precise = Scorer::new(&scene, &search, CPU_F64.open(&scene));
+    let mut winner: Option<(f64, Found)> = None;
+    for (start, (_, u, _)) in best.into_iter().enumerate() {
+        let mut here = best_of(&mut precise, &[u], 1).remove(0);
+        let mut length = 2.0 * f64::from(designs).powf(-1.0 / k as f64);
+        for round in 0..60u32 {
+            let step =
+                |i: u32, c: usize| length * (2.0 * coordinate(start as u64 + 2, round * 200 + i, c) - 1.0);
+            let places: Vec<Vec<f64>> = (0..200)
+                .map(|i| here.1.iter().enumerate().map(|(c, x)| (x + step(i, c)).clamp(0.0, 1.0)).collect())
+                .collect();
+            let next = best_of(&mut precise, &places, 1).remove(0);
+            if next.0 < here.0 {
+                here = next;
+            } else {
+                length *= 0.7;
+            }
+        }
+        if winner.as_ref().is_none_or(|w| here.0 < w.0) {
+            winner = Some((here.0, here.2));
+        }
+    }
+    winner.expect("a design").1
+}
+
+/// Scores of `designs` points that fill the box of the variables evenly, chunk by chunk.
+pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Score])) {
+    let (scene, search) = parse(text);
+    let variables = Variables::new(&scene, &search);
+    let mut scorer = Scorer::new(&scene, &search, place.open(&scene));
+    for from in (0..designs).step_by(1 << 14) {
+        let to = (from + (1 << 14)).min(designs);
+        each(&scorer.scores(&spread(&variables, from..to)).unwrap_or_else(|e| panic!("{e}")));
+    }
+}
+
+/// Points that fill the box of `variables` evenly; the first drive of a list.
+pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple> {
+    let coordinate =
+        |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(0, c as u32, i)) + 0.5) / 4_294_967_296.0;
+    indices
+        .map(|i| variables.point(&(0..variables.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0))
+        .collect()
+}

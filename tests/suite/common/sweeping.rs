@@ -1,0 +1,125 @@
+//! Sweeps in this process: a spec as text, a backend, and the tables that come out.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use vibrissa::backend::Choice;
+use vibrissa::error::Error;
+use vibrissa::evaluate::Method;
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Scene};
+use vibrissa::spec;
+use vibrissa::sweep::{self, Progress, Report, Target};
+
+/// A backend in one precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    pub backend: BackendChoice,
+    pub precision: Precision,
+}
+
+pub const CPU: Place = Place { backend: BackendChoice::Cpu, precision: Precision::F32 };
+pub const CPU_F64: Place = Place { backend: BackendChoice::Cpu, precision: Precision::F64 };
+pub const GPU: Place = Place { backend: BackendChoice::Gpu, precision: Precision::F32 };
+pub const GPU_F64: Place = Place { backend: BackendChoice::Gpu, precision: Precision::F64 };
+pub const REFERENCE: Place = Place { backend: BackendChoice::Reference, precision: Precision::F64 };
+
+impl Place {
+    /// Fails, rather than skips, where the machine lacks it.
+    pub fn choice(self) -> Choice {
+        let options = RunOptions {
+            backend: Some(self.backend),
+            precision: Some(self.precision),
+            ..RunOptions::default()
+        };
+        Choice::new(&options).unwrap_or_else(|e| {
+            panic!("{self:?} is not here, and tests do not skip it (Debian: apt install mesa-vulkan-drivers): {e}")
+        })
+    }
+
+    pub fn open(self, scene: &Scene) -> Method {
+        self.choice().open(&scene.model).unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
+    }
+}
+
+/// One row by column name.
+pub type Row = HashMap<String, String>;
+
+/// A table as text, with its rows by column.
+#[derive(Debug, Default, PartialEq)]
+pub struct Table {
+    pub text: String,
+    pub columns: Vec<String>,
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// Empty if the file was not written.
+    pub fn read(path: &Path) -> Self {
+        let Ok(text) = std::fs::read_to_string(path) else { return Self::default() };
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let columns = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+        let rows = reader.deserialize().collect::<Result<_, _>>().expect("rows as wide as the header");
+        Self { text, columns, rows }
+    }
+
+    pub fn statuses(&self) -> Vec<&str> {
+        self.rows.iter().map(|row| row["status"].as_str()).collect()
+    }
+
+    pub fn numbers(&self, column: &str) -> Vec<Option<f64>> {
+        self.rows.iter().map(|row| number(row, column)).collect()
+    }
+}
+
+/// A value; `None` where the field is empty.
+#[track_caller]
+pub fn number(row: &Row, column: &str) -> Option<f64> {
+    let field = row.get(column).unwrap_or_else(|| panic!("no column {column}"));
+    let value: Option<f64> = (!field.is_empty()).then(|| field.parse().expect("a number"));
+    assert!(value.is_none_or(f64::is_finite), "{column} = {field}");
+    value
+}
+
+/// What a sweep wrote.
+pub struct Swept {
+    pub report: Report,
+    pub tuples: Table,
+    pub designs: Table,
+    pub distances: Table,
+}
+
+struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
+
+/// Sweeps the spec `text`, whose tuple file may be `tuples.csv` with the text `list`, into `out`.
+pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> Result<Report, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    if let Some(list) = list {
+        std::fs::write(folder.path().join("list.csv"), list).expect("a tuple file");
+    }
+    let scene = spec::parse("spec.toml", text, folder.path())?;
+    let stop = AtomicBool::new(false);
+    sweep::run(&scene, &place.choice(), &Target { out, force: false, stop: &stop }, &mut Silent)
+}
+
+/// Sweeps the spec `text` and reads all tables.
+pub fn sweep_with(text: &str, list: Option<&str>, place: Place) -> Swept {
+    let out = tempfile::tempdir().expect("a folder");
+    let report = sweep_into(out.path(), text, list, place).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| Table::read(&out.path().join(name));
+    Swept {
+        report,
+        tuples: read("tuples.csv"),
+        designs: read("designs.csv"),
+        distances: read("distances.csv"),
+    }
+}
+
+/// Sweeps the spec `text` on `place`.
+pub fn sweep(text: &str, place: Place) -> Swept {
+    sweep_with(text, None, place)
+}

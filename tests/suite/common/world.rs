@@ -1,0 +1,84 @@
+//! The program as a shell starts it: redirections, pipes, signals.
+
+use std::ffi::OsStr;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use super::measuring::{REAL, prototype};
+use super::program::Desk;
+
+/// Time that an answer to a signal may take: two seconds, and as much for a busy machine.
+pub const PROMPT: Duration = Duration::from_secs(4);
+
+/// The program on `desk`, with pipes for all streams.
+pub fn program(desk: &Desk, arguments: &[impl AsRef<OsStr>]) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"));
+    command.current_dir(desk.path(".")).args(arguments);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Runs a line of shell on `desk`, in which `vibrissa` is the program.
+pub fn shell(desk: &Desk, line: &str) -> Output {
+    let program = assert_cmd::cargo::cargo_bin("vibrissa");
+    let script = format!("vibrissa() {{ \"$PROGRAM\" \"$@\"; }}\n{line}");
+    let mut command = Command::new("sh");
+    command.current_dir(desk.path(".")).env("PROGRAM", program).args(["-c", &script]);
+    command.stdin(Stdio::null()).output().expect("a shell")
+}
+
+/// A desk with a whisker in spec.toml, its data in sim and its calibration in cal: few taps, so that it is quickly made.
+pub fn calibrated() -> Desk {
+    let taps = "[tap]\na = { from = 21, to = 45, step = 6 }\ntheta = [1, 4, 8]\n";
+    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", taps, REAL]));
+    desk.run(&["simulate", "spec.toml", "--repeats", "2", "--out", "sim"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk
+}
+
+/// Sends `signal`.
+#[cfg(unix)]
+pub fn send(child: &Child, signal: i32) {
+    let id = i32::try_from(child.id()).expect("a process id");
+    // SAFETY: only sends a signal, to a child that was not yet waited for.
+    assert_eq!(unsafe { libc::kill(id, signal) }, 0);
+}
+
+/// Waits until the program handles `signal`.
+#[cfg(target_os = "linux")]
+pub fn until_it_hears(child: &Child, signal: i32) {
+    let heard = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let mask = status.lines().find_map(|l| l.strip_prefix("SigCgt:")).unwrap_or("0");
+        u64::from_str_radix(mask.trim(), 16).is_ok_and(|m| m >> (signal - 1) & 1 == 1)
+    };
+    until(heard, "the program does not listen");
+}
+
+/// Waits for `condition`.
+pub fn until(condition: impl Fn() -> bool, otherwise: &str) {
+    let begun = Instant::now();
+    while !condition() {
+        assert!(begun.elapsed() < Duration::from_secs(20), "{otherwise}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// What `child` leaves; fails if it does not end promptly.
+#[track_caller]
+pub fn ends(mut child: Child) -> Output {
+    let begun = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        if begun.elapsed() > PROMPT {
+            let _ = child.kill();
+            panic!("it goes on after {PROMPT:?}");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.wait_with_output().expect("its words")
+}
+
+/// Words of an output.
+pub fn words(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}

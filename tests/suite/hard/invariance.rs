@@ -1,0 +1,167 @@
+//! What strain cannot depend on: the unit of length, the unit of stress, and which side the gauge is on for the forces.
+
+use super::*;
+use crate::common::program::Desk;
+use crate::common::sweeping::Table;
+
+/// Factors of lengths and of moduli.
+const FACTORS: [f64; 6] = [1e-3, 0.03, 0.5, 7.0, 100.0, 1e3];
+
+fn taps() -> Vec<Tuple> {
+    grid(&[4.0, 10.0, 12.0], &[6.0, 21.0, 45.0], &[0.01, 1.0, 6.0])
+}
+
+/// The scene with all lengths times `k`; its tuples are scaled apart.
+fn longer(scene: &Scene, k: f64) -> Scene {
+    let mut longer = scene.clone();
+    longer.hub *= k;
+    longer.model.pole_radius *= k;
+    longer
+}
+
+fn scaled(t: &Tuple, k: f64) -> Tuple {
+    Tuple { D: k * t.D, d: k * t.d, L_a: k * t.L_a, x_ss: k * t.x_ss, l: k * t.l, a: k * t.a, drive: t.drive }
+}
+
+fn stiffer(material: &Material, k: f64) -> Material {
+    match *material {
+        Material::Hooke(e) => Material::Hooke(k * e),
+        Material::NeoHookean(e) => Material::NeoHookean(k * e),
+        Material::MooneyRivlin(c) => Material::MooneyRivlin(c.map(|c| k * c)),
+        Material::Yeoh(c) => Material::Yeoh(c.map(|c| k * c)),
+    }
+}
+
+/// The same taps but for forces times `force` and lengths times `length`.
+#[track_caller]
+fn same(name: &str, place: Place, one: &[Outcome], other: &[Outcome], [force, length]: [f64; 2]) {
+    // Other rounding, amplified where the strain is a small difference: far below the tolerance.
+    let close = 0.3 * bound(place);
+    for (i, (a, b)) in one.iter().zip(other).enumerate() {
+        assert_eq!((a.status, a.sticking), (b.status, b.sticking), "{name} {place:?} {i}");
+        if a.strain.is_nan() {
+            assert!(b.strain.is_nan());
+            continue;
+        }
+        let forces = a.normal_force.abs().max(a.tangential_force.abs());
+        for (x, y, scale) in [
+            (a.strain, b.strain, a.strain.abs()),
+            (a.normal_force, b.normal_force / force, forces),
+            (a.tangential_force, b.tangential_force / force, forces),
+            (a.arc, b.arc / length, a.arc),
+        ] {
+            assert!((x - y).abs() <= close * scale, "{name} {place:?} tap {i}: {x} is not {y}");
+        }
+    }
+}
+
+#[test]
+fn the_unit_of_length_leaves_the_strain() {
+    for name in CONFIGURATIONS {
+        let (model, side) = common::configuration(name);
+        let mut scene = scene(model, side);
+        scene.hub = 4.0;
+        for place in ALL {
+            let one = outcomes(&scene, place, &taps());
+            for k in FACTORS {
+                let tuples: Vec<Tuple> = taps().iter().map(|t| scaled(t, k)).collect();
+                same(name, place, &one, &outcomes(&longer(&scene, k), place, &tuples), [k * k, k]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_unit_of_stress_leaves_the_strain_and_scales_the_force() {
+    for name in CONFIGURATIONS {
+        let (model, side) = common::configuration(name);
+        let scene = scene(model, side);
+        for place in ALL {
+            let one = outcomes(&scene, place, &taps());
+            for k in FACTORS {
+                let mut stiff = scene.clone();
+                stiff.model.material = stiffer(&scene.model.material, k);
+                same(name, place, &one, &outcomes(&stiff, place, &taps()), [k, 1.0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_side_of_the_gauge_is_nothing_to_the_rod() {
+    for name in CONFIGURATIONS {
+        let (model, _) = common::configuration(name);
+        for place in ALL {
+            let of = |side| outcomes(&scene(model.clone(), side), place, &taps());
+            for (near, far) in of(Side::Contact).iter().zip(&of(Side::Far)) {
+                assert_eq!((near.status, near.sticking), (far.status, far.sticking), "{name} {place:?}");
+                let close =
+                    |a: f64, b: f64| (a - b).abs() <= bound(place) * near.normal_force.abs().max(near.arc);
+                assert!(
+                    close(near.arc, far.arc) && close(near.normal_force, far.normal_force),
+                    "{name} {place:?}"
+                );
+                assert!(close(near.tangential_force, far.tangential_force), "{name} {place:?}");
+                // In tension on the contact side, compressed on the far side.
+                assert!(near.strain > 0.0 && far.strain < 0.0, "{name} {place:?}: {near:?} {far:?}");
+                assert_eq!(near.strain_linear, -far.strain_linear);
+            }
+        }
+    }
+}
+
+/// A spec with lengths times `k` and the modulus times `e`.
+fn spec(k: f64, e: f64) -> String {
+    let [wide, thin, same, length, hub, place, grid] = [10.0, 4.0, 10.0, 50.0, 3.0, 5.0, 2.0].map(|x| k * x);
+    let a: Vec<String> = [8.0, 21.0, 45.0].iter().map(|a| format!("{}", k * a)).collect();
+    format!(
+        "[whisker]\nD = {wide}\nd = [{thin}, {same}]\nL_a = {length}\nhub = {hub}\n[gauge]\nx_ss = {place}\nl = {grid}\n\
+         [tap]\na = [{}]\ntheta = [0.5, 6]\n[model]\nsurface = true\nshear = true\nextension = true\n\
+         pole_radius = {}\nmaterial = {{ neo-hookean = {} }}\n",
+        a.join(", "),
+        1.5 * k,
+        3.2 * e
+    )
+}
+
+#[test]
+fn the_program_keeps_the_strain_too() {
+    for (backend, precision, close) in [
+        ("cpu", "f32", 3e-6),
+        ("cpu", "f64", 6e-9),
+        ("gpu", "f32", 3e-6),
+        ("gpu", "f64", 6e-9),
+        ("reference", "f64", 1e-10),
+    ] {
+        let table = |k: f64, e: f64| {
+            let desk = Desk::new(&spec(k, e));
+            let mut arguments = vec!["sweep", "spec.toml", "--backend", backend, "--out", "out"];
+            if backend != "reference" {
+                arguments.extend(["--precision", precision]);
+            }
+            desk.run(&arguments).exits(0);
+            Table::read(&desk.path("out").join("tuples.csv"))
+        };
+        let one = table(1.0, 1.0);
+        assert_eq!(one.rows.len(), 12);
+        for (k, e) in [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)] {
+            let other = table(k, e);
+            assert_eq!(one.statuses(), other.statuses(), "{backend} {precision} {k} {e}");
+            for (column, scale) in [
+                ("strain", 1.0),
+                ("strain_linear", 1.0),
+                ("K", 1.0),
+                ("normal_force_N", e * k * k),
+                ("contact_arc_mm", k),
+            ] {
+                for (x, y) in one.numbers(column).into_iter().zip(other.numbers(column)) {
+                    let (x, y) = (x.expect("a value"), y.expect("a value") / scale);
+                    assert!(
+                        (x / y - 1.0).abs() <= close,
+                        "{backend} {precision} {column} × {k}, {e}: {x} {y}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Hard cases, invariances and single precision of the fast kernels, on every backend. A backend that the machine lacks fails.
+
+use crate::common;
+
+mod census;
+mod corners;
+mod friction;
+mod invariance;
+mod limits;
+mod single_precision;
+mod sticking;
+mod told;
+
+use crate::common::cases::{Kind, evaluate};
+use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
+use vibrissa::evaluate::Outcome;
+use vibrissa::scene::model::{Contact, Material, Model, Side};
+use vibrissa::scene::{Precision, Scene, Tuple};
+
+/// The fast backends.
+const FAST: [Place; 4] = [CPU, CPU_F64, GPU, GPU_F64];
+
+/// All backends.
+const ALL: [Place; 5] = [CPU, CPU_F64, GPU, GPU_F64, REFERENCE];
+
+/// Bound on the strain error at the default tolerance, relative to max(|ε|, 1e-3 θ f_max).
+fn bound(place: Place) -> f64 {
+    if place.precision == Precision::F32 { 1e-5 } else { 2e-8 }
+}
+
+/// A scene of taps of `model`, whose tuples are given apart.
+fn scene(model: Model, side: Side) -> Scene {
+    let mut scene = Kind::Tap.scene();
+    (scene.model, scene.gauge.side) = (model, side);
+    scene
+}
+
+/// A tap of a whisker with D = 10 mm, L_a = 50 mm, and a gauge of 2 mm at 5 mm.
+fn tuple(d: f64, a: f64, degrees: f64) -> Tuple {
+    Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: degrees }
+}
+
+/// Every tip, distance and angle, in that order.
+fn grid(tips: &[f64], distances: &[f64], angles: &[f64]) -> Vec<Tuple> {
+    let mut all = Vec::new();
+    for &d in tips {
+        for &a in distances {
+            all.extend(angles.iter().map(|&degrees| tuple(d, a, degrees)));
+        }
+    }
+    all
+}
+
+fn outcomes(scene: &Scene, place: Place, tuples: &[Tuple]) -> Vec<Outcome> {
+    evaluate(scene, place.open(scene), tuples).into_iter().map(|(outcome, _)| outcome).collect()
+}
+
+/// The models of the reference cases.
+const CONFIGURATIONS: [&str; 8] =
+    ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+
+/// Compares every backend with the reference: the same status and, where there is a strain, strain within its bound, P and
+/// contact arc within five times that, and no value where there is none. The outcomes of the reference.
+#[track_caller]
+fn agree(name: &str, scene: &Scene, tuples: &[Tuple]) -> Vec<Outcome> {
+    assert!(!tuples.is_empty());
+    let exact = evaluate(scene, REFERENCE.open(scene), tuples);
+    let mut faults = Vec::new();
+    for place in FAST {
+        let found = evaluate(scene, place.open(scene), tuples);
+        let (mut worst, mut compared) = (0.0_f64, 0);
+        for (i, ((fast, _), (exact, least))) in found.iter().zip(&exact).enumerate() {
+            let mut fault = |what: String| faults.push(format!("{place:?} {:?}: {what}", tuples[i]));
+            if fast.status != exact.status {
+                fault(format!("{} instead of {}", fast.status, exact.status));
+                continue;
+            }
+            if !exact.strain.is_finite() {
+                if fast.strain.is_finite() || fast.deviation.is_finite() || fast.normal_force.is_finite() {
+                    fault(format!("a value with {}", fast.status));
+                }
+                continue;
+            }
+            compared += 1;
+            let scale = exact.strain.abs().max(*least);
+            let error = if scale > 0.0 { (fast.strain - exact.strain).abs() / scale } else { 0.0 };
+            if error.is_nan() || error > bound(place) {
+                fault(format!("strain {} instead of {}: {error:.1e}", fast.strain, exact.strain));
+            }
+            worst = worst.max(error);
+            let forces = exact.normal_force.abs().max(exact.tangential_force.abs());
+            for (value, expected, scale) in [
+                (fast.normal_force, exact.normal_force, forces),
+                (fast.tangential_force, exact.tangential_force, forces),
+                (fast.arc, exact.arc, exact.arc),
+            ] {
+                let error = (value - expected).abs();
+                if error.is_nan() || error > 5.0 * bound(place) * scale {
+                    fault(format!("force or arc {value} instead of {expected}"));
+                }
+            }
+            if fast.sticking != exact.sticking {
+                fault(format!("sticks {} instead of {}", fast.sticking, exact.sticking));
+            }
+        }
+        println!(
+            "{name}, {place:?}: {compared} of {} compared, worst strain error {worst:.1e}",
+            tuples.len()
+        );
+    }
+    assert!(
+        faults.is_empty(),
+        "{name}: {} faults\n{}",
+        faults.len(),
+        faults[..faults.len().min(20)].join("\n")
+    );
+    exact.into_iter().map(|(outcome, _)| outcome).collect()
+}
+
+/// As [`agree`], for the named configuration.
+#[track_caller]
+fn configuration_agrees(name: &str, tuples: &[Tuple]) -> Vec<Outcome> {
+    let (model, side) = common::configuration(name);
+    agree(name, &scene(model, side), tuples)
+}
+
+/// A model with all effects, the material neo-hookean, and `contact`.
+fn rubber(contact: Contact) -> Model {
+    Model { contact, ..common::all_effects(Material::NeoHookean(3.2)) }
+}

@@ -1,0 +1,306 @@
+//! The commands: bad input, streams, files.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+
+use crate::common::measuring::{REAL, TAPS, prototype};
+use crate::common::program::Desk;
+use crate::common::sweeping::Table;
+
+const HEADER: &str = "theta_deg,strain,distance_mm,sigma_mm,status";
+
+/// A desk with a whisker, its data and its calibration.
+fn calibrated() -> Desk {
+    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
+    desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk
+}
+
+fn stream(desk: &Desk, arguments: &[&str], input: &[u8]) -> (i32, Vec<String>, String) {
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
+        .current_dir(desk.path("."))
+        .arg("locate")
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let input = input.to_vec();
+    let feed = std::thread::spawn(move || drop(stdin.write_all(&input)));
+    let out = child.wait_with_output().unwrap();
+    feed.join().unwrap();
+    let text = String::from_utf8(out.stdout).unwrap();
+    let stderr = String::from_utf8(out.stderr).unwrap();
+    (out.status.code().unwrap(), text.lines().map(str::to_owned).collect(), stderr)
+}
+
+#[test]
+fn bad_data_are_refused_with_file_line_and_column() {
+    let desk = Desk::new("[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n");
+    let rows = "21,4,0.03\n30,4,0.024\n39,4,0.019\n";
+    let cases = [
+        ("a,theta_deg,strain\n", rows, "d.csv:1", "a_mm"),
+        ("a_mm,theta_deg,Strain\n", rows, "d.csv:1", "is Strain meant"),
+        ("a_mm,theta_deg,strain,strain\n", "21,4,1,1\n", "d.csv:1", "twice"),
+        ("a_mm,theta_deg,strain,microstrain\n", "21,4,0.1,5\n", "d.csv:1", "several signal columns"),
+        ("a_mm,theta_deg,delta_mm,strain\n", "21,4,4,5\n", "d.csv:1", "not by both"),
+        ("a_mm,theta_deg,strain\n", "# note\n\n21,4,0.03\n30,4,abc\n", "d.csv:5", "abc"),
+        ("a_mm,theta_deg,strain\n", "21,4,0.03\n30,4,0.02 ue\n", "d.csv:3", "not a number"),
+        ("a_mm,theta_deg,strain\n", "21,4,0,03\n", "d.csv:2", "4 fields"),
+        ("a_mm,theta_deg,strain\n", "21,4,0\n30,4,0\n", "d.csv", "no row can be used"),
+        ("a_mm,theta_deg,strain\n", "21,4,0.03\n21,5,0.04\n", "d.csv", "one distance"),
+        ("a_mm,theta_deg,strain\n", "21,4,3e4\n30,4,2.4e4\n39,4,1.9e4\n", "d.csv", "another unit"),
+        ("a_mm,theta_deg,strain\n", "", "d.csv", "no rows"),
+        ("", "", "d.csv", "empty"),
+    ];
+    for (header, rows, place, word) in cases {
+        desk.write("d.csv", format!("{header}{rows}"));
+        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "out"]).exits(2);
+        assert!(ran.stderr.contains(place) && ran.stderr.contains(word), "{header}{rows}: {}", ran.stderr);
+        assert!(!desk.path("out").exists(), "nothing half-written");
+    }
+    desk.write("d.csv", format!("a_mm,theta_deg,strain\n{rows}"));
+    for (extra, word) in [
+        (&["--fit", "mu"][..], "coulomb"),
+        (&["--fit", "x"], "there is no such parameter"),
+        (&["--theta", "4"], "the data have a column"),
+        (&["--delta", "4"], "another way"),
+    ] {
+        let ran = desk.run(&[&["calibrate", "d.csv", "--whisker", "spec.toml"], extra].concat()).exits(2);
+        assert!(ran.stderr.contains(word), "{extra:?}: {}", ran.stderr);
+    }
+    desk.write("two.toml", prototype(10.0, &[TAPS]).replace("d = 10\n", "d = [4, 7]\n"));
+    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "two.toml"]).exits(2);
+    assert!(ran.stderr.contains("one whisker"), "{}", ran.stderr);
+    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "none.toml", "--json"]).exits(2);
+    assert_eq!(ran.json()["ok"], false);
+}
+
+#[test]
+fn every_row_comes_back_with_its_reason() {
+    let desk = Desk::new(&prototype(10.0, &[TAPS]));
+    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+    let mut rows: Vec<String> = desk.read("sim/measurements.csv").lines().map(str::to_owned).collect();
+    rows.push("33,4,NaN,1,,,ok".to_owned());
+    rows.push("33,4,,1,,,ok".to_owned());
+    rows.push("33,-4,0.01,1,,,ok".to_owned());
+    rows.push("60,4,0.01,1,,,ok".to_owned());
+    rows.push("3,4,0.01,1,,,ok".to_owned());
+    rows.push("33,4,0,1,,,ok".to_owned());
+    rows.push("33,4,20000,1,,,ok".to_owned());
+    rows.push(rows[5].clone());
+    desk.write("d.csv", rows.join("\n"));
+    let ran =
+        desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "out", "--json"]).exits(0).json();
+    let table = Table::read(&desk.path("out/rows.csv"));
+    assert_eq!(table.rows.len(), rows.len() - 1, "nothing is lost");
+    let tail: Vec<&str> = table.rows[110..].iter().map(|r| r["reason"].split(':').next().unwrap()).collect();
+    let expected = [
+        "not_a_number",
+        "not_a_number",
+        "outside_domain",
+        "outside_domain",
+        "no_strain",
+        "zero_signal",
+        "wrong_unit",
+        "equal to line 6",
+    ];
+    assert_eq!(tail, expected);
+    assert!(table.rows[..110].iter().all(|r| r["use"] == "used"));
+    assert_eq!(ran["counts"]["suspect"]["not_a_number"], 2);
+    assert_eq!(ran["counts"]["repeated_lines"], 1);
+    assert!(ran["result"]["sides"][0]["with_suspects"].is_object());
+    let names = ["K_table.csv", "calibration.toml", "designs.csv", "distances.csv", "rows.csv", "run.json"];
+    assert_eq!(desk.names("out"), names);
+}
+
+#[test]
+fn results_are_replaced_by_the_same_command_on_the_same_data_only() {
+    let desk = calibrated();
+    let run = |more: &[&str]| {
+        desk.run(
+            &[&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"], more]
+                .concat(),
+        )
+    };
+    run(&[]).exits(0);
+    run(&["--fit", "nu"]).exits(0);
+    std::fs::copy(desk.path("sim/measurements.csv"), desk.path("other.csv")).unwrap();
+    let other = ["calibrate", "other.csv", "--whisker", "spec.toml", "--out", "cal"];
+    desk.run(&other).exits(2);
+    desk.run(&[&other[..], &["--force"]].concat()).exits(0);
+}
+
+#[test]
+fn a_stream_answers_every_line_and_goes_on() {
+    let desk = calibrated();
+    let long = "1".repeat(100_000);
+    let input = format!(
+        "\u{feff}4,0.02\r\n4,0.02,1\n\nhello\n4;0.02\n4,-0.02\n0,0.02\n11,0.02\n4,0\n4,0.9\n4,1e-9\nNaN,0.02\n{long}\n\"4\",\"0.02\"\n4,0.02"
+    );
+    let mut bytes = input.into_bytes();
+    bytes.splice(0..0, []);
+    bytes.extend(b"\n\xff\xfe,1\n4,0.03");
+    let (code, lines, stderr) = stream(&desk, &["cal/calibration.toml"], &bytes);
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(lines[0], HEADER);
+    let status: Vec<&str> = lines[1..].iter().map(|l| l.rsplit(',').next().unwrap()).collect();
+    let expected = [
+        "ok",
+        "bad_input",
+        "bad_input",
+        "bad_input",
+        "bad_input",
+        "ok",
+        "outside_calibration",
+        "outside_calibration",
+        "no_strain",
+        "strain_limit+no_root",
+        "outside_calibration",
+        "bad_input",
+        "bad_input",
+        "ok",
+        "ok",
+        "bad_input",
+        "ok",
+    ];
+    assert_eq!(status, expected);
+    assert!(lines[1..].iter().all(|l| l.split(',').count() == 5));
+    let distance = |l: &String| l.split(',').nth(2).unwrap().parse::<f64>().unwrap();
+    let (contact, far) = (distance(&lines[1]), distance(&lines[6]));
+    assert!((contact - far).abs() < 2.0 && contact != far, "{contact} {far}");
+}
+
+#[test]
+fn a_robot_gets_each_answer_before_it_asks_again() {
+    let desk = calibrated();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
+        .current_dir(desk.path("."))
+        .args(["locate", "cal/calibration.toml"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (mut stdin, mut stdout) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+    let mut line = String::new();
+    stdout.read_line(&mut line).unwrap();
+    assert_eq!(line.trim_end(), HEADER);
+    for question in ["4,0.02", "nonsense", "2,0.01"] {
+        writeln!(stdin, "{question}").unwrap();
+        line.clear();
+        stdout.read_line(&mut line).unwrap();
+        assert_eq!(line.matches(',').count(), 4, "{question}: {line}");
+    }
+    drop(stdin);
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
+fn headers_say_what_the_fields_are() {
+    let desk = calibrated();
+    let plain = stream(&desk, &["cal/calibration.toml"], b"4,0.02\n").1;
+    for text in [
+        "strain,note,theta_deg\n0.02,x,4\n",
+        "theta_deg,microstrain\n4,20000\n",
+        "theta_deg,strain,a_mm\n4,0.02,\n",
+    ] {
+        assert_eq!(stream(&desk, &["cal/calibration.toml", "-"], text.as_bytes()).1, plain, "{text}");
+    }
+    for (text, word) in [
+        ("strain\n0.02\n", "theta_deg is missing"),
+        ("theta_deg,foo\n4,1\n", "strain is missing"),
+        ("theta_deg,strain,microstrain\n4,1,1\n", "several signal columns"),
+        ("theta_deg,reading\n4,1\n", "another kind of signal"),
+        ("delta_mm,strain\n4,1\n", "another way"),
+    ] {
+        let (code, _, stderr) = stream(&desk, &["cal/calibration.toml"], text.as_bytes());
+        assert!(code == 2 && stderr.contains(word), "{text}: {code} {stderr}");
+    }
+}
+
+#[test]
+fn files_are_answered_into_a_folder() {
+    let desk = calibrated();
+    let ran = desk
+        .run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc", "--json"])
+        .exits(0)
+        .json();
+    assert_eq!(ran["counts"]["readings"], 330);
+    let (table, truth) =
+        (Table::read(&desk.path("loc/located.csv")), Table::read(&desk.path("sim/measurements.csv")));
+    assert_eq!(table.columns.join(","), HEADER);
+    for (at, row) in table.rows.iter().zip(&truth.rows) {
+        let error = at["distance_mm"].parse::<f64>().unwrap() - row["a_mm"].parse::<f64>().unwrap();
+        assert!(error.abs() < 5.0 * at["sigma_mm"].parse::<f64>().unwrap(), "{at:?} {row:?}");
+    }
+    desk.run(&[
+        "locate",
+        "cal/calibration.toml",
+        "sim/measurements.csv",
+        "--out",
+        "loc",
+        "--estimator",
+        "paper",
+    ])
+    .exits(0);
+    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "cal"]).exits(2);
+    desk.run(&["locate", "cal/calibration.toml", "none.csv"]).exits(2);
+}
+
+#[test]
+fn a_calibration_that_is_not_what_was_written_is_refused() {
+    let desk = calibrated();
+    let text = desk.read("cal/calibration.toml");
+    let edited = text.replacen("noise = ", "noise = 1", 1);
+    let cases = [
+        (edited.clone(), "edited by hand"),
+        (text.replace("format = 1", "format = 2"), "another version"),
+        (text.replace("format = 1\n", ""), "no format"),
+        (text.lines().take(30).collect::<Vec<_>>().join("\n"), "no calibration"),
+        (text.replace("estimator = \"exact\"", "estimator = 3"), "no calibration"),
+        ("not toml [[".to_owned(), "no calibration"),
+    ];
+    for (text, word) in cases {
+        desk.write("c.toml", &text);
+        let (code, _, stderr) = stream(&desk, &["c.toml"], b"");
+        assert!(code == 2 && stderr.contains(word) && stderr.contains("c.toml"), "{word}: {code} {stderr}");
+    }
+    desk.write("c.toml", &edited);
+    assert_eq!(stream(&desk, &["c.toml", "--force"], b"").0, 0);
+    // A value that contradicts the rest is refused even so.
+    desk.write("c.toml", text.replacen("drives = [", "drives = [99.0, ", 1));
+    let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"");
+    assert!(code == 2 && stderr.contains("drives"), "{stderr}");
+    desk.write("c.toml", format!("# my note\n{text}"));
+    assert_eq!(stream(&desk, &["c.toml"], b"").0, 0, "comments change nothing");
+}
+
+#[test]
+fn synthetic_data_say_so_and_repeat_with_their_seed() {
+    let desk = Desk::new(&prototype(4.0, &["noise_strain = 1e-5\n", TAPS]));
+    let run = |out: &str, more: &[&str]| {
+        desk.run(&[&["simulate", "spec.toml", "--out", out], more].concat()).exits(0);
+        Table::read(&desk.path(&format!("{out}/measurements.csv")))
+    };
+    let (a, b, c) = (run("a", &[]), run("b", &[]), run("c", &["--seed", "2"]));
+    assert_eq!(a, b);
+    assert_ne!(a, c);
+    assert!(a.rows.iter().all(|r| r["source"] == "synthetic"));
+    let clean = run("d", &["--noise", "0", "--repeats", "40"]);
+    let noisy = run("e", &["--repeats", "40", "--zero-every", "5"]);
+    let strains = |t: &Table| -> Vec<f64> {
+        t.rows.iter().filter(|r| r["theta_deg"] != "0").map(|r| r["strain"].parse().unwrap()).collect()
+    };
+    let off: Vec<f64> = strains(&clean).iter().zip(strains(&noisy)).map(|(x, y)| (y - x) / 1e-5).collect();
+    let (n, mean) = (off.len() as f64, off.iter().sum::<f64>() / off.len() as f64);
+    let sd = (off.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
+    assert!(off.len() == 4400 && mean.abs() < 0.06 && (sd - 1.0).abs() < 0.04, "{mean} {sd}");
+    let hysteresis = run("f", &["--noise", "0", "--hysteresis", "0.01"]);
+    assert_ne!(strains(&hysteresis), strains(&run("g", &["--noise", "0"])));
+    for bad in [["--noise", "-1"], ["--outliers", "2"], ["--signal", "volts"], ["--factor", "0"]] {
+        desk.run(&[&["simulate", "spec.toml", "--out", "h"][..], &bad].concat()).exits(2);
+    }
+}

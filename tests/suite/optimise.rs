@@ -1,0 +1,258 @@
+//! `vibrissa optimise`: its files, its answer, what stops and what resumes it.
+
+use crate::common;
+
+use std::sync::atomic::AtomicBool;
+
+use crate::common::program::Desk;
+use crate::common::searching::{parse, search, search_into};
+use crate::common::sweeping::{CPU, GPU, Table, number};
+use vibrissa::optimise::session::Ended;
+use vibrissa::optimise::{self, Step, Target, Watch};
+use vibrissa::scene::{Column, RunOptions};
+
+/// Two variables, a noisy gauge, a strain limit that binds.
+const SPEC: &str = "[whisker]\nD = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n\
+                    [tap]\na = { from = 21, to = 48, step = 3 }\n\
+                    [optimise]\nobjective = \"distance\"\nvariables = { d = [2, 10], theta = [0.5, 10] }\nlimits = { strain = 0.02 }\n";
+
+/// Steps as text, in which a missing figure equals a missing figure.
+fn told(history: &[Step]) -> String {
+    format!("{history:?}")
+}
+
+#[test]
+fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0);
+    let json = ran.json();
+    assert_eq!((json["command"].as_str(), json["ok"].as_bool()), (Some("optimise"), Some(true)));
+    assert_eq!(desk.names("found"), ["best.toml", "history.csv", "run.json", "sensitivity.csv"]);
+    desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
+    let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
+    let best = &json["result"]["best"];
+    for column in [
+        "D_mm",
+        "d_mm",
+        "theta_deg",
+        "K_mean",
+        "K_sd",
+        "error_rms_mm",
+        "noise_rms_mm",
+        "total_rms_mm",
+        "strain_max",
+        "force_max_N",
+    ] {
+        assert_eq!(number(row, column), best[column].as_f64(), "{column}");
+    }
+    assert_eq!(json["result"]["value"], best["total_rms_mm"]);
+    assert_eq!(json["result"]["binding_limits"][0], "strain");
+    assert!(
+        best["strain_max"].as_f64().unwrap() <= 0.02
+            && best["strain_max"].as_f64().unwrap() > 0.02 * (1.0 - 1e-6)
+    );
+    let history = Table::read(&desk.path("found/history.csv"));
+    let last = history.rows.last().unwrap();
+    assert_eq!(number(last, "total_rms_mm"), json["result"]["value"].as_f64());
+    assert_eq!(number(last, "evaluations"), json["counts"]["evaluations"].as_f64());
+}
+
+#[test]
+fn the_same_seed_finds_the_same_on_every_backend_again() {
+    for place in [CPU, GPU] {
+        let (a, b) = (search(SPEC, place), search(SPEC, place));
+        assert_eq!(a.best.point, b.best.point);
+        assert_eq!((a.value, a.evaluations, told(&a.history)), (b.value, b.evaluations, told(&b.history)));
+        let other = search(&format!("{SPEC}seed = 2\n"), place);
+        assert_ne!(told(&a.history), told(&other.history));
+        assert!((a.value / other.value - 1.0).abs() < 1e-6);
+    }
+}
+
+/// Without noise the smallest angle is best, with it an angle inside.
+#[test]
+fn noise_moves_the_best_angle_from_its_bound_inside() {
+    let quiet = SPEC.replace("20e-6", "0");
+    let report = search(&quiet.replace("strain = 0.02", "strain = 0.05"), CPU);
+    assert_eq!(report.best.point.drive, 0.5);
+    assert!(report.at_bounds.contains(&(Column::Drive, "min")), "{:?}", report.at_bounds);
+    let noisy = search(&SPEC.replace("20e-6", "5e-6").replace("strain = 0.02", "strain = 0.05"), CPU);
+    assert!(noisy.best.point.drive > 1.0 && noisy.best.point.drive < 9.0, "{:?}", noisy.best.point);
+    assert!(noisy.binding.is_empty(), "{:?}", noisy.binding);
+}
+
+/// Ends the search after so many evaluations, as Ctrl-C does.
+struct Interrupt<'a>(&'a AtomicBool, u64);
+
+impl Watch for Interrupt<'_> {
+    fn step(&mut self, step: &Step, _: f64, _: bool, _: Option<u64>) {
+        self.0.store(step.evaluations >= self.1, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_stopped_search_tells_its_best_and_resumes_exactly() {
+    let whole = search(SPEC, CPU);
+    let out = tempfile::tempdir().unwrap();
+    let (scene, wanted) = parse(SPEC);
+    for after in [1000, 3000] {
+        let stop = AtomicBool::new(false);
+        let target = Target { out: out.path(), force: false, resume: after > 1000, stop: &stop };
+        let choice = CPU.choice();
+        let part = optimise::run(
+            &scene,
+            &wanted,
+            (&choice, &RunOptions::default()),
+            &target,
+            &mut Interrupt(&stop, after),
+        )
+        .unwrap();
+        assert_eq!(part.ended, Ended::Interrupted);
+        assert!(part.evaluations >= after && part.evaluations < whole.evaluations);
+        assert_eq!(told(&part.history), told(&whole.history[..part.history.len()]));
+        assert!(out.path().join("best.toml").exists());
+    }
+    let rest = search_into(out.path(), SPEC, CPU, true).unwrap();
+    assert!(rest.replayed >= 3000 && rest.replayed < rest.evaluations);
+    assert_eq!(
+        (rest.best.point, rest.value, rest.evaluations),
+        (whole.best.point, whole.value, whole.evaluations)
+    );
+    assert_eq!(told(&rest.history), told(&whole.history));
+    assert_eq!(rest.ended, Ended::Converged);
+    let again = search_into(out.path(), SPEC, CPU, true).unwrap_err();
+    assert_eq!(again.exit_code(), 2, "a finished search cannot be resumed: {again}");
+}
+
+#[test]
+fn budgets_are_kept() {
+    for evaluations in [1, 7, 24, 100, 1500] {
+        let spec = SPEC.replace("strain = 0.02", "strain = 0.5");
+        let report = search(&format!("{spec}budget = {{ evaluations = {evaluations} }}\n"), CPU);
+        assert_eq!((report.evaluations, report.ended), (evaluations, Ended::Evaluations));
+    }
+    let begun = std::time::Instant::now();
+    let slow = format!("{SPEC}budget = {{ seconds = 0.5 }}\nrobust = {{ D = 0.05, samples = 256 }}\n");
+    assert_eq!(search(&slow, CPU).ended, Ended::Seconds);
+    assert!(begun.elapsed().as_secs_f64() < 60.0);
+}
+
+/// The best of a list of angles is that of the searches with each of them.
+#[test]
+fn a_list_of_angles_gives_the_best_of_them() {
+    let listed = |theta: &str| {
+        let text = SPEC
+            .replace("step = 3 }\n", &format!("step = 3 }}\ntheta = {theta}\n"))
+            .replace(", theta = [0.5, 10]", ", x_ss = [3, 10]");
+        search(&text.replace("strain = 0.02", "strain = 0.05"), CPU)
+    };
+    let each: Vec<_> = ["1", "2.5", "4"].map(listed).into_iter().collect();
+    let best = each.iter().min_by(|a, b| a.value.total_cmp(&b.value)).unwrap();
+    let all = listed("[1, 2.5, 4]");
+    assert_eq!(all.best.point.drive, best.best.point.drive);
+    assert!((all.value / best.value - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn displacement_drive_is_searched_too() {
+    let text = SPEC
+        .replace("[tap]\n", "[tap]\ndrive = \"displacement\"\n")
+        .replace("theta = [0.5, 10]", "delta = [0.1, 5]");
+    let desk = Desk::new(&text);
+    let json =
+        desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
+    assert!(json["result"]["best"]["delta_mm"].as_f64().unwrap() > 0.1);
+    desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
+    let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
+    assert_eq!(number(row, "total_rms_mm"), json["result"]["value"].as_f64());
+}
+
+#[test]
+fn the_front_holds_no_point_that_a_dense_sweep_beats() {
+    let text = SPEC
+        .replace("\"distance\"", "\"pareto\"")
+        .replace("limits = { strain = 0.02 }", "limits = { strain = 0.02, force_N = 0.8 }")
+        .replace("D = 10\n", "")
+        .replace("variables = {", "variables = { D = [8, 12],");
+    let desk = Desk::new(&text);
+    let json =
+        desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
+    let front = Table::read(&desk.path("found/pareto.csv"));
+    let points: Vec<[f64; 2]> =
+        front.rows.iter().map(|r| [number(r, "K_sd").unwrap(), number(r, "total_rms_mm").unwrap()]).collect();
+    assert!(points.len() > 50, "{}", points.len());
+    assert_eq!(json["result"]["front"]["points"].as_u64(), Some(points.len() as u64));
+    assert!(points.windows(2).all(|w| w[0][0] < w[1][0] && w[0][1] > w[1][1]));
+    desk.write(
+        "dense.toml",
+        "[whisker]\nD = { min = 8, max = 12, samples = 30000 }\nd = { min = 2, max = 10, samples = 30000 }\nL_a = 50\n\
+         [gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = { min = 0.5, max = 10, samples = 30000 }\n\
+         [output]\ntuples = false\ndistances = false\n",
+    );
+    desk.run(&["sweep", "dense.toml", "--backend", "cpu", "--out", "dense", "--quiet"]).exits(0);
+    let dense = Table::read(&desk.path("dense/designs.csv"));
+    let mut seen = 0;
+    for row in &dense.rows {
+        let (Some(sd), Some(total)) = (number(row, "K_sd"), number(row, "total_rms_mm")) else { continue };
+        if number(row, "strain_max").unwrap() > 0.02 || number(row, "force_max_N").unwrap() > 0.8 {
+            continue;
+        }
+        seen += 1;
+        let beaten = points.iter().find(|p| sd < p[0] * (1.0 - 5e-3) && total < p[1] * (1.0 - 5e-3));
+        assert_eq!(beaten, None, "by {sd} {total}");
+    }
+    assert!(seen > 5000, "{seen}");
+}
+
+#[test]
+fn tolerances_ask_for_more_margin() {
+    let base = search(SPEC, CPU);
+    let robust = |more: &str| {
+        search(
+            &format!(
+                "{SPEC}budget = {{ evaluations = 6000 }}\nrobust = {{ D = 0.05, x_ss = 0.3, theta = 0.05, samples = 32, {more} }}\n"
+            ),
+            CPU,
+        )
+    };
+    let mean = robust("measure = \"mean\"");
+    let worst = robust("measure = \"cvar90\"");
+    let nominal = robust("calibrated = \"nominal\"");
+    // A limit kept by nine of ten whiskers is kept with a margin by the nominal one.
+    assert!(mean.best.row.strain_max().unwrap() < 0.0199);
+    assert!(
+        base.value < mean.value && mean.value < worst.value && worst.value < nominal.value,
+        "{} {} {} {}",
+        base.value,
+        mean.value,
+        worst.value,
+        nominal.value
+    );
+    assert_eq!(mean.value, robust("measure = \"mean\"").value);
+}
+
+#[test]
+fn sensitivities_agree_with_differences_of_sweeps() {
+    let report = search(SPEC, CPU);
+    let p = report.best.point;
+    let figures = |d: f64| {
+        let text = format!(
+            "[whisker]\nD = {:?}\nd = {d:?}\nL_a = {:?}\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\na = {{ from = 21, to = 48, step = 3 }}\ntheta = {:?}\n",
+            p.D, p.L_a, p.drive
+        );
+        let row = common::sweeping::sweep(&text, common::sweeping::CPU_F64).designs.rows.remove(0);
+        [number(&row, "K_sd").unwrap(), number(&row, "total_rms_mm").unwrap()]
+    };
+    let (up, down) = (figures(p.d * 1.002), figures(p.d * 0.998));
+    let (_, local) = report.sensitivity.local.iter().find(|(c, _)| *c == Column::TipDiameter).unwrap();
+    for i in 0..2 {
+        let want = (up[i] / down[i]).ln() / (1.002f64 / 0.998).ln();
+        assert!((local[i].unwrap() - want).abs() < 1e-3 * want.abs().max(1.0), "{local:?} {want}");
+    }
+    for (column, first, total) in &report.sensitivity.global {
+        for i in 0..2 {
+            let (s, t) = (first[i].unwrap(), total[i].unwrap());
+            assert!(s > -0.1 && t > -0.1 && s < t + 0.1 && t < 1.3, "{column:?} {s} {t}");
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The reference rod against published numbers, its limits and its symmetries (model §5).
+
+use crate::common::{all_effects, configuration, model, tap};
+use glam::DVec2;
+use vibrissa::physics::rod::{RodError, RodProblem, RodTap, bend};
+use vibrissa::physics::taper::Taper;
+use vibrissa::scene::model::{Contact, Material, Model, Side};
+
+fn hooke() -> Model {
+    model(Material::Hooke(3.2))
+}
+
+#[track_caller]
+fn assert_close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance, "{value} is not {expected} within {tolerance}");
+}
+
+#[track_caller]
+fn assert_same(one: RodTap, other: RodTap, tolerance: f64) {
+    assert_close(one.strain / other.strain, 1.0, tolerance);
+    assert_close(one.normal_force / other.normal_force, 1.0, tolerance);
+    assert_close(one.contact_arc / other.contact_arc, 1.0, tolerance);
+    assert_close(one.tangential_force, other.tangential_force, tolerance * other.normal_force);
+}
+
+#[test]
+fn uniform_rod_has_the_exact_elastica() {
+    let model = hooke();
+    for (degrees, base, strain, force, arc) in [
+        (1.0, 1.50001, 0.9999275, 0.9999655, 1.0000305),
+        (4.0, 6.00035, 0.9988397, 0.9994488, 1.0004877),
+        (10.0, 15.00547, 0.9927540, 0.9965545, 1.0030584),
+        (20.0, 30.04445, 0.9710969, 0.9862128, 1.0123834),
+        (30.0, 45.15422, 0.9352594, 0.9689541, 1.0284497),
+    ] {
+        let problem = RodProblem { gauge: [0.0, 1e-8], ..tap(&model, 10.0, 40.0, degrees) };
+        let (a, theta) = (problem.distance, problem.amount);
+        let stiffness = 3.2 * std::f64::consts::PI * 10.0_f64.powi(4) / 64.0;
+        let tap = problem.solve().unwrap();
+        assert_close(tap.base_angle.to_degrees(), base, 0.51e-5);
+        assert_close(tap.strain / (30.0 * theta / (2.0 * a)), strain, 0.51e-7);
+        assert_close(tap.normal_force * a * a / (3.0 * stiffness * theta), force, 0.51e-7);
+        assert_close(tap.contact_arc / a, arc, 0.51e-7);
+    }
+}
+
+/// Tip angle and tip position of a clamped rod under a dead load on its tip, by the secant method in the angle.
+fn cantilever(length: f64, stiffness: impl Fn(f64) -> f64, load: DVec2) -> (f64, DVec2) {
+    let bent = |angle: f64| bend(length, &stiffness, DVec2::from_angle(-angle).rotate(load)).unwrap();
+    let lack = |angle: f64| bent(angle).angle + angle;
+    let (mut before, mut now) = (0.0, -lack(0.0).signum() * 0.1);
+    while (now - before).abs() > 1e-12 {
+        let (lack_before, lack_now) = (lack(before), lack(now));
+        (before, now) = (now, now - lack_now * (now - before) / (lack_now - lack_before));
+    }
+    let rod = bent(now);
+    (now, DVec2::from_angle(-rod.angle).rotate(-rod.clamp))
+}
+
+#[test]
+fn cantilevers_under_a_dead_load_are_the_published_ones() {
+    for (slenderness, load, angle, deflection, shortening, digits) in [
+        (1.0, 1.0, 0.461352, 0.301721, 0.056433, 1e-6),
+        (1.0, 2.0, 0.781750, 0.493457, 0.160642, 1e-6),
+        (1.0, 5.0, 1.215368, 0.713792, 0.387628, 1e-6),
+        (1.0, 10.0, 1.430286, 0.810609, 0.554996, 1e-6),
+        (0.7, 1.0, 0.6858840, 0.3879646, 0.1027618, 1e-7),
+        (0.4, 1.0, 1.1270460, 0.4925373, 0.2017951, 1e-7),
+    ] {
+        let (tip_angle, tip) =
+            cantilever(1.0, |s| (1.0 - (1.0 - slenderness) * s).powi(4), DVec2::new(0.0, load));
+        assert_close(tip_angle, angle, 0.51 * digits);
+        assert_close(tip.y, deflection, 0.51 * digits);
+        assert_close(1.0 - tip.x, shortening, 0.51 * digits);
+    }
+}
+
+#[test]
+fn square_cantilever_is_where_abaqus_has_it() {
+    let stiffness = |s: f64| 210e3 * (10.0 - 5.0 * s / 1000.0).powi(4) / 12.0;
+    let (_, tip) = cantilever(1000.0, stiffness, DVec2::new(-100.0, 100.0));
+    println!("tip at {tip} mm");
+    assert!(tip.distance(DVec2::new(821.444, 468.253)) < 0.1, "{tip}");
+}
+
+#[test]
+fn coulomb_lies_between_no_friction_and_stick() {
+    let with = |contact| Model { contact, ..all_effects(Material::NeoHookean(3.2)) };
+    let solve = |contact, degrees| tap(&with(contact), 4.0, 30.0, degrees).solve().unwrap();
+    for degrees in [0.001, 1.0, 10.0] {
+        let free = solve(Contact::Frictionless, degrees);
+        assert_same(solve(Contact::Coulomb(0.0), degrees), free, 1e-11);
+        let stick = solve(Contact::Stick, degrees);
+        assert_eq!(solve(Contact::Coulomb(100.0), degrees), stick);
+        let slide = solve(Contact::Coulomb(0.2), degrees);
+        assert_close(slide.tangential_force.abs(), 0.2 * slide.normal_force, 1e-15);
+        assert!(slide.tangential_force * stick.tangential_force > 0.0);
+        let ends = [free.normal_force, stick.normal_force];
+        assert!(ends[0].min(ends[1]) < slide.normal_force && slide.normal_force < ends[0].max(ends[1]));
+    }
+}
+
+#[test]
+fn sides_of_a_linear_whisker_mirror_each_other() {
+    for model in [hooke(), Model { surface: true, shear: true, pole_radius: 2.0, ..hooke() }] {
+        let near = tap(&model, 7.0, 30.0, 8.0);
+        let far = RodProblem { side: Side::Far, ..near }.solve().unwrap();
+        assert_eq!(far.strain, -near.solve().unwrap().strain);
+    }
+}
+
+#[test]
+fn lengths_and_moduli_only_scale_the_force() {
+    let model = Model { pole_radius: 2.0, ..all_effects(Material::MooneyRivlin([0.35, 0.15])) };
+    let large = Model { pole_radius: 6.0, ..all_effects(Material::MooneyRivlin([3.5, 1.5])) };
+    let small = RodProblem { hub: 4.0, ..tap(&model, 7.0, 30.0, 8.0) };
+    let taper = Taper::new(30.0, 21.0, 150.0);
+    let scaled = RodProblem {
+        taper,
+        gauge: taper.gauge(15.0, 6.0),
+        distance: 90.0,
+        hub: 12.0,
+        model: &large,
+        ..small
+    };
+    let (small, scaled) = (small.solve().unwrap(), scaled.solve().unwrap());
+    let back = RodTap {
+        normal_force: scaled.normal_force / 90.0,
+        tangential_force: scaled.tangential_force / 90.0,
+        contact_arc: scaled.contact_arc / 3.0,
+        ..scaled
+    };
+    assert_same(back, small, 1e-11);
+}
+
+#[test]
+fn tiny_taps_are_linear() {
+    let model = hooke();
+    for (d, distance, degrees) in
+        [(10.0, 30.0, 1e-3), (4.0, 40.0, 1e-3), (14.0, 40.0, 1e-3), (0.2, 48.5, 1e-5)]
+    {
+        let problem = tap(&model, d, distance, degrees);
+        let (a, tau) = (distance, problem.taper.tau);
+        let [r1, r2] = problem.gauge.map(|x| (a - x) / (1.0 - tau * x));
+        let [x1, x2] = problem.gauge;
+        let strain = 30.0 / (4.0 * a * a) * (r1 - r2) * (r1 + r2) / (x2 - x1) * problem.amount;
+        let force = 3.0 * std::f64::consts::PI * 3.2e4 * (1.0 - tau * a) / (64.0 * a * a) * problem.amount;
+        let tap = problem.solve().unwrap();
+        assert_close(tap.strain / strain, 1.0, 1e-8);
+        assert_close(tap.normal_force / force, 1.0, 1e-8);
+        assert_close(tap.contact_arc / a, 1.0, 1e-8);
+    }
+}
+
+#[test]
+fn every_effect_bears_tiny_taps() {
+    let sizes = ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+    for (model, side) in sizes.map(configuration) {
+        let strain = |degrees| RodProblem { side, ..tap(&model, 4.0, 30.0, degrees) }.solve().unwrap().strain;
+        assert_close(strain(2e-3) / strain(1e-3), 2.0, 1e-4);
+    }
+}
+
+#[test]
+fn large_taps_converge_or_say_why_not() {
+    let (linear, rubber) = (hooke(), model(Material::NeoHookean(3.2)));
+    let large = tap(&linear, 10.0, 40.0, 60.0).solve().unwrap();
+    assert!(large.contact_arc > 44.0 && large.base_angle > 1.5);
+    assert_eq!(tap(&linear, 4.0, 48.0, 60.0).solve(), Err(RodError::NotConverged));
+    assert_eq!(tap(&rubber, 10.0, 12.0, 60.0).solve(), Err(RodError::MaterialLimit));
+}
+
+#[test]
+fn cylinders_are_the_limit_of_cones() {
+    for (model, _) in ["hooke", "surface", "timoshenko", "neo"].map(configuration) {
+        let solve = |d| tap(&model, d, 40.0, 10.0).solve().unwrap();
+        let (cylinder, narrow, wide) = (solve(10.0), solve(10.0 * (1.0 - 1e-7)), solve(10.0 * (1.0 + 1e-7)));
+        let mean = RodTap {
+            strain: 0.5 * (narrow.strain + wide.strain),
+            normal_force: 0.5 * (narrow.normal_force + wide.normal_force),
+            contact_arc: 0.5 * (narrow.contact_arc + wide.contact_arc),
+            ..cylinder
+        };
+        assert_same(mean, cylinder, 1e-11);
+        assert_same(narrow, cylinder, 1e-6);
+    }
+}
+
+#[test]
+fn rubber_bears_every_moderate_tap() {
+    // Next to the contact of a cylinder the stretch is noise of the bending strain (a = 39 mm, 4°).
+    let rubber = |shear| Model { shear, extension: true, surface: true, ..model(Material::NeoHookean(3.2)) };
+    for (model, d) in [(rubber(false), 10.0), (rubber(true), 10.0), (rubber(false), 4.0)] {
+        for k in 0..300 {
+            let (distance, degrees) = (20.0 + f64::from(k % 30), 0.1 + f64::from(k / 30));
+            let tap = tap(&model, d, distance, degrees).solve();
+            assert!(tap.is_ok_and(|tap| tap.strain > 0.0), "d {d}, a {distance}, {degrees}°: {tap:?}");
+        }
+    }
+}
+
+#[test]
+fn fine_tips_bend() {
+    let model = hooke();
+    let tap = tap(&model, 0.2, 48.5, 0.5).solve().unwrap();
+    assert!(tap.contact_arc > 48.5 && tap.strain > 0.0);
+}
+
+#[test]
+fn gauges_see_nothing_beyond_the_contact() {
+    let model = hooke();
+    let strain = |gauge| RodProblem { gauge, ..tap(&model, 7.0, 30.0, 5.0) }.solve().unwrap().strain;
+    assert_eq!(strain([31.0, 33.0]), 0.0);
+    assert_close(strain([25.0, 45.0]), 0.5 * strain([25.0, 35.0]), 1e-13);
+}
+
+#[test]
+fn nothing_moves_without_a_tap() {
+    let model = hooke();
+    let tap = tap(&model, 7.0, 30.0, 0.0).solve().unwrap();
+    assert_eq!((tap.strain, tap.normal_force, tap.contact_arc), (0.0, 0.0, 30.0));
+}

@@ -1,0 +1,163 @@
+//! Searches against dense sweeps with local refinement: no design of theirs is better.
+//!
+//! `cargo test --release --test search -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
+//! seeds, fronts against 10⁶ designs, and what one batch costs against one design at a time.
+
+use crate::common::searching::{brute, dense, parse, search, spread};
+use crate::common::sweeping::{CPU, GPU, Place};
+use vibrissa::optimise::evaluate::Scorer;
+use vibrissa::optimise::score::Goal;
+use vibrissa::optimise::variables::Variables;
+
+const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";
+
+/// Name, goal and spec of a problem.
+type Problem = (&'static str, Goal, String);
+
+fn problems() -> Vec<Problem> {
+    let spec = |gauge: &str, model: &str, optimise: &str| {
+        format!("[whisker]\nL_a = 50\n[gauge]\n{gauge}\n{TAPS}{model}\n[optimise]\n{optimise}\n")
+    };
+    let five = "variables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }";
+    vec![
+        (
+            "noise, strain and force limits",
+            Goal::Figure(1),
+            spec(
+                "noise_strain = 20e-6",
+                "",
+                &format!(
+                    "objective = \"distance\"\n{five}\nlimits = {{ force_N = 1.0, unambiguous = true, tip_not_wider = true }}"
+                ),
+            ),
+        ),
+        (
+            "no noise",
+            Goal::Figure(0),
+            spec("", "", &format!("objective = \"sd\"\n{five}\nlimits = {{ tip_not_wider = true }}")),
+        ),
+        (
+            "noise, shear and surface",
+            Goal::Figure(1),
+            spec(
+                "noise_strain = 50e-6",
+                "[model]\nshear = true\nextension = true\nsurface = true",
+                &format!("objective = \"distance\"\n{five}\nlimits = {{ force_N = 0.8 }}"),
+            ),
+        ),
+        (
+            "weighted, shear, Timoshenko's theory, hub",
+            Goal::Figure(2),
+            format!(
+                "[whisker]\nD = 10\nL_a = 50\nhub = 6\n[gauge]\nl = 2\nnoise_strain = 20e-6\n{TAPS}[model]\nshear = true\nextension = true\n[estimate]\ntheory = \"timoshenko\"\n\
+                 [optimise]\nobjective = \"weighted\"\nweights = {{ sd = 1, distance = 2 }}\nvariables = {{ d = [2, 10], x_ss = [3, 15], theta = [0.5, 10] }}\n\
+                 limits = {{ strain = 0.02, unambiguous = true }}"
+            ),
+        ),
+    ]
+}
+
+/// By how much the best of `seeds` searches at worst exceeds what the dense sweep found, relative.
+fn compare(designs: u32, seeds: u64, place: Place, allowed: f64) {
+    for (name, goal, text) in problems() {
+        let begun = std::time::Instant::now();
+        let dense = goal.value(&brute(&text, goal, designs, place).score);
+        let dense_seconds = begun.elapsed().as_secs_f64();
+        let reports: Vec<_> =
+            (1..=seeds).map(|seed| search(&format!("{text}\nseed = {seed}\n"), place)).collect();
+        let excess = reports.iter().map(|r| r.value / dense - 1.0).fold(f64::NEG_INFINITY, f64::max);
+        let evaluations: Vec<u64> = reports.iter().map(|r| r.evaluations).collect();
+        let seconds = reports.iter().map(|r| r.seconds[1]).sum::<f64>() / seeds as f64;
+        println!(
+            "| {name} | {dense:.6e} | {dense_seconds:.0} | {excess:+.1e} | {}…{} | {seconds:.2} |",
+            evaluations.iter().min().unwrap(),
+            evaluations.iter().max().unwrap(),
+        );
+        assert!(excess <= allowed, "{name}: a seed is {excess:e} worse than the dense sweep's {dense}");
+        for r in &reports {
+            assert!(goal.feasible(&r.best.score), "{name}: {:?}", r.best.score);
+        }
+    }
+}
+
+#[test]
+fn no_seed_loses_to_a_dense_sweep() {
+    compare(1 << 16, 2, CPU, 1e-3);
+}
+
+#[test]
+#[ignore = "takes minutes: 10⁷ designs, ten seeds"]
+fn no_seed_of_ten_loses_to_ten_million_designs() {
+    compare(10_000_000, 10, GPU, 1e-3);
+}
+
+/// By how much, relative and in both figures, the design of a dense sweep that beats a point of the front most does so.
+fn beaten((text, least): &(String, usize), designs: u32, place: Place) -> f64 {
+    let report = search(text, place);
+    let front: Vec<[f64; 2]> = report
+        .front
+        .expect("a front")
+        .points
+        .iter()
+        .map(|p| [p.score.figures[0], p.score.figures[1]])
+        .collect();
+    assert!(front.len() >= *least, "{}", front.len());
+    let (mut worst, mut kept) = (f64::NEG_INFINITY, 0u64);
+    dense(text, designs, place, &mut |scores| {
+        for s in scores.iter().filter(|s| s.violation() == 0.0 && s.figures[1].is_finite()) {
+            kept += 1;
+            let margin = |f: &[f64; 2]| (1.0 - s.figures[0] / f[0]).min(1.0 - s.figures[1] / f[1]);
+            worst = front.iter().map(margin).fold(worst, f64::max);
+        }
+    });
+    assert!(kept > u64::from(designs) / 200, "only {kept} designs keep the limits");
+    println!("| {} | {} | {kept} | {worst:+.1e} |", front.len(), report.evaluations);
+    worst
+}
+
+/// Problems of two objectives, and the least number of points of their front. With the surface on, a theory that lacks it makes one design best in
+/// both.
+fn fronts() -> Vec<(String, usize)> {
+    let problems = problems();
+    let of = |i: usize, word: &str| problems[i].2.replace(word, "\"pareto\"");
+    vec![(of(0, "\"distance\""), 100), (of(3, "\"weighted\""), 50), (of(2, "\"distance\""), 1)]
+}
+
+#[test]
+fn no_point_of_a_front_loses_to_a_dense_sweep() {
+    assert!(fronts().iter().map(|front| beaten(front, 1 << 16, CPU)).all(|worst| worst < 5e-3));
+}
+
+#[test]
+#[ignore = "takes minutes: 10⁶ designs"]
+fn no_point_of_a_front_loses_to_a_million_designs() {
+    assert!(fronts().iter().map(|front| beaten(front, 1_000_000, GPU)).all(|worst| worst < 5e-3));
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn one_batch_against_one_design_at_a_time() {
+    for (name, _, text) in problems() {
+        let (scene, wanted) = parse(&text);
+        let points = spread(&Variables::new(&scene, &wanted), 0..4096);
+        for place in [GPU, CPU] {
+            let mut scorer = Scorer::new(&scene, &wanted, place.open(&scene));
+            let mut seconds = |size: usize, all: usize| {
+                scorer.scores(&points[..size]).unwrap();
+                let begun = std::time::Instant::now();
+                for part in points[..all].chunks(size) {
+                    scorer.scores(part).unwrap();
+                }
+                begun.elapsed().as_secs_f64() / all as f64
+            };
+            let (one, batch) = (seconds(1, 256), seconds(4096, 4096));
+            println!(
+                "| {name} | {:?} | {:.1} | {:.2} | {:.0} |",
+                place.backend,
+                one * 1e6,
+                batch * 1e6,
+                one / batch
+            );
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! Ctrl-C, SIGTERM, SIGHUP: heard at any time, ignored where they were ignored before, and what they leave.
+#![cfg(target_os = "linux")]
+
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command};
+use std::time::Duration;
+
+use crate::common::program::{Desk, SPEC};
+use crate::common::world::{calibrated, ends, program, send, until, until_it_hears, words};
+use libc::{SIGHUP, SIGINT, SIGTERM};
+use serde_json::Value;
+
+/// A named pipe that nobody writes to.
+fn pipe(desk: &Desk, name: &str) {
+    assert!(Command::new("mkfifo").arg(desk.path(name)).status().unwrap().success());
+}
+
+/// Starts the program and waits until it listens.
+fn start(mut command: Command) -> Child {
+    let child = command.spawn().unwrap();
+    until_it_hears(&child, SIGTERM);
+    child
+}
+
+/// Whether a result is being written on `desk`.
+fn begun(desk: &Desk) -> bool {
+    let partial = |name: &String| name.starts_with(".vibrissa-");
+    [".", "results", "loc"].iter().any(|folder| desk.names(folder).iter().any(partial))
+}
+
+/// As `nohup` and the background of a script start a program.
+fn ignoring(mut command: Command, signal: i32) -> Child {
+    // SAFETY: `signal` may be called between fork and exec.
+    unsafe {
+        command.pre_exec(move || {
+            libc::signal(signal, libc::SIG_IGN);
+            Ok(())
+        })
+    };
+    command.spawn().unwrap()
+}
+
+/// Sends `text` to a stream and takes the next line of its answers; the first is the header.
+fn answer(child: &mut Child, text: &str) -> String {
+    child.stdin.as_mut().unwrap().write_all(text.as_bytes()).unwrap();
+    let mut line = String::new();
+    // One byte at a time, so that nothing of a later answer is lost.
+    BufReader::with_capacity(1, child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    line
+}
+
+#[test]
+fn what_was_ignored_stays_ignored() {
+    let desk = calibrated();
+    for (signal, other) in [(SIGHUP, SIGTERM), (SIGINT, SIGTERM), (SIGTERM, SIGINT)] {
+        let mut child = ignoring(program(&desk, &["locate", "cal/calibration.toml"]), signal);
+        until_it_hears(&child, other);
+        answer(&mut child, "");
+        send(&child, signal);
+        std::thread::sleep(Duration::from_millis(300));
+        assert!(answer(&mut child, "4,0.02\n").contains("ok"), "{signal}");
+        drop(child.stdin.take());
+        assert_eq!(ends(child).status.code(), Some(0), "{signal}");
+    }
+}
+
+#[test]
+fn a_file_that_does_not_open_makes_no_command_deaf() {
+    let desk = calibrated();
+    pipe(&desk, "pipe");
+    let lines: [&[&str]; 11] = [
+        &["sweep", "pipe"],
+        &["sweep", "pipe", "--explain"],
+        &["tap", "pipe"],
+        &["optimise", "pipe"],
+        &["verify", "pipe"],
+        &["simulate", "pipe"],
+        &["calibrate", "pipe", "--whisker", "spec.toml"],
+        &["calibrate", "sim/measurements.csv", "--whisker", "pipe"],
+        &["locate", "pipe"],
+        &["locate", "cal/calibration.toml", "pipe", "--out", "out"],
+        &["locate", "cal/calibration.toml"],
+    ];
+    let before = desk.names(".");
+    for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, true)] {
+        let all: Vec<Child> = lines
+            .iter()
+            .map(|line| start(program(&desk, &[*line, if json { &["--json"] } else { &[] }].concat())))
+            .collect();
+        std::thread::sleep(Duration::from_millis(100));
+        all.iter().for_each(|child| send(child, signal));
+        for (child, line) in all.into_iter().zip(lines) {
+            let left = ends(child);
+            assert_eq!(left.status.code(), Some(1), "{line:?}: {}", words(&left.stderr));
+            if json {
+                let object: Value = serde_json::from_slice(&left.stdout).unwrap();
+                assert_eq!((&object["ok"], &object["command"]), (&false.into(), &line[0].into()));
+            } else {
+                assert!(words(&left.stderr).contains("interrupted"), "{line:?}: {}", words(&left.stderr));
+            }
+        }
+    }
+    // Empty, if it is there.
+    let _ = std::fs::remove_dir(desk.path("results"));
+    assert_eq!(desk.names("."), before);
+}
+
+#[test]
+fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
+    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 5_000_000 }");
+    let desk = Desk::new(&format!("{huge}[output]\ntuples = false\n"));
+    desk.write("one.toml", "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n[tap]\na = { from = 10, to = 49, steps = 1_000_000 }\n");
+    let taps = "theta = { from = 0.5, to = 9, steps = 3_000 }\n[model]\nmaterial = { neo-hookean = 3.2 }\n";
+    desk.write("many.toml", desk.read("one.toml") + taps);
+    let before = desk.names(".");
+    let lines: [&[&str]; 6] = [
+        &["sweep", "spec.toml", "--backend", "cpu"],
+        &["sweep", "spec.toml", "--backend", "reference"],
+        &["tap", "one.toml"],
+        &["verify", "spec.toml", "--samples", "1000000", "--backend", "cpu"],
+        &["simulate", "many.toml"],
+        &["bench", "--backend", "cpu"],
+    ];
+    for line in lines {
+        let child = start(program(&desk, line));
+        until(|| begun(&desk), "the run has not begun");
+        std::thread::sleep(Duration::from_millis(100));
+        send(&child, SIGINT);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1), "{line:?}: {}", words(&left.stderr));
+        assert!(
+            words(&left.stderr).contains("nothing was written")
+                || words(&left.stderr).contains("interrupted")
+        );
+        let _ = std::fs::remove_dir(desk.path("results"));
+        assert_eq!(desk.names("."), before, "{line:?}");
+    }
+}
+
+#[test]
+fn a_stopped_search_says_what_it_kept_and_fails() {
+    let search = "[whisker]\nL_a = 50\n[gauge]\nnoise_strain = 20e-6\n[tap]\na = [21, 33, 48]\n[optimise]\nobjective = \"distance\"\n\
+                  budget = { evaluations = 100000000 }\nvariables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }\n";
+    let desk = Desk::new(search);
+    let child = start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--json"]));
+    until(|| desk.path("results/spec-optimise/.vibrissa-evaluations").exists(), "the search has not begun");
+    std::thread::sleep(Duration::from_millis(500));
+    send(&child, SIGINT);
+    // It writes what it has, which takes a while without optimisation.
+    let left = child.wait_with_output().unwrap();
+    let object: Value = serde_json::from_slice(&left.stdout).unwrap();
+    assert_eq!((left.status.code(), &object["ok"]), (Some(1), &false.into()));
+    assert!(object["error"]["message"].as_str().is_some_and(|m| m.contains("--resume")), "{object}");
+    assert!(desk.names("results/spec-optimise").contains(&"best.toml".to_owned()));
+}
+
+#[test]
+fn the_second_signal_ends_it_at_once() {
+    let desk = calibrated();
+    for signal in [SIGINT, SIGTERM] {
+        // Nobody takes the answers, so that it cannot end by itself.
+        let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
+        answer(&mut child, "");
+        let mut stdin = child.stdin.take().unwrap();
+        let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
+        std::thread::sleep(Duration::from_millis(300));
+        send(&child, signal);
+        std::thread::sleep(Duration::from_millis(150));
+        send(&child, signal);
+        assert_eq!(child.wait().unwrap().signal(), Some(signal));
+        feed.join().unwrap();
+    }
+}
+
+#[test]
+fn one_signal_ends_a_stream_whose_answers_nobody_takes() {
+    let desk = calibrated();
+    let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
+    answer(&mut child, "");
+    let mut stdin = child.stdin.take().unwrap();
+    let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
+    std::thread::sleep(Duration::from_millis(300));
+    send(&child, SIGTERM);
+    assert_eq!(ends(child).status.code(), Some(1));
+    feed.join().unwrap();
+}
+
+#[test]
+fn a_stream_that_is_stopped_keeps_its_answers() {
+    let desk = calibrated();
+    pipe(&desk, "pipe");
+    for (signal, from) in [(SIGTERM, "-"), (SIGINT, "pipe")] {
+        let mut child = program(&desk, &["locate", "cal/calibration.toml", from, "--out", "loc", "--force"])
+            .spawn()
+            .unwrap();
+        let mut feed: Box<dyn Write> = match from {
+            "-" => Box::new(child.stdin.take().unwrap()),
+            name => Box::new(std::fs::File::options().write(true).open(desk.path(name)).unwrap()),
+        };
+        until(|| begun(&desk), "the stream has not begun");
+        // The last reading is not whole: it is not answered.
+        feed.write_all(b"4,0.02\n4,0.021\nnonsense\n4,0.0").unwrap();
+        std::thread::sleep(Duration::from_millis(500));
+        send(&child, signal);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1));
+        assert!(words(&left.stderr).contains("3 readings are kept in loc"), "{}", words(&left.stderr));
+        assert_eq!(desk.read("loc/located.csv").lines().count(), 4);
+        let run: Value = serde_json::from_str(&desk.read("loc/run.json")).unwrap();
+        assert_eq!((&run["interrupted"], &run["counts"]["readings"]), (&true.into(), &3.into()));
+    }
+}
+
+#[test]
+fn a_stream_says_how_far_it_came() {
+    let desk = calibrated();
+    let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
+    answer(&mut child, "4,0.02\n4,0.021\n");
+    assert!((0..2).all(|_| answer(&mut child, "").contains("ok")));
+    send(&child, SIGINT);
+    let left = ends(child);
+    assert_eq!(left.status.code(), Some(1));
+    assert!(words(&left.stderr).contains("2 readings were answered"), "{}", words(&left.stderr));
+}
+
+#[test]
+fn half_a_line_holds_back_no_answer() {
+    let desk = calibrated();
+    let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
+    answer(&mut child, "4,0.02\n4,0.0");
+    assert!(answer(&mut child, "").contains("ok"));
+    drop(child.stdin.take());
+    assert_eq!(ends(child).status.code(), Some(0));
+}

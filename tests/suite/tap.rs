@@ -1,0 +1,153 @@
+//! `vibrissa tap`: the optimum against a scan, and what limits it.
+
+use crate::common::program::Desk;
+use crate::common::sweeping::{CPU_F64, Table, number, sweep};
+use serde_json::Value;
+
+const WHISKER: &str = "[whisker]\nD = 9\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n";
+const DISTANCES: &str = "a = { from = 21, to = 48, step = 3 }\n";
+
+fn tap(text: &str, more: &[&str]) -> (Desk, Value) {
+    let desk = Desk::new(text);
+    let json = desk.run(&[&["tap", "spec.toml", "--json", "--out", "found"], more].concat()).exits(0).json();
+    (desk, json["result"].clone())
+}
+
+/// Optimum and value equal those of a scan in steps of 0.001°.
+#[test]
+fn the_optimum_is_that_of_a_scan() {
+    let models = [
+        "",
+        "[model]\nsurface = true\n",
+        "[model]\nshear = true\nextension = true\n[estimate]\ntheory = \"timoshenko\"\n",
+    ];
+    for model in models {
+        let head = format!("{WHISKER}noise_strain = 15e-6\n");
+        let (desk, result) = tap(&format!("{head}[tap]\n{DISTANCES}{model}"), &[]);
+        let theta = result["optimum"]["theta_deg"].as_f64().unwrap();
+        let total = result["optimum"]["total_rms_mm"].as_f64().unwrap();
+        let (from, to) = (theta - 0.3, theta + 0.3);
+        let scan = sweep(
+            &format!(
+                "{head}[tap]\n{DISTANCES}theta = {{ from = {from:?}, to = {to:?}, step = 0.001 }}\n{model}"
+            ),
+            CPU_F64,
+        );
+        let values = scan.designs.numbers("total_rms_mm");
+        let thetas = scan.designs.numbers("theta_deg");
+        let least =
+            (0..values.len()).min_by(|&a, &b| values[a].unwrap().total_cmp(&values[b].unwrap())).unwrap();
+        let (scanned, at) = (values[least].unwrap(), thetas[least].unwrap());
+        assert!((theta - at).abs() <= 0.0005001, "{model}: {theta} against {at}");
+        assert!(
+            total <= scanned * (1.0 + 1e-7) && total > scanned * (1.0 - 1e-6),
+            "{model}: {total} against {scanned}"
+        );
+        // The scan is solved to 1e-8 of strain. A parabola through it is good to 1e-4 degrees.
+        let (left, mid, right) = (values[least - 20].unwrap(), scanned, values[least + 20].unwrap());
+        let vertex = at + 0.02 * 0.5 * (left - right) / (left - 2.0 * mid + right);
+        assert!((theta - vertex).abs() < 1e-4, "{model}: {theta} against {vertex}");
+        assert_eq!(desk.names("found"), ["run.json", "tap.csv"]);
+        let curve = Table::read(&desk.path("found/tap.csv"));
+        let names = [
+            "theta_deg",
+            "K_mean",
+            "K_sd",
+            "bias_rms_mm",
+            "noise_rms_mm",
+            "total_rms_mm",
+            "strain_max",
+            "status",
+        ];
+        assert_eq!(curve.columns, names);
+        assert!(curve.rows.len() > 500);
+        assert_eq!(
+            (number(&curve.rows[0], "theta_deg"), number(curve.rows.last().unwrap(), "theta_deg")),
+            (Some(0.1), Some(10.0))
+        );
+        assert!(curve.numbers("total_rms_mm").iter().all(|t| t.unwrap() >= total));
+    }
+}
+
+#[test]
+fn it_says_what_limits_the_angle() {
+    let spec = |noise: &str, more: &str| format!("{WHISKER}noise_strain = {noise}\n{more}[tap]\n{DISTANCES}");
+    let word = |text: &str, more: &[&str]| {
+        let (_, r) = tap(text, more);
+        (
+            r["limited_by"].as_str().unwrap().to_owned(),
+            r["at_bound"].as_bool().unwrap(),
+            r["optimum"]["theta_deg"].as_f64().unwrap(),
+            r,
+        )
+    };
+    let (by, at_bound, _, r) = word(&spec("15e-6", ""), &[]);
+    assert_eq!((by.as_str(), at_bound), ("noise", false));
+    assert_eq!(r["optimum"], r["unconstrained"]);
+    // Without noise the smallest angle is best.
+    let (by, at_bound, theta, _) = word(&spec("0", ""), &[]);
+    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 0.1));
+    let (by, at_bound, theta, _) = word(&spec("15e-6", ""), &["--objective", "sd"]);
+    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 0.1));
+    // A tight strain limit ends the way to the same optimum as before.
+    let (by, at_bound, theta, r) = word(&spec("15e-6", "strain_limit = 0.02\n"), &[]);
+    assert_eq!((by.as_str(), at_bound), ("strain_limit", false));
+    let free = r["unconstrained"]["theta_deg"].as_f64().unwrap();
+    let strain = r["optimum"]["strain_max"].as_f64().unwrap();
+    assert!(theta < free && (free - 3.6814).abs() < 1e-3 && strain <= 0.02 && strain > 0.02 * (1.0 - 1e-8));
+    // A loud gauge wants the largest angle.
+    let (by, at_bound, theta, _) = word(&(spec("1e-3", "") + "theta = [0.5, 4]\n"), &[]);
+    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 4.0));
+    // An effect that the theory lacks biases at every angle.
+    let (by, ..) = word(&(spec("15e-6", "") + "[model]\nsurface = true\n"), &[]);
+    assert_eq!(by, "bias");
+}
+
+/// In single precision, too, the bound is the number that was written.
+#[test]
+fn an_optimum_at_a_bound_is_that_bound() {
+    for (d, precision) in [("4", "f32"), ("7", "f32"), ("9", "f32"), ("4", "f64"), ("9", "f64")] {
+        for bound in [0.1, 0.3] {
+            let whisker = WHISKER.replace("d = 4", &format!("d = {d}"));
+            let text = format!("{whisker}[tap]\n{DISTANCES}theta = [{bound:?}, 8]\n");
+            let args = ["--objective", "sd", "--backend", "cpu", "--precision", precision];
+            let (_, result) = tap(&text, &args);
+            let theta = result["optimum"]["theta_deg"].as_f64().unwrap();
+            assert_eq!((theta, &result["at_bound"]), (bound, &true.into()), "d {d}, {precision}");
+        }
+    }
+}
+
+#[test]
+fn displacements_are_chosen_too() {
+    let (_, r) = tap(
+        &format!(
+            "{WHISKER}noise_strain = 15e-6\n[tap]\ndrive = \"displacement\"\n{DISTANCES}delta = [0.1, 6]\n"
+        ),
+        &[],
+    );
+    assert!(r["optimum"]["delta_mm"].as_f64().unwrap() > 0.1);
+}
+
+#[test]
+fn specs_that_leave_no_choice_are_refused() {
+    let refused = |text: &str, more: &[&str], key: &str| {
+        let desk = Desk::new(text);
+        let json =
+            desk.run(&[&["tap", "spec.toml", "--json", "--out", "found"], more].concat()).exits(2).json();
+        assert_eq!(json["error"]["key"], key, "{json}");
+        assert!(json["error"]["file"].as_str().is_some_and(|f| f == "spec.toml"), "{json}");
+        assert!(json["error"]["allowed"].is_string() || json["error"]["value"].is_null(), "{json}");
+        assert!(desk.names("found").is_empty());
+    };
+    let noisy = format!("{WHISKER}noise_strain = 15e-6\n");
+    refused(&format!("{WHISKER}[tap]\n{DISTANCES}"), &[], "gauge.noise_strain");
+    refused(&format!("{noisy}[tap]\n{DISTANCES}theta = 3\n"), &[], "tap.theta");
+    refused(&format!("{noisy}[tap]\na = 30\n"), &[], "tap.a");
+    refused(&format!("{noisy}[tap]\n{DISTANCES}").replace("d = 4", "d = [4, 7]"), &[], "whisker.d");
+    refused(&format!("{noisy}[tap]\n{DISTANCES}drive = \"displacement\"\n"), &[], "tap.delta");
+    refused(&format!("{noisy}strain_limit = 1e-5\n[tap]\n{DISTANCES}"), &[], "gauge.strain_limit");
+    refused(&format!("{noisy}[tap]\na = [6, 5.5]\n").replace("x_ss = 5", "x_ss = 8"), &[], "tap.a");
+    let desk = Desk::new(&format!("{WHISKER}[tap]\n{DISTANCES}"));
+    desk.run(&["tap", "spec.toml", "--objective", "sd", "--quiet"]).exits(0);
+}

@@ -1,0 +1,316 @@
+//! `vibrissa verify`: the built-in configurations on every backend, specs, broken bounds, bad input.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::common::program::{Desk, SPEC};
+use crate::common::{configuration, sweeping::Table};
+use vibrissa::scene::RunOptions;
+use vibrissa::sink::census::COLUMNS;
+use vibrissa::sweep::Progress;
+use vibrissa::verify::{self, Case, Place, configuration::ALL};
+
+struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
+
+/// Work and gaps of one configuration on the built-in taps: largest mean and largest number of sweeps of a tap in f32 and f64,
+/// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
+struct Pin(&'static str, [(f64, f64); 2], usize);
+
+const PINS: [Pin; 34] = [
+    Pin("linear", [(0.0, 0.0), (0.0, 0.0)], 0),
+    Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
+    Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
+    Pin("linear-passive", [(0.0, 0.0), (0.0, 0.0)], 0),
+    Pin("hooke", [(4.0, 26.0), (5.7, 36.0)], 0),
+    Pin("surface", [(7.7, 51.0), (7.8, 76.0)], 0),
+    Pin("timoshenko", [(5.8, 56.0), (7.8, 41.0)], 0),
+    Pin("neo", [(8.2, 93.0), (10.1, 77.0)], 0),
+    Pin("mooney-coulomb", [(14.2, 144.0), (15.1, 184.0)], 2),
+    Pin("stick", [(27.4, 175.0), (24.1, 223.0)], 2),
+    Pin("pole-far", [(8.4, 93.0), (9.3, 87.0)], 0),
+    Pin("yeoh", [(8.1, 85.0), (10.3, 123.0)], 0),
+    Pin("shear", [(5.9, 57.0), (7.8, 41.0)], 0),
+    Pin("extension", [(5.4, 39.0), (6.8, 37.0)], 0),
+    Pin("extension-far", [(5.4, 39.0), (6.8, 37.0)], 0),
+    Pin("pole", [(6.1, 47.0), (6.8, 39.0)], 0),
+    Pin("coulomb", [(6.9, 50.0), (8.4, 57.0)], 5),
+    Pin("sticking", [(26.3, 172.0), (22.5, 130.0)], 2),
+    Pin("neo-alone", [(7.0, 82.0), (9.1, 69.0)], 0),
+    Pin("mooney-alone", [(6.9, 78.0), (9.1, 69.0)], 0),
+    Pin("yeoh-alone", [(7.3, 89.0), (10.1, 123.0)], 0),
+    Pin("softening", [(7.4, 41.0), (8.2, 59.0)], 5),
+    Pin("coulomb-zero", [(7.7, 53.0), (7.9, 76.0)], 0),
+    Pin("coulomb-huge", [(21.2, 178.0), (16.3, 199.0)], 0),
+    Pin("hooke-hub", [(7.5, 94.0), (8.3, 84.0)], 0),
+    Pin("timoshenko-hub", [(8.9, 97.0), (10.1, 91.0)], 0),
+    Pin("neo-hub", [(12.5, 96.0), (13.1, 143.0)], 0),
+    Pin("mooney-coulomb-hub", [(17.2, 148.0), (17.3, 148.0)], 5),
+    Pin("stick-hub", [(28.7, 150.0), (26.1, 252.0)], 2),
+    Pin("hooke-passive", [(4.4, 26.0), (6.0, 32.0)], 0),
+    Pin("neo-passive", [(9.0, 90.0), (11.0, 127.0)], 0),
+    Pin("mooney-coulomb-passive", [(8.9, 44.0), (10.5, 94.0)], 3),
+    Pin("stick-passive", [(25.1, 202.0), (21.7, 257.0)], 1),
+    Pin("pole-far-passive", [(8.4, 64.0), (9.2, 85.0)], 0),
+];
+
+/// Everything that the program verifies without a spec.
+#[test]
+fn built_in_configurations_hold() {
+    let cases = Case::built_in(12, 1).expect("valid");
+    let mut places = verify::present(&RunOptions::default(), None).expect("backends");
+    let labels: Vec<String> = places.iter().map(Place::label).collect();
+    for needed in ["cpu f32", "cpu f64", "gpu f32", "gpu f64"] {
+        assert!(labels.iter().any(|l| l == needed), "no {needed} (Debian: apt install mesa-vulkan-drivers)");
+    }
+    let lines = verify::run(&cases, &mut places, &AtomicBool::new(false), &mut Silent).expect("it runs");
+    assert_eq!(lines.len(), ALL.len() * places.len());
+    let mut faults = Vec::new();
+    for line in &lines {
+        let place = &labels[line.place];
+        let (mean, max) = line.sweeps;
+        let worst = line.errors[0].map_or(f64::NAN, |f| f.worst);
+        println!(
+            "{:<22} {place}: worst {worst:.1e}, sweeps {mean:.1} {max}, unsolved {}, referred {}",
+            line.configuration, line.unsolved, line.referred
+        );
+        if !line.faults().is_empty() {
+            faults.push(format!("{} on {place}: {:?} {:?}", line.configuration, line.faults(), line.at));
+        }
+        let Some(Pin(_, work, unsolved)) = PINS.iter().find(|p| p.0 == line.configuration) else {
+            faults.push(format!("{} has no pin", line.configuration));
+            continue;
+        };
+        let (most_mean, most) = work[usize::from(place.ends_with("f64"))];
+        if mean > most_mean || max > most || line.unsolved + line.referred > *unsolved {
+            faults.push(format!(
+                "{} on {place}: sweeps {mean:.2} (at most {most_mean}), {max} ({most}), left to the reference {} ({unsolved})",
+                line.configuration,
+                line.unsolved + line.referred
+            ));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_configurations_of_the_model_are_among_them() {
+    let names = ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+    for name in names {
+        let built_in = ALL.iter().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name}"));
+        let scene = built_in.scene().expect("valid");
+        assert_eq!((scene.model, scene.gauge.side), configuration(name), "{name}");
+    }
+}
+
+#[test]
+fn taps_are_those_of_the_seed() {
+    let taps =
+        |seed| -> Vec<_> { Case::built_in(5, seed).expect("valid").into_iter().map(|c| c.tuples).collect() };
+    assert_eq!(taps(3), taps(3));
+    assert_ne!(taps(3), taps(4));
+}
+
+/// 160 000 ranked taps: the chart that stands in for the kernel has a line of its own.
+#[test]
+fn the_chart_of_a_ranked_spec_is_verified() {
+    let desk = Desk::new(
+        "[whisker]\nD = { from = 8, to = 12, steps = 40 }\nd = { from = 3, to = 9, steps = 40 }\nL_a = 50\n\
+         [gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 20, to = 48, steps = 10 }\n\
+         theta = { from = 0.5, to = 10, steps = 10 }\n[output]\ntop = 10\n",
+    );
+    let taps = ["--samples", "3000", "--backend", "cpu", "--precision", "f32", "--json"];
+    let ran = desk.run(&[&["verify", "spec.toml"], &taps[..]].concat()).exits(0);
+    let census = &ran.json()["result"]["census"];
+    assert_eq!(census.as_array().map(Vec::len), Some(2), "{census}");
+    let (chart, kernel) = (&census[0], &census[1]);
+    assert_eq!((&chart["configuration"], &kernel["configuration"]), (&"spec chart".into(), &"spec".into()));
+    assert_eq!((&chart["compared"], &chart["verdict"]), (&3000.into(), &"ok".into()), "{chart}");
+    let worst = chart["strain_error_worst"].as_f64().expect("an error");
+    assert!(worst > 0.0 && worst < 3e-6, "{worst:.1e}");
+    // A sweep that solves every tap has no chart.
+    let ran = desk
+        .run(&[&["verify", "spec.toml", "--precision", "f64", "--force"], &taps[..4], &["--json"]].concat());
+    assert_eq!(ran.exits(0).json()["result"]["census"].as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn a_spec_is_verified_on_every_backend() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.run(&["verify", "spec.toml", "--json"]).exits(0);
+    let json = ran.json();
+    assert_eq!(json["ok"], true);
+    assert_eq!(json["command"], "verify");
+    let folder = "results/spec-verify";
+    assert_eq!(desk.names(folder), ["run.json", "verify.csv"]);
+    let table = Table::read(&desk.path(folder).join("verify.csv"));
+    assert_eq!(table.columns, COLUMNS);
+    let labels: Vec<String> =
+        table.rows.iter().map(|r| format!("{} {}", r["backend"], r["precision"])).collect();
+    assert_eq!(labels, ["cpu f32", "cpu f64", "gpu f32", "gpu f64"]);
+    for (row, census) in table.rows.iter().zip(json["result"]["census"].as_array().expect("lines")) {
+        // The spec has 2 designs, 3 distances, 2 angles.
+        assert_eq!((row["taps"].as_str(), row["compared"].as_str()), ("12", "12"));
+        assert_eq!((row["verdict"].as_str(), row["strain_over"].as_str()), ("ok", "0"));
+        let worst: f64 = row["strain_error_worst"].parse().expect("a number");
+        assert!(worst > 0.0 && worst <= row["bound"].parse().expect("a number"), "{row:?}");
+        let again = census["strain_error_worst"].as_f64().expect("a number");
+        assert!((again / worst - 1.0).abs() < 1e-12, "{again} {worst}");
+        assert_eq!((row["theta_deg"].is_empty(), row["delta_mm"].as_str()), (false, ""));
+        assert!(row["sweeps_mean"].parse::<f64>().expect("a number") > 0.0);
+    }
+    let run: serde_json::Value =
+        serde_json::from_str(&desk.read("results/spec-verify/run.json")).expect("JSON");
+    assert_eq!((&run["command"], &run["spec"]["text"]), (&"verify".into(), &SPEC.into()));
+    assert_eq!(run["counts"]["comparisons"], 48);
+    assert_eq!(run["backends"].as_array().expect("backends").len(), 4);
+}
+
+#[test]
+fn samples_of_a_large_spec_are_taps_of_its_space() {
+    let spec = SPEC.replace("a = [21, 33, 48]", "a = { from = 20, to = 48, steps = 1000 }");
+    let desk = Desk::new(&spec.replace("theta = [1, 4]", "drive = \"displacement\"\ndelta = [0.5, 2]"));
+    let run = |seed: &str, out: &str| {
+        let arguments =
+            ["verify", "spec.toml", "--backend", "cpu", "--samples", "50", "--seed", seed, "--out", out];
+        desk.run(&arguments).exits(0);
+        Table::read(&desk.path(out).join("verify.csv"))
+    };
+    let (one, again, other) = (run("5", "one"), run("5", "again"), run("6", "other"));
+    assert_eq!(one, again);
+    assert_ne!(one, other);
+    let places = ["cpu f32", "cpu f64"];
+    assert_eq!(one.rows.len(), places.len());
+    for row in &one.rows {
+        assert_eq!(row["taps"], "50");
+        assert!(["0.5", "2"].contains(&row["delta_mm"].as_str()) && row["theta_deg"].is_empty(), "{row:?}");
+    }
+}
+
+#[test]
+fn a_broken_bound_exits_1_and_says_where() {
+    let desk = Desk::new(SPEC);
+    let arguments = ["verify", "spec.toml", "--backend", "cpu", "--precision", "f32", "--bound", "1e-12"];
+    let ran = desk.run(&arguments).exits(1);
+    for word in ["spec on cpu f32", "strain error", "> 1.0e-12", "of 12 taps", "D_mm=10", "theta_deg="] {
+        assert!(ran.stderr.contains(word), "{word}: {}", ran.stderr);
+    }
+    assert!(ran.stdout.contains("strain+K"), "{}", ran.stdout);
+    // The census is there for whoever wants to know more.
+    let table = Table::read(&desk.path("results/spec-verify/verify.csv"));
+    assert!(table.rows[0]["verdict"].starts_with("strain+K"), "{:?}", table.rows);
+    assert_eq!(table.rows[0]["strain_over"], "12");
+
+    let quiet = desk.run(&[&arguments[..], &["--quiet"]].concat()).exits(1);
+    assert!(quiet.stdout.is_empty() && quiet.stderr.contains("break a bound"), "{}", quiet.stderr);
+    let json = desk.run(&[&arguments[..], &["--json"]].concat()).exits(1).json();
+    assert_eq!(json["ok"], false);
+    assert!(json["error"]["message"].as_str().expect("a message").contains("strain error"));
+    assert_eq!(json["result"]["census"][0]["strain_over"], 12);
+}
+
+#[test]
+fn the_tolerance_scales_the_bound() {
+    let desk = Desk::new(SPEC);
+    let bound = |precision: &str, tolerance: &str| {
+        let arguments = [
+            "verify",
+            "spec.toml",
+            "--backend",
+            "cpu",
+            "--precision",
+            precision,
+            "--tolerance",
+            tolerance,
+            "--json",
+        ];
+        desk.run(&arguments).exits(0).json()["result"]["census"][0]["bound"].as_f64().expect("a bound")
+    };
+    assert_eq!((bound("f32", "2e-6"), bound("f64", "1e-10")), (2e-6, 2e-10));
+    let both = desk.run(&["verify", "spec.toml", "--tolerance", "1e-9"]).exits(2);
+    assert!(both.stderr.contains("--tolerance"), "{}", both.stderr);
+}
+
+#[test]
+fn taps_without_an_answer_are_no_comparison() {
+    // Every contact lies before the gauge of a material that ends there.
+    let spec = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 6\ntheta = 80\n\
+                [model]\nmaterial = { yeoh = [0.5, -0.3, 0.0] }\n";
+    let desk = Desk::new(spec);
+    let ran = desk.run(&["verify", "spec.toml", "--backend", "cpu", "--json"]).exits(0);
+    for line in ran.json()["result"]["census"].as_array().expect("lines") {
+        assert_eq!((&line["compared"], &line["neither"]), (&0.into(), &1.into()), "{line}");
+        assert!(line["strain_error_worst"].is_null());
+    }
+}
+
+#[test]
+fn a_plan_runs_nothing() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.run(&["verify", "spec.toml", "--plan"]).exits(0);
+    assert!(
+        ran.stdout.contains("12 of its taps") && ran.stdout.contains("nothing was run"),
+        "{}",
+        ran.stdout
+    );
+    assert_eq!(desk.names("."), ["spec.toml"]);
+    let json =
+        desk.run(&["verify", "--plan", "--json", "--backend", "cpu", "--samples", "7"]).exits(0).json();
+    assert_eq!(json["counts"]["configurations"], ALL.len());
+    assert_eq!(json["counts"]["lines"], 2 * ALL.len());
+}
+
+#[test]
+fn bad_input_is_refused_before_anything_is_written() {
+    let desk = Desk::new(SPEC);
+    desk.write("broken.toml", "[whisker]\nD = -1\n");
+    let cases: [(&[&str], &str); 11] = [
+        (&["spec.toml", "--samples", "0"], "--samples"),
+        (&["spec.toml", "--samples", "ten"], "--samples"),
+        (&["spec.toml", "--seed", "-1"], "--seed"),
+        (&["none.toml"], "none.toml"),
+        (&["broken.toml"], "whisker.D"),
+        (&["spec.toml", "--bound", "0"], "--bound"),
+        (&["spec.toml", "--bound", "-1e-5"], "--bound"),
+        (&["spec.toml", "--bound", "nan"], "--bound"),
+        (&["spec.toml", "--backend", "reference"], "--backend"),
+        (&["spec.toml", "--adapter", "no such adapter"], "--adapter"),
+        (&["spec.toml", "--precision", "f32", "--tolerance", "1e-9"], "--tolerance"),
+    ];
+    for (arguments, word) in cases {
+        let ran = desk.run(&[&["verify"], arguments].concat()).exits(2);
+        assert!(ran.stderr.contains(word), "{arguments:?}: {}", ran.stderr);
+    }
+    assert_eq!(desk.names("."), ["broken.toml", "spec.toml"]);
+    let json = desk.run(&["verify", "spec.toml", "--backend", "reference", "--json"]).exits(2).json();
+    assert_eq!(json["error"]["key"], "--backend");
+}
+
+#[test]
+fn a_folder_of_something_else_is_kept() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path("mine")).expect("a folder");
+    desk.write("mine/notes.txt", "mine");
+    let arguments = ["verify", "spec.toml", "--backend", "cpu", "--out", "mine"];
+    desk.run(&arguments).exits(2);
+    assert_eq!(desk.names("mine"), ["notes.txt"]);
+    desk.run(&[&arguments[..], &["--force"]].concat()).exits(0);
+    assert_eq!(desk.names("mine"), ["notes.txt", "run.json", "verify.csv"]);
+}
+
+#[test]
+fn options_of_the_spec_narrow_it() {
+    let desk = Desk::new(&format!("{SPEC}[run]\nbackend = \"cpu\"\nprecision = \"f64\"\nout = \"there\"\n"));
+    let json = desk.run(&["verify", "spec.toml", "--json"]).exits(0).json();
+    let census = json["result"]["census"].as_array().expect("lines");
+    assert_eq!((census.len(), &census[0]["precision"]), (1, &"f64".into()));
+    // A sweep of the spec goes to `there`.
+    assert_eq!(desk.names("there-verify"), ["run.json", "verify.csv"]);
+    let all = desk
+        .run(&["verify", "spec.toml", "--json", "--precision", "f32", "--backend", "auto"])
+        .exits(0)
+        .json();
+    assert_eq!(all["result"]["census"].as_array().expect("lines").len(), 2);
+}

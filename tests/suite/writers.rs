@@ -1,0 +1,224 @@
+//! Several runs on one folder, killed ones among them: old or new result whole, and no litter.
+#![cfg(unix)]
+
+use std::os::unix::fs::symlink;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::program::{Desk, SPEC};
+
+/// A sweep that takes minutes.
+fn endless() -> String {
+    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 50_000_000 }");
+    format!("{huge}[output]\ntuples = false\n")
+}
+
+fn start(desk: &Desk, arguments: &[&str]) -> Child {
+    Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
+        .current_dir(desk.path("."))
+        .args(arguments)
+        .args(["--backend", "cpu", "--quiet"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[track_caller]
+fn until(what: impl Fn() -> bool) {
+    let end = Instant::now() + Duration::from_secs(20);
+    while !what() {
+        assert!(Instant::now() < end, "the run has not begun");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn hidden(desk: &Desk, folder: &str) -> Vec<String> {
+    desk.names(folder).into_iter().filter(|name| name.starts_with(".vibrissa-")).collect()
+}
+
+/// A half-written result, beside its lock.
+fn begun(desk: &Desk, folder: &str) -> bool {
+    hidden(desk, folder).iter().any(|name| desk.path(folder).join(name).is_dir())
+}
+
+/// SIGTERM, as from a batch system.
+#[test]
+fn a_stopped_run_leaves_nothing() {
+    let desk = Desk::new(&endless());
+    std::fs::create_dir(desk.path("there")).unwrap();
+    for (out, place) in [("out", "."), ("there", "there")] {
+        let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
+        until(|| begun(&desk, place));
+        let killed = Command::new("sh").args(["-c", &format!("kill -TERM {}", child.id())]).status().unwrap();
+        assert!(killed.success());
+        assert_eq!(child.wait().unwrap().code(), Some(1));
+        assert_eq!(
+            (desk.names("."), desk.names("there").len()),
+            (vec!["spec.toml".into(), "there".into()], 0)
+        );
+    }
+}
+
+#[test]
+fn the_second_run_on_a_folder_is_refused() {
+    let desk = Desk::new(&endless());
+    std::fs::create_dir(desk.path("there")).unwrap();
+    for (out, place) in [("new", "."), ("there", "there")] {
+        let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
+        until(|| begun(&desk, place));
+        for command in ["sweep", "tap", "optimise", "verify"] {
+            desk.write("small.toml", SPEC.replace("d = [4, 7]", "d = 4").replace("theta = [1, 4]", ""));
+            let spec = match command {
+                "optimise" => {
+                    let search = "[optimise]\nobjective = \"distance\"\nvariables = { theta = [1, 5] }\n";
+                    desk.write("search.toml", desk.read("small.toml") + search);
+                    "search.toml"
+                }
+                "tap" => "small.toml",
+                _ => "spec.toml",
+            };
+            let ran = desk.run(&[command, spec, "--backend", "cpu", "--out", out]).exits(2);
+            let process = format!("process {}", child.id());
+            assert!(ran.stderr.contains(&process) && ran.stderr.contains(out), "{}", ran.stderr);
+        }
+        // Beside it others may write.
+        desk.write("quick.toml", SPEC);
+        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", "beside"]).exits(0);
+        assert!(child.try_wait().unwrap().is_none() && begun(&desk, place), "the first goes on");
+        child.kill().unwrap();
+        child.wait().unwrap();
+        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", out]).exits(0);
+        assert_eq!(desk.names(out), ["designs.csv", "distances.csv", "run.json", "tuples.csv"]);
+        assert_eq!(hidden(&desk, "."), [""; 0]);
+    }
+}
+
+#[test]
+fn what_killed_runs_left_is_removed() {
+    let desk = Desk::new(&endless());
+    desk.write("small.toml", SPEC);
+    std::fs::create_dir(desk.path("there")).unwrap();
+    for out in ["a", "b", "there"] {
+        let place = if out == "there" { out } else { "." };
+        let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
+        until(|| begun(&desk, place));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(begun(&desk, place));
+    }
+    // What nobody is known to have left; a link, which is not followed; what is no leftover.
+    desk.write("there/.vibrissa-x1Y2z3/tuples.csv", "half");
+    desk.write("mine/notes.txt", "mine");
+    symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
+    symlink("../mine", desk.path("there/.vibrissa-result-a1B2c3")).unwrap();
+    desk.write("there/.vibrissa-evaluations", "of a search");
+    desk.run(&["optimise", "small.toml", "--out", "there"]).exits(2);
+    desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "c"]).exits(0);
+    assert_eq!(hidden(&desk, "."), [""; 0]);
+    desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "there", "--force"]).exits(0);
+    let left = [".vibrissa-a1B2c3", ".vibrissa-evaluations", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
+    assert_eq!(hidden(&desk, "there"), left);
+    assert_eq!(desk.names("mine"), ["notes.txt"]);
+    desk.whole("there");
+}
+
+#[test]
+fn a_journal_that_is_a_link_or_no_file_is_left_alone() {
+    let search = "[optimise]\nobjective = \"distance\"\nbudget = { evaluations = 50 }\nvariables = { theta = [1, 5] }\n";
+    let desk = Desk::new(&(SPEC.replace("d = [4, 7]", "d = 4").replace("theta = [1, 4]", "") + search));
+    desk.write("mine.txt", "mine");
+    let name = "out/.vibrissa-evaluations";
+    std::fs::create_dir(desk.path("out")).unwrap();
+    let run = |more: &[&str]| {
+        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat())
+    };
+    let refused = || {
+        for more in [&[][..], &["--force"], &["--resume"]] {
+            let ran = run(more).exits(2);
+            assert!(ran.stderr.contains("out"), "{}", ran.stderr);
+        }
+        assert_eq!((desk.read("mine.txt").as_str(), desk.names("out").len()), ("mine", 1));
+    };
+    symlink("../mine.txt", desk.path(name)).unwrap();
+    refused();
+    std::fs::remove_file(desk.path(name)).unwrap();
+    symlink("../new.txt", desk.path(name)).unwrap();
+    refused();
+    assert!(!desk.path("new.txt").exists());
+    std::fs::remove_file(desk.path(name)).unwrap();
+    std::fs::create_dir(desk.path(name)).unwrap();
+    refused();
+    std::fs::remove_dir(desk.path(name)).unwrap();
+    assert!(Command::new("mkfifo").arg(desk.path(name)).status().unwrap().success());
+    refused();
+    std::fs::remove_file(desk.path(name)).unwrap();
+    // A second name of a file is not written through either.
+    std::fs::hard_link(desk.path("mine.txt"), desk.path(name)).unwrap();
+    run(&[]).exits(0);
+    assert_eq!(desk.read("mine.txt"), "mine");
+}
+
+#[test]
+fn a_kill_leaves_the_old_result_or_the_new_one() {
+    let texts = [SPEC.to_owned(), SPEC.replace("theta = [1, 4]", "theta = [1, 5]")];
+    let desk = Desk::new(&texts[0]);
+    desk.write("other.toml", SPEC);
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk.write("out/notes/mine.txt", "mine");
+    desk.write("out/rows.csv", "mine");
+    let begin = Instant::now();
+    desk.sweep(&["--out", "out"]).exits(0);
+    let whole = begin.elapsed();
+    let (mut decided, mut ended) = (0, 0);
+    for round in 0..30u32 {
+        desk.write("spec.toml", &texts[round as usize % 2]);
+        let before = desk.read("out/run.json");
+        let mut child = start(&desk, &["sweep", "spec.toml", "--out", "out"]);
+        let replacing = || desk.path("out/.vibrissa-replacing").exists();
+        if round % 3 == 0 {
+            std::thread::sleep(whole * (round + 1) / 30);
+        } else {
+            // In the middle of the replacement, if it can be seen.
+            while !replacing() && child.try_wait().unwrap().is_none() {}
+        }
+        let _ = child.kill();
+        ended += u32::from(child.wait().unwrap().success());
+        // Either nothing was decided and one result is there, or the new one is about to be put in place.
+        match replacing() {
+            true => decided += 1,
+            false => _ = desk.whole("out"),
+        }
+        // Any run in the folder, also one that is refused, carries it through.
+        desk.run(&["sweep", "other.toml", "--backend", "cpu", "--out", "out"]).exits(2);
+        let (run, after) = (desk.whole("out"), desk.read("out/run.json"));
+        let new = run["spec"]["text"] == texts[round as usize % 2].as_str();
+        assert!(after == before || new, "round {round}");
+        let names = ["designs.csv", "distances.csv", "notes", "rows.csv", "run.json", "tuples.csv"];
+        assert_eq!(desk.names("out"), names, "round {round}");
+        assert_eq!([desk.read("out/notes/mine.txt"), desk.read("out/rows.csv")], ["mine", "mine"]);
+    }
+    println!("{decided} of 30 kills came after the decision, {ended} after the end");
+}
+
+/// A lock is written to: what another name leads to is no lock.
+#[cfg(unix)]
+#[test]
+fn a_lock_with_another_name_is_left_alone() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path("out")).unwrap();
+    std::fs::hard_link(desk.path("spec.toml"), desk.path("out/.vibrissa-result.lock")).unwrap();
+    let ran = desk.sweep(&["--out", "out"]).exits(1);
+    assert!(ran.stderr.contains(".vibrissa-result.lock"), "{}", ran.stderr);
+    assert_eq!(desk.read("spec.toml"), SPEC);
+}
+
+/// The names of a user's own folders may begin as the program's do.
+#[test]
+fn a_folder_that_no_run_left_is_kept() {
+    let desk = Desk::new(SPEC);
+    std::fs::create_dir(desk.path(".vibrissa-backup")).unwrap();
+    desk.write(".vibrissa-backup/notes", "mine");
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert_eq!(desk.read(".vibrissa-backup/notes"), "mine");
+}
