@@ -12,7 +12,7 @@ use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Contact, RunOptions, Scene, Tuple};
+use vibrissa::scene::{Contact, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::verify::{Place, present};
 
@@ -48,11 +48,11 @@ const MODELS: [(&str, &str); 14] = [
 
 const NEO: &str = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
-fn scene(model: &str) -> Scene {
+fn setup(model: &str) -> Setup {
     let text = format!(
         "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 33\ntheta = 4\n[model]\n{model}\n"
     );
-    spec::parse("effects.toml", &text, std::path::Path::new("")).expect("a valid model")
+    spec::parse("effects.toml", &text, std::path::Path::new("")).expect("a valid model").study.setup
 }
 
 /// D 8…12, d 2…7, a 20…48 mm, θ 0.5…10°.
@@ -71,21 +71,21 @@ fn tuple(index: u32) -> Tuple {
 }
 
 /// The batches that a configuration solves: one, or with Coulomb friction the sticking one and then the sliding one.
-fn batches(scene: &Scene) -> Vec<(Effects, Vec<Tap<f64>>)> {
-    let side = scene.gauge.side;
-    let effects = |stick| Effects::new(&scene.model, side, stick);
+fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
+    let side = setup.gauge.side;
+    let effects = |stick| Effects::new(&setup.model, side, stick);
     let taps = |grip: Grip| {
         let frame = |index: u32| {
             let t = tuple(index);
-            let shared = Design::new(scene, t).shared?;
-            let amount = amount(scene.drive, t.drive);
+            let shared = Design::new(setup, t).shared?;
+            let amount = amount(setup.drive, t.drive);
             let (curve, peak) = (&shared.model, shared.peak);
-            let ask = Ask { model: &scene.model, side, curve, peak, a: t.a, amount, grip };
+            let ask = Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip };
             Frame::new(&ask).map(|f| *f.tap())
         };
         (0..TAPS).into_par_iter().filter_map(frame).collect()
     };
-    match scene.model.contact {
+    match setup.model.contact {
         Contact::Stick => vec![(effects(true), taps(Grip::Stick))],
         Contact::Coulomb(mu) if mu > 0.0 => {
             vec![(effects(true), taps(Grip::Stick)), (effects(false), taps(Grip::Slide(mu)))]
@@ -123,10 +123,10 @@ impl Ready {
     }
 }
 
-fn measured(place: &Place, scenes: &[Scene]) -> Vec<Ready> {
-    let ready = |scene: &Scene| {
-        let method = place.method(&scene.model).expect("the backend opens");
-        Ready { method, batches: batches(scene), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
+fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
+    let ready = |setup: &Setup| {
+        let method = place.method(&setup.model).expect("the backend opens");
+        Ready { method, batches: batches(setup), best: f64::INFINITY, sweeps: 0.0, lost: 0 }
     };
     let mut all: Vec<Ready> = scenes.iter().map(ready).collect();
     // The first round compiles.
@@ -143,7 +143,7 @@ fn main() {
     if !std::env::args().any(|a| a == "--bench") {
         return;
     }
-    let scenes: Vec<Scene> = MODELS.iter().map(|(_, model)| scene(model)).collect();
+    let scenes: Vec<Setup> = MODELS.iter().map(|(_, model)| setup(model)).collect();
     let places: Vec<Place> = present(&RunOptions::default(), None)
         .expect("backends")
         .into_iter()

@@ -21,13 +21,13 @@ fn main() {
 const TAPS: usize = 1 << 13;
 
 fn method(taps: &Taps, precision: Precision, tolerance: f64) -> Method {
-    let rungs = Rung::ladder(precision, &taps.scene.model.material, tolerance);
+    let rungs = Rung::ladder(precision, &taps.setup.model.material, tolerance);
     let solver: Box<dyn Solver> = Box::new(Cpu::new(precision));
     Method::Fast { solver, rungs, tolerance }
 }
 
 fn outcomes(taps: &Taps) -> Vec<Outcome> {
-    let mut evaluator = Evaluator::new(&taps.scene, method(taps, Precision::F32, 1e-5));
+    let mut evaluator = Evaluator::new(&taps.setup, method(taps, Precision::F32, 1e-5));
     evaluator.run(&taps.designs, &taps.tasks).expect("the CPU answers")
 }
 
@@ -37,7 +37,7 @@ mod kernel {
 
     fn run(bencher: Bencher<'_, '_>, c: &Configuration, precision: Precision, tolerance: f64) {
         let taps = Taps::new(c, TAPS).expect("valid taps");
-        let mut evaluator = Evaluator::new(&taps.scene, method(&taps, precision, tolerance));
+        let mut evaluator = Evaluator::new(&taps.setup, method(&taps, precision, tolerance));
         bencher
             .counter(ItemsCount::new(TAPS))
             .bench_local(|| evaluator.run(&taps.designs, &taps.tasks).expect("the CPU answers"));
@@ -78,7 +78,7 @@ mod reduction {
         let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
         let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
         let shared = design.shared.as_ref().expect("a whisker");
-        let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);
+        let estimator = Estimator::new(&taps.setup, shared, [20.0, 48.0]);
         bencher.counter(ItemsCount::new(1000usize)).bench(|| {
             let mut tally = Tally::new(10, 100);
             for (k, o) in outcomes.iter().enumerate() {
@@ -86,7 +86,7 @@ mod reduction {
             }
             tally.calibrate(Some(&estimator));
             for (k, o) in outcomes.iter().enumerate() {
-                let tap = (taps.tasks[k].a, taps.scene.drive, taps.tasks[k].drive);
+                let tap = (taps.tasks[k].a, taps.setup.drive, taps.tasks[k].drive);
                 black_box(tally.estimate((k % 10, k / 10), tap, o, Some(&estimator)));
             }
             tally
@@ -127,13 +127,13 @@ fn csv(bencher: Bencher<'_, '_>) {
     let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
     let shared = design.shared.as_ref().expect("a whisker");
-    let estimator = Estimator::new(&taps.scene, shared, [20.0, 48.0]);
+    let estimator = Estimator::new(&taps.setup, shared, [20.0, 48.0]);
     let mut tally = Tally::new(1, 1);
     outcomes.iter().for_each(|o| tally.count(0, 0, o));
     tally.calibrate(Some(&estimator));
     let task = &taps.tasks[0];
-    let tap = (task.a, taps.scene.drive, task.drive);
-    assert!(amount(taps.scene.drive, task.drive) > 0.0);
+    let tap = (task.a, taps.setup.drive, task.drive);
+    assert!(amount(taps.setup.drive, task.drive) > 0.0);
     let estimated = tally.estimate((0, 0), tap, &outcomes[0], Some(&estimator));
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
         let (mut text, mut fields) = (Text::default(), Vec::new());

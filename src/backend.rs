@@ -14,7 +14,7 @@ use crate::kernel::{
     gpu::{self, Adapter, Gpu},
     rule::smallest_tolerance,
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Scene, Written};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Written};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -213,9 +213,9 @@ impl Choice {
     }
 }
 
-/// Puts the `[run]` values that are really in force into `scene`: those of `options` (spec and command line) where they
+/// Puts the `[run]` values that are really in force into `spec`: those of `options` (spec and command line) where they
 /// decide, else what `backend` took. A value counts as written only if it was typed as it stands.
-pub fn settle(scene: &mut Scene, options: &RunOptions, backend: &Backend, out: &Path) {
+pub fn settle(spec: &mut Spec, options: &RunOptions, backend: &Backend, out: &Path) {
     let text = |s: &str| toml::Value::from(s).to_string();
     let typed = |choice: Option<BackendChoice>| choice.is_some_and(|c| c != BackendChoice::Auto);
     let precision = options.precision.map(|p| if p == Precision::F32 { "f32" } else { "f64" });
@@ -232,12 +232,12 @@ pub fn settle(scene: &mut Scene, options: &RunOptions, backend: &Backend, out: &
         ("quiet", flag(options.quiet)),
         ("json", flag(options.json)),
     ];
-    scene.in_force.retain(|(key, ..)| !key.starts_with("run."));
+    spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     let entries = run.into_iter().filter_map(|(key, entry)| {
         let (value, written) = entry?;
         Some((format!("run.{key}"), value, written))
     });
-    scene.in_force.extend(entries);
+    spec.in_force.extend(entries);
 }
 
 /// The tolerance in force; an error for one that the precision cannot reach.

@@ -7,13 +7,10 @@ use super::taps::Taps;
 use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method};
-use crate::kernel::{
-    Solution, Tap,
-    cpu::{self, Counter, Operations},
-    gpu::Gpu,
-};
+use crate::kernel::{Solution, Tap, cpu, gpu::Gpu};
 use crate::scene::Precision;
 use crate::verify::configuration::Configuration;
+use vibrissa_count::{Counter, Operations};
 
 /// What a place can do at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,12 +98,12 @@ fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {
 
 fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Result<Load, Error> {
     let taps = Taps::new(c, settings.timed_of(c))?;
-    let Method::Fast { solver, rungs, tolerance } = p.choice.open(&taps.scene.model)? else {
+    let Method::Fast { solver, rungs, tolerance } = p.choice.open(&taps.setup.model)? else {
         return Err(Error::Run("the reference has no kernel".into()));
     };
     let (probe, account) = Probe::new(solver, None);
     let method = Method::Fast { solver: Box::new(probe), rungs: rungs.clone(), tolerance };
-    let mut evaluator = Evaluator::new(&taps.scene, method);
+    let mut evaluator = Evaluator::new(&taps.setup, method);
     let mut spent = Vec::new();
     // The first run pays for pipelines and buffers.
     repeat(settings.repeats + 1, || {
@@ -122,7 +119,7 @@ fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Resu
     let few = Taps::new(c, COUNTED.min(settings.timed))?;
     let counter = Counter::default();
     let method = Method::Fast { solver: Box::new(counter.clone()), rungs, tolerance };
-    Evaluator::new(&few.scene, method).run(&few.designs, &few.tasks).map_err(Error::Run)?;
+    Evaluator::new(&few.setup, method).run(&few.designs, &few.tasks).map_err(Error::Run)?;
     // The CPU kernels read and write f64 whatever they compute in; a GPU is sent its own numbers.
     let word = if p.adapter.is_some() && p.precision == Precision::F32 { 4 } else { 8 };
     let bytes = word * (Tap::<f32>::FIELDS.len() + Solution::<f32>::FIELDS.len());

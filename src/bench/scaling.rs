@@ -4,10 +4,11 @@ use std::sync::atomic::AtomicBool;
 
 use super::place::Place;
 use super::stopwatch::{Times, repeat};
-use super::taps::{Taps, exact, gridded, independent, scene};
+use super::taps::{Taps, exact, gridded, independent};
 use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::Evaluator;
+use crate::scene::Spec;
 use crate::sweep::{self, Progress, Target};
 
 /// What the taps of a sweep share.
@@ -77,18 +78,18 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
         for shape in [Shape::Independent, Shape::Gridded] {
             for taps in settings.sizes(p) {
                 watch.next(&format!("sweep of {taps} {} taps on {}", shape.name(), p.name))?;
-                let text = match shape {
-                    Shape::Independent => independent(&hooke, taps as usize / super::taps::DISTANCES),
-                    Shape::Gridded => gridded(&hooke, taps),
+                let study = match shape {
+                    Shape::Independent => independent(&hooke, taps / super::taps::DISTANCES as u64)?,
+                    Shape::Gridded => gridded(&hooke, taps)?,
                 };
-                let scene = scene(&text)?;
+                let spec = Spec::of(shape.name(), study);
                 // Long runs vary little; short ones are repeated.
                 let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
                 let never = AtomicBool::new(false);
                 let (report, seconds) = repeat(repeats, || {
                     let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
                     let target = Target { out: &folder.path().join("sweep"), force: false, stop: &never };
-                    sweep::run(&scene, &p.choice, &target, &mut Silent)
+                    sweep::run(&spec, &p.choice, &target, &mut Silent)
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);
@@ -116,7 +117,7 @@ pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
                 .num_threads(threads)
                 .build()
                 .map_err(|e| Error::Run(e.to_string()))?;
-            let mut evaluator = Evaluator::new(&taps.scene, p.choice.open(&taps.scene.model)?);
+            let mut evaluator = Evaluator::new(&taps.setup, p.choice.open(&taps.setup.model)?);
             let mut run = || pool.install(|| evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::Run);
             run()?;
             let (_, times) = repeat(settings.repeats, run)?;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::place::Place;
 use super::taps::exact;
 use crate::kernel::rule::{every_rule, smallest_tolerance};
-use crate::scene::{BackendChoice, Precision};
+use crate::scene::{BackendChoice, Contact, Precision};
 use crate::verify::configuration::Configuration;
 
 /// Sizes of a benchmark.
@@ -59,7 +59,7 @@ impl Settings {
 
     /// Taps of `c` on which a fast kernel is timed: fewer with friction, whose taps take tens of sweeps.
     pub fn timed_of(&self, c: &Configuration) -> usize {
-        let friction = c.model.contains("contact");
+        let friction = c.model.contact != Contact::Frictionless;
         (self.timed / if friction { 8 } else { 1 }).max(self.compared)
     }
 

@@ -1,15 +1,13 @@
 //! What is solved: the same well-spread taps in every configuration.
 
-use std::path::Path;
-
 use rayon::prelude::*;
 
 use crate::design::{Design, amount};
 use crate::error::Error;
 use crate::evaluate::Task;
-use crate::plan::Layout;
-use crate::scene::{Scene, Space};
-use crate::spec;
+use crate::scene::axis::Points;
+use crate::scene::sampler::Sampler;
+use crate::scene::{Axis, Output, Setup, Space, Study};
 use crate::verify::configuration::{self, Configuration};
 
 /// Distances at which every whisker is tapped.
@@ -33,57 +31,51 @@ fn named(name: &str) -> Option<Configuration> {
     configuration::ALL.into_iter().find(|c| c.name == name)
 }
 
-/// A spec of `samples` whiskers, spread over D 8–12 mm, d 2–7 mm and θ 0.5–10° by Sobol points, each tapped at [`DISTANCES`]
-/// distances from 20 to 48 mm; only the best designs are written.
-pub fn independent(c: &Configuration, samples: usize) -> String {
-    let axis = |from: f64, to: f64| {
-        format!("{{ min = {from:?}, max = {to:?}, samples = {samples}, sampler = \"sobol\", seed = 1 }}")
-    };
-    format!(
-        "[whisker]\nD = {}\nd = {}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"{}\"\n\
-         [tap]\na = {{ from = 20, to = 48, steps = {DISTANCES} }}\ntheta = {}\n[model]\n{}\n\
-         [output]\ntuples = false\ndistances = false\ntop = 100\n",
-        axis(8.0, 12.0),
-        axis(2.0, 7.0),
-        c.side,
-        axis(0.5, 10.0),
-        c.model
-    )
+/// The study of `c` on whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, of these D, d, a and θ; only the best designs are written.
+fn study(c: &Configuration, [big, tip, a, theta]: [Axis; 4]) -> Study {
+    let [length, place, grid] = [50.0, 5.0, 2.0].map(Axis::Value);
+    let space = Space::grid([big, tip, length, place, grid, a, theta]).expect("few enough to count");
+    let output = Output { tuples: Some(false), distances: false, top: Some(100), ..Output::default() };
+    Study { setup: c.setup(), space, output }
 }
 
-/// A spec of about `taps` taps on a grid of D, d and 100 tap angles at 10 distances, reduced to the best designs.
-pub fn gridded(c: &Configuration, taps: u64) -> String {
-    let (angles, distances) = if taps >= 10_000 { (100, 10) } else { (10, 10) };
-    let side = ((taps as f64 / f64::from(angles * distances)).sqrt().round() as u64).max(1);
-    let axis = |from: f64, to: f64, steps: u64| match steps {
-        1 => format!("{from:?}"),
-        _ => format!("{{ from = {from:?}, to = {to:?}, steps = {steps} }}"),
-    };
-    format!(
-        "[whisker]\nD = {}\nd = {}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"{}\"\n\
-         [tap]\na = {}\ntheta = {}\n[model]\n{}\n[output]\ntuples = false\ndistances = false\ntop = 100\n",
-        axis(8.0, 12.0, side),
-        axis(2.0, 7.0, side),
-        c.side,
-        axis(21.0, 48.0, distances as u64),
-        axis(0.5, 10.0, angles as u64),
-        c.model
-    )
-}
-
-/// Reads a spec of this file.
+/// `samples` whiskers, spread over D 8–12 mm, d 2–7 mm and θ 0.5–10° by Sobol points, each tapped at [`DISTANCES`] distances from 20 to
+/// 48 mm.
 ///
 /// # Errors
-/// None for the specs above.
-pub fn scene(text: &str) -> Result<Scene, Error> {
-    Ok(spec::parse("bench.toml", text, Path::new(""))?)
+/// No sample, or more than there are.
+pub fn independent(c: &Configuration, samples: u64) -> Result<Study, Error> {
+    let points = Points { samples, sampler: Sampler::Sobol, seed: 1 };
+    let axis = |min: f64, max: f64, dimension| Axis::samples(min, max, false, points, dimension);
+    let a = Axis::steps(20.0, 48.0, DISTANCES as u64)?;
+    Ok(study(c, [axis(8.0, 12.0, 0)?, axis(2.0, 7.0, 1)?, a, axis(0.5, 10.0, 2)?]))
 }
 
-/// A scene with its designs and taps.
+/// About `taps` taps on a grid of D, d and 100 tap angles at 10 distances.
+///
+/// # Errors
+/// More values than an axis can have.
+pub fn gridded(c: &Configuration, taps: u64) -> Result<Study, Error> {
+    let (angles, distances) = if taps >= 10_000 { (100, 10) } else { (10, 10) };
+    let side = ((taps as f64 / (angles * distances) as f64).sqrt().round() as u64).max(1);
+    let axis = |from: f64, to: f64, steps: u64| match steps {
+        1 => Ok(Axis::Value(from)),
+        _ => Axis::steps(from, to, steps),
+    };
+    let axes = [
+        axis(8.0, 12.0, side)?,
+        axis(2.0, 7.0, side)?,
+        axis(21.0, 48.0, distances)?,
+        axis(0.5, 10.0, angles)?,
+    ];
+    Ok(study(c, axes))
+}
+
+/// A setup with designs and taps.
 #[derive(Debug)]
 pub struct Taps {
     /// What is computed.
-    pub scene: Scene,
+    pub setup: Setup,
     /// Whiskers.
     pub designs: Vec<Design>,
     /// Taps, those of one whisker after another.
@@ -96,11 +88,8 @@ impl Taps {
     /// # Errors
     /// None for the configurations above.
     pub fn new(c: &Configuration, count: usize) -> Result<Self, Error> {
-        let scene = scene(&independent(c, count.div_ceil(DISTANCES).max(1)))?;
-        let Space::Grid(factors) = &scene.space else {
-            return Err(Error::Run("the taps of a benchmark are a grid".into()));
-        };
-        let layout = Layout::new(factors);
+        let Study { setup, space, .. } = independent(c, count.div_ceil(DISTANCES).max(1) as u64)?;
+        let layout = space.layout().expect("the taps of a benchmark are a grid");
         let tuples: Vec<_> = (0..layout.n_designs).map(|k| layout.design(k)).collect();
         let mut tasks = Vec::with_capacity(layout.len() as usize);
         for (design, tuple) in (0..).zip(&tuples) {
@@ -108,15 +97,15 @@ impl Taps {
                 tasks.push(Task { design, a: layout.distance(i), drive: layout.drive(tuple, 0) });
             }
         }
-        let designs = tuples.par_iter().map(|t| Design::new(&scene, *t)).collect();
-        Ok(Self { designs, tasks, scene })
+        let designs = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();
+        Ok(Self { designs, tasks, setup })
     }
 
     /// 1e-3 θ f_max of tap `i`: below it an error is no longer relative to the strain.
     pub fn least(&self, i: usize) -> f64 {
         let task = &self.tasks[i];
         let peak = self.designs[task.design as usize].shared.as_ref().map_or(0.0, |s| s.peak);
-        1e-3 * peak * amount(self.scene.drive, task.drive)
+        1e-3 * peak * amount(self.setup.drive, task.drive)
     }
 }
 
@@ -133,7 +122,7 @@ mod tests {
             assert_eq!((taps.designs.len(), taps.tasks.len()), (6, 48), "{}", c.name);
             assert!((0..48).all(|i| taps.least(i) > 0.0));
             for n in [1_000, 10_000, 1_000_000, 100_000_000] {
-                let plan = Plan::new(&scene(&gridded(c, n)).unwrap()).unwrap();
+                let plan = Plan::new(&gridded(c, n).unwrap()).unwrap();
                 assert!((plan.taps as f64 / n as f64 - 1.0).abs() < 0.15, "{} of {n}", plan.taps);
             }
         }

@@ -180,8 +180,8 @@ impl Judge {
             tolerance: Some(tolerance),
             ..Default::default()
         };
-        let other = Choice::among(&options, &[])?.open(&judge.compared.scene.model)?;
-        let other = Evaluator::new(&judge.compared.scene, other)
+        let other = Choice::among(&options, &[])?.open(&judge.compared.setup.model)?;
+        let other = Evaluator::new(&judge.compared.setup, other)
             .run(&judge.compared.designs, &judge.compared.tasks)
             .map_err(Error::Run)?;
         let (taps, unsolved, errors) = judge.compare(&other);
@@ -221,7 +221,7 @@ impl Judge {
 
 /// Answers of the reference to `taps`, and nanoseconds per tap.
 fn reference(taps: &Taps, repeats: usize) -> Result<(Vec<Outcome>, Times), Error> {
-    let mut evaluator = Evaluator::new(&taps.scene, Method::Reference);
+    let mut evaluator = Evaluator::new(&taps.setup, Method::Reference);
     let (answers, times) =
         repeat(repeats, || evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::Run)?;
     Ok((answers, times.per(taps.tasks.len())))
@@ -253,8 +253,8 @@ fn fast(
 ) -> Result<Run, Error> {
     let solver = place.solver()?.ok_or_else(|| Error::Run("the reference has no kernel".into()))?;
     let (probe, account) = Probe::new(solver, alone);
-    let method = Method::Fast { solver: Box::new(probe), rungs: rungs(&taps.scene.model)?, tolerance };
-    let mut evaluator = Evaluator::new(&taps.scene, method);
+    let method = Method::Fast { solver: Box::new(probe), rungs: rungs(&taps.setup.model)?, tolerance };
+    let mut evaluator = Evaluator::new(&taps.setup, method);
     let mut run = || evaluator.run(&taps.designs, &taps.tasks).map_err(Error::Run);
     // The first run pays for pipelines and buffers.
     run()?;

@@ -53,7 +53,7 @@ pub struct Task<'a> {
 
 /// Refuses parameters that the model of `rig` does not have.
 pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
-    let values = spec_values(&rig.scene);
+    let values = spec_values(&rig.setup);
     for p in asked {
         if values[*p as usize].is_nan() {
             let allowed = match p {
@@ -64,7 +64,7 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
                 Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset => "",
             };
             let message = "the model of this spec has no such parameter, so that it cannot be fitted";
-            let name = p.name(rig.scene.drive);
+            let name = p.name(rig.setup.drive);
             return Err(InputError::new(message).key("--fit").value(name).allowed(allowed));
         }
     }
@@ -89,7 +89,7 @@ impl Task<'_> {
     /// # Errors
     /// A backend that fails.
     pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, Error> {
-        let mut start = spec_values(&self.rig.scene);
+        let mut start = spec_values(&self.rig.setup);
         let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), self.at, self.open)?;
         let mut ratios: Vec<f64> =
             self.cells.iter().map(|c| c.signal / exact.expected(c.a, c.drive)).collect();

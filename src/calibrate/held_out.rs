@@ -33,8 +33,8 @@ impl Side<'_> {
     /// K̄ and its variance per drive from the cells that `wanted` keeps, for `theory`; `None` where a drive has fewer than
     /// `least` of them.
     pub fn factors(&self, theory: Theory, least: usize, wanted: impl Fn(&Cell) -> bool) -> Option<Factors> {
-        let curve = self.rig.curve(theory, self.rig.scene.hub);
-        let kind = self.rig.scene.drive;
+        let curve = self.rig.curve(theory, self.rig.setup.hub);
+        let kind = self.rig.setup.drive;
         let mut sums = vec![(0.0, 0.0, 0usize); self.drives.len()];
         for c in self.cells.iter().filter(|c| wanted(c)) {
             let spec = self.rig.shared().theory.curve();

@@ -28,8 +28,8 @@ pub use reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
-use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::evaluate::TOO_HARD;
+use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::exact::{Exact, Extent, HARD, spec_values};
 use crate::locate::locator::opener;
 use crate::locate::{Estimator, Parameter};
@@ -84,7 +84,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
     check(data, &rig, options)?;
-    if let Some(k) = rig.scene.estimate.k.take() {
+    if let Some(k) = rig.setup.estimate.k.take() {
         warnings.push(format!("estimate.K = {k} of the spec has no meaning here: K̄ comes from the data"));
     }
     if !data.ignored.is_empty() {
@@ -104,15 +104,15 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             data.file,
             d.slope,
             d.error,
-            rig.scene.drive.column()
+            rig.setup.drive.column()
         ));
     }
     let open = opener(&options.run);
     let mut sides = Vec::new();
     for &sign in &signs {
         let gauge = gauge_side(data, &rig, sign, signs[0]);
-        let kind = rig.scene.drive;
-        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.scene.hub));
+        let kind = rig.setup.drive;
+        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.setup.hub));
         let [plain, sheared] =
             closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
         let model = if recorded { spec_model(data, &rig, &taps, sign, gauge, &open)? } else { None };
@@ -129,7 +129,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         Some(found) => found,
         None => noise::scatter(&rig, &taps, &sides, recorded, &options.fit, &open)?,
     };
-    rig.scene.gauge.noise_strain = Some(noise);
+    rig.setup.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
     for (sign, gauge, _) in sides {
         let asked =
@@ -163,7 +163,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
 
 /// Refuses data and options that do not belong together.
 fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
-    let kind = rig.scene.drive;
+    let kind = rig.setup.drive;
     let flag = if kind == Drive::Angle { "--theta" } else { "--delta" };
     if let Some(found) = data.drive
         && found != kind
@@ -250,7 +250,7 @@ fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
     if data.unit.is_strain() {
         return if sign > 0.0 { Side::Contact } else { Side::Far };
     }
-    match (rig.scene.gauge.side, sign == most) {
+    match (rig.setup.gauge.side, sign == most) {
         (side, true) => side,
         (Side::Contact, false) => Side::Far,
         (Side::Far, false) => Side::Contact,
@@ -279,7 +279,7 @@ fn spec_model(
 ) -> Result<Option<Exact>, Error> {
     let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
     let at = Extent { hard: HARD, ..at };
-    let model = Exact::new(rig, spec_values(&rig.scene), Vec::new(), Vec::new(), at, open);
+    let model = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open);
     let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
     match (model, usable.max_by(|s, t| s.drive.total_cmp(&t.drive))) {
         (Err(Error::Run(why)), Some(last)) if why == TOO_HARD => Err(InputError::new(format!(
@@ -287,7 +287,7 @@ fn spec_model(
             at.reach[0], at.reach[1]
         ))
         .at(&data.file, Some(last.line))
-        .key(rig.scene.drive.column())
+        .key(rig.setup.drive.column())
         .value(last.drive)
         .allowed("drives that the whisker of the spec can follow; another row's decimal comma makes two fields of one number")
         .into()),

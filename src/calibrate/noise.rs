@@ -30,7 +30,7 @@ pub fn stated(
     let rounding = 1e-12 * crate::reduce::median(&mut sizes);
     let repeats = (squares / freedom).sqrt();
     let repeats = if repeats < rounding { 0.0 } else { repeats };
-    let stated = rig.scene.gauge.noise_strain.filter(|_| strain);
+    let stated = rig.setup.gauge.noise_strain.filter(|_| strain);
     let agree = |s: f64| repeats > 0.0 && s > 0.0 && (repeats / s).ln().abs() < 2.0 / (2.0 * freedom).sqrt();
     match (freedom >= 3.0, stated) {
         (true, Some(s)) if agree(s) => {

@@ -7,7 +7,7 @@ use super::{Calibrated, Reason};
 use crate::error::Error;
 use crate::locate::{Estimator, Locator};
 use crate::measure::Data;
-use crate::scene::{Scene, Side};
+use crate::scene::{Setup, Side};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{Field, Table, distance_row, drive_row};
@@ -32,9 +32,9 @@ pub fn write(
         file.close()
     };
     put("calibration.toml", found.calibration.to_text().as_bytes())?;
-    let scene = &locator.rig.scene;
+    let setup = &locator.rig.setup;
     let text = |e: csv::Error| Error::Run(e.to_string());
-    put("K_table.csv", &k_table(found, data, scene).map_err(text)?)?;
+    put("K_table.csv", &k_table(found, data, setup).map_err(text)?)?;
     put("designs.csv", &designs(found, locator).map_err(text)?)?;
     put("distances.csv", &distances(found, locator).map_err(text)?)?;
     put("rows.csv", &rows(found, data, locator).map_err(text)?)?;
@@ -47,11 +47,11 @@ pub fn side_name(side: Side) -> &'static str {
     if side == Side::Far { "far" } else { "contact" }
 }
 
-fn k_table(found: &Calibrated, data: &Data, scene: &Scene) -> csv::Result<Vec<u8>> {
+fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> csv::Result<Vec<u8>> {
     let mut text = Text::default();
     let signal = data.unit.common();
     let (sd, linear) = (format!("{signal}_sd"), "strain_linear");
-    let drive = scene.drive.column();
+    let drive = setup.drive.column();
     text.header(&[
         "a_mm",
         drive,
@@ -97,7 +97,7 @@ fn k_table(found: &Calibrated, data: &Data, scene: &Scene) -> csv::Result<Vec<u8
 fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     let rig = &locator.rig;
     let mut text = Text::default();
-    let mut columns = Table::Designs.columns(&rig.scene);
+    let mut columns = Table::Designs.columns(&rig.setup);
     columns.pop();
     columns.extend(["held_out_rms_mm", "side", "status"]);
     text.header(&columns)?;
@@ -121,7 +121,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
 fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     let rig = &locator.rig;
     let mut text = Text::default();
-    let mut columns = Table::Distances.columns(&rig.scene);
+    let mut columns = Table::Distances.columns(&rig.setup);
     columns.pop();
     columns.extend(["side", "status"]);
     text.header(&columns)?;
@@ -140,7 +140,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
 }
 
 fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u8>> {
-    let kind = locator.rig.scene.drive;
+    let kind = locator.rig.setup.drive;
     let signal = data.unit.common();
     let recorded = format!("recorded_{}", data.unit.column());
     let mut text = Text::default();

@@ -16,7 +16,7 @@ const LISTED: usize = 100;
 
 /// The result object.
 pub fn result(found: &Calibrated, rig: &Rig) -> Value {
-    let kind = rig.scene.drive;
+    let kind = rig.setup.drive;
     let c = &found.calibration;
     let suspect: Vec<Value> = found
         .taps
@@ -55,7 +55,7 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
 }
 
 fn side(s: &SideResult, rig: &Rig) -> Value {
-    let kind = rig.scene.drive;
+    let kind = rig.setup.drive;
     let one = |e: Estimator| {
         let candidates: Vec<Estimator> =
             Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
@@ -156,7 +156,7 @@ fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
             "error_mean_mm": row.error_mean(),
             "status": row.status.to_string(),
         });
-        v[rig.scene.drive.column()] = d.drive.into();
+        v[rig.setup.drive.column()] = d.drive.into();
         if of.is_some() {
             v["noise_rms_mm"] = json!(d.noise_rms);
             v["bias_rms_mm"] = json!(d.bias);
@@ -210,7 +210,7 @@ fn parameters(f: &super::fit::Fit, kind: Drive) -> Value {
 /// A few lines for people.
 pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
     let mut t = String::new();
-    let kind = rig.scene.drive;
+    let kind = rig.setup.drive;
     let (symbol, degree) = crate::sink::table::drive_unit(kind);
     let unit = match data.unit.is_strain() {
         true => format!("{:.3} µε", 1e6 * found.calibration.noise),

@@ -89,14 +89,14 @@ impl KTable {
         }
         let cells = cells(ask.taps, ask.rig, &distances, &drives, wanted);
         let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
-        let classic = Classic::new(&ask.rig.scene, ask.rig.shared(), ends);
+        let classic = Classic::new(&ask.rig.setup, ask.rig.shared(), ends);
         let mut tally = Tally::new(distances.len(), drives.len());
         let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
             tally.count(c.i, c.j, o);
         }
         tally.calibrate(Some(&classic));
-        let kind = ask.rig.scene.drive;
+        let kind = ask.rig.setup.drive;
         let estimate =
             |(c, o): (&Cell, &Outcome)| tally.estimate((c.i, c.j), (c.a, kind, c.drive), o, Some(&classic));
         let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
@@ -106,7 +106,7 @@ impl KTable {
 
 /// A cell as a tap of a sweep: forces and arc are not measured.
 fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
-    let limit = ask.rig.scene.gauge.strain_limit;
+    let limit = ask.rig.setup.gauge.strain_limit;
     let beyond = ask.data.unit.is_strain() && c.signal > limit;
     Outcome {
         strain: ask.sign * c.signal,
@@ -136,7 +136,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     })?;
     let signal = |t: &Tap| t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
-        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.scene.drive, t.a, t.drive);
+        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.setup.drive, t.a, t.drive);
     let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
     let with_suspects = ask.taps.iter().any(changed).then(|| {
         // As recorded: neither rows nor drift taken out.
@@ -223,8 +223,8 @@ fn end_stop(ask: &Ask<'_>) -> Option<f64> {
 }
 
 fn exact_record(rig: &Rig, fit: &Fit, rms: Option<f64>, bias: Vec<f64>) -> ExactRecord {
-    let kind = rig.scene.drive;
-    let known = |p: &Parameter| spec_values(&rig.scene)[*p as usize].is_finite();
+    let kind = rig.setup.drive;
+    let known = |p: &Parameter| spec_values(&rig.setup)[*p as usize].is_finite();
     let value = |p: Parameter| (p.name(kind).to_owned(), toml::Value::from(fit.exact.values[p as usize]));
     ExactRecord {
         held_out_rms_mm: rms,

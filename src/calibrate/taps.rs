@@ -50,7 +50,7 @@ pub struct ZeroReading {
 /// Sorts the rows of `data` into taps and zero readings; `drive` is that of every tap where no column says. Rows that cannot be
 /// taps of this whisker have their reason.
 pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroReading>, Zero) {
-    let factor = rig.scene.gauge.factor;
+    let factor = rig.setup.gauge.factor;
     let is_zero = |d: f64| data.drive.is_some() && d == 0.0;
     let mut zeros = Vec::new();
     let mut taps = Vec::new();
@@ -107,7 +107,7 @@ fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {
     if !(tap.a.is_finite() && tap.drive.is_finite() && tap.signal.is_finite()) {
         return Some(Reason::NotANumber);
     }
-    if !rig.design.admits(rig.scene.drive, tap.a, tap.drive) {
+    if !rig.design.admits(rig.setup.drive, tap.a, tap.drive) {
         return Some(Reason::OutsideDomain);
     }
     if tap.a <= rig.shared().gauge[0] {
@@ -210,7 +210,7 @@ pub fn cells(
         grid[distances.place(tap.a) * drives.len() + drives.place(tap.drive)].push(k);
     }
     let curve = rig.shared().theory.curve();
-    let linear = |t: &Tap| amount(rig.scene.drive, t.drive) * curve.value(t.a);
+    let linear = |t: &Tap| amount(rig.setup.drive, t.drive) * curve.value(t.a);
     let cell = |(place, taps_here): (usize, Vec<usize>)| {
         if taps_here.is_empty() {
             return None;

@@ -7,7 +7,7 @@ use vibrissa::calibrate::{self, Options, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{Estimator, Locator, locator::opener};
 use vibrissa::measure::{Data, Rig};
-use vibrissa::scene::{Drive, RunOptions};
+use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
@@ -25,10 +25,10 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
-    let rig = Rig::read(&args.whisker, data.drive.or(said))?;
-    let options = prepared(&args.common, &rig)?;
+    let (rig, spec) = Rig::read_with(&args.whisker, data.drive.or(said))?;
+    let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
-    let kind = rig.scene.drive;
+    let kind = rig.setup.drive;
     if let Some(said) = said.filter(|s| *s != kind) {
         let (key, allowed) =
             if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
@@ -45,19 +45,18 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     }
     let digest = hash_bytes(&bytes)?;
     drop(bytes);
-    let identity =
-        hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", rig.scene.text, args.theta, args.delta, args.fit));
+    let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
     let stem =
         args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
     let out = super::folder(options.out.as_ref(), &stem, "calibrate");
     if options.plan == Some(true) {
-        return Ok(planned(&data, &rig, &out));
+        return Ok(planned(&data, &spec, &out));
     }
     if !quiet {
-        rig.scene.warnings.iter().for_each(say::warning);
+        spec.warnings.iter().for_each(say::warning);
     }
     let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit });
-    let mut question = Question { name: stem, ..Question::of_scene("calibrate", &rig.scene, of) };
+    let mut question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
     question.inputs.push(args.data.clone());
     let folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
@@ -72,11 +71,11 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = run_json::document(
         "calibrate",
-        json!({ "name": rig.scene.name, "hash": identity, "text": rig.scene.text }),
+        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
         json!({
             "data": { "file": data.file, "hash": asked.hash },
-            "in_force": run_json::in_force(&rig.scene),
-            "material_fit": run_json::material_fit(&rig.scene, None),
+            "in_force": run_json::in_force(&spec),
+            "material_fit": run_json::material_fit(&spec, None),
             "counts": counts,
             "seconds": seconds,
             "result": result,
@@ -104,8 +103,8 @@ fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
 }
 
 /// Options of spec and command line; starts the threads they ask for, and JSON if they ask for it.
-pub(super) fn prepared(common: &Common, rig: &Rig) -> Result<RunOptions, Error> {
-    let options = common.over(&rig.scene.run);
+pub(super) fn prepared(common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
+    let options = common.over(&spec.run);
     reply::in_json(options.json == Some(true));
     if let Some(n) = options.threads {
         rayon::ThreadPoolBuilder::new()
@@ -116,14 +115,14 @@ pub(super) fn prepared(common: &Common, rig: &Rig) -> Result<RunOptions, Error> 
     Ok(options)
 }
 
-fn planned(data: &Data, rig: &Rig, out: &std::path::Path) -> Reply {
+fn planned(data: &Data, spec: &Spec, out: &std::path::Path) -> Reply {
     let text = format!(
         "{}: {} rows, {}, {}; whisker {}; would write to {}; nothing was run\n",
         data.file,
         data.rows.len(),
         data.drive.map_or("no drive column", Drive::column),
         data.unit.column(),
-        rig.scene.name,
+        spec.name,
         out.display()
     );
     Reply {
@@ -133,7 +132,7 @@ fn planned(data: &Data, rig: &Rig, out: &std::path::Path) -> Reply {
         counts: json!({ "rows": data.rows.len() }),
         seconds: Value::Null,
         backend: Value::Null,
-        result: json!({ "in_force": run_json::in_force(&rig.scene), "signal": data.unit.column() }),
+        result: json!({ "in_force": run_json::in_force(spec), "signal": data.unit.column() }),
         ..Reply::default()
     }
 }

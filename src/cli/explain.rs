@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::Choice;
 use vibrissa::error::{Error, InputError};
 use vibrissa::explain::{Change, Effect, Explained, Explanation, explain};
-use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Scene};
+use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
 
 use super::reply::Reply;
 use super::sweep::where_and_why;
@@ -15,8 +15,8 @@ use super::sweep::where_and_why;
 /// Tolerances judged where none is given.
 const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
 
-/// Explains `scene`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
-pub fn run(scene: &Scene, options: &RunOptions, leave_off: &[f64]) -> Result<Reply, Error> {
+/// Explains `spec`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
+pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply, Error> {
     let start = Instant::now();
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let options = if free {
@@ -30,15 +30,15 @@ pub fn run(scene: &Scene, options: &RunOptions, leave_off: &[f64]) -> Result<Rep
         choice.backend.reason = "few taps".into();
     }
     let tolerances = tolerances(leave_off, choice.backend.tolerance.unwrap_or(0.0))?;
-    let found = explain(scene, &choice, &tolerances)?;
+    let found = explain(&spec.study, &choice, &tolerances)?;
     Ok(Reply {
-        text: text(scene, &choice, &found),
+        text: text(spec, &choice, &found),
         out: None,
         files: Vec::new(),
         counts: json!({ "taps": found.total, "taps_compared": found.taps }),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
         backend: json!(choice.backend),
-        result: result(scene.drive, &found),
+        result: result(spec.study.setup.drive, &found),
         quiet: options.quiet == Some(true),
         ..Reply::default()
     })
@@ -126,18 +126,18 @@ fn numbers(c: &Change) -> Vec<String> {
     cells
 }
 
-fn text(scene: &Scene, choice: &Choice, found: &Explanation) -> String {
+fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
     let mut text = String::new();
     let part = if found.taps as u64 == found.total { "all" } else { "spread over" };
     let _ = writeln!(
         text,
         "{}: what each effect changes, in % of strain; {} taps ({part} {}), {}",
-        scene.name,
+        spec.name,
         found.taps,
         found.total,
         where_and_why(&choice.backend)
     );
-    let unit = scene.drive.column();
+    let unit = spec.study.setup.drive.column();
     let header = [
         "effect",
         "spec",

@@ -9,7 +9,7 @@ use serde_json::json;
 use vibrissa::backend::{self, Choice};
 use vibrissa::error::Error;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
-use vibrissa::scene::Scene;
+use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
@@ -26,22 +26,22 @@ const KEPT: &str = "interrupted; the best so far is written, and --resume goes o
 
 /// Reads the spec and searches, or says what would be searched.
 pub fn run(args: &Optimise) -> Result<Reply, Error> {
-    let (mut scene, search) = spec::read_search(&args.spec)?;
-    let options = args.common.over(&scene.run);
+    let (mut spec, search) = spec::read_search(&args.spec)?;
+    let options = args.common.over(&spec.run);
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(say::warning);
+        spec.warnings.iter().for_each(say::warning);
     }
-    let out = super::folder(options.out.as_ref(), &scene.name, "optimise");
+    let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let choice = Choice::new(&options)?;
-    backend::settle(&mut scene, &options, &choice.backend, &out);
+    backend::settle(&mut spec, &options, &choice.backend, &out);
     if options.plan == Some(true) {
-        return Ok(planned(&scene, &search, &choice, &out));
+        return Ok(planned(&spec, &search, &choice, &out));
     }
     if !quiet {
-        say::line(headline(&scene, &search, &choice));
+        say::line(headline(&spec, &search, &choice));
     }
     let target = Target {
         out: &out,
@@ -49,14 +49,14 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         resume: args.resume,
         stop: interrupt::stop_and_keep(),
     };
-    let report = optimise::run(&scene, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    let report = optimise::run(&spec, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
     Ok(Reply {
-        text: summary(&scene, &search, &report),
+        text: summary(&spec, &search, &report),
         out: Some(out),
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: write::result(&scene, &search, &report),
+        result: write::result(&spec, &search, &report),
         broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
@@ -64,25 +64,25 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     .removing(&report.removed))
 }
 
-fn headline(scene: &Scene, search: &Search, choice: &Choice) -> String {
+fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     let over: Vec<String> = search
         .variables
         .iter()
-        .map(|v| format!("{} {}…{}", write::key(scene, v.column), v.min, v.max))
+        .map(|v| format!("{} {}…{}", write::key(&spec.study.setup, v.column), v.min, v.max))
         .collect();
     let samples =
         search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
     format!(
         "{}: smallest {} over {}{samples}, on {}",
-        scene.name,
+        spec.name,
         search.objective.word(),
         over.join(", "),
         where_and_why(&choice.backend)
     )
 }
 
-fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply {
-    let mut text = headline(scene, search, choice) + "\n";
+fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
+    let mut text = headline(spec, search, choice) + "\n";
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
     let _ = match (evaluations, seconds) {
         (None, None) => {
@@ -99,7 +99,7 @@ fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply
         }
     };
     let _ = writeln!(text, "  into {}; nothing was run\nvalues in force:", out.display());
-    for (key, value, written) in &scene.in_force {
+    for (key, value, written) in &spec.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
     }
     Reply {
@@ -109,13 +109,13 @@ fn planned(scene: &Scene, search: &Search, choice: &Choice, out: &Path) -> Reply
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
-        result: json!({ "in_force": run_json::in_force(scene) }),
+        result: json!({ "in_force": run_json::in_force(spec) }),
         ..Reply::default()
     }
 }
 
-fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
-    let (symbol, unit) = drive_unit(scene.drive);
+fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let (d, row) = (&report.best.point, &report.best.row);
     let mut text = String::new();
     let title = if search.objective == Objective::Pareto {
@@ -146,7 +146,7 @@ fn summary(scene: &Scene, search: &Search, report: &Report) -> String {
         let _ =
             writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
     }
-    let _ = writeln!(text, "  {}", why(scene, search, report));
+    let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(front) = &report.front {
         let _ =
             writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Rig, Unit};
-use vibrissa::scene::Drive;
+use vibrissa::scene::{Column, Drive};
 use vibrissa::simulate::{self, Settings};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
@@ -21,22 +21,24 @@ use super::say;
 pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let start = Instant::now();
     let label = args.spec.display().to_string();
-    let rig = Rig::of_scene(spec::read(&args.spec)?, &label)?;
-    let options = prepared(&args.common, &rig)?;
+    let spec = spec::read(&args.spec)?;
+    let rig = Rig::of_spec(&spec, &label)?;
+    let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
-    let (distances, drives) = simulate::axes(&rig.scene);
+    let axes = [Column::Distance, Column::Drive]
+        .map(|column| spec.study.space.axis(column).expect("a rig has axes"));
+    let [distances, drives] = axes;
     let taps = distances.len().saturating_mul(drives.len()).saturating_mul(settings.repeats);
     if taps >= 1 << 32 {
         let error =
             InputError::new("these are too many taps for one file").key("--repeats").value(settings.repeats);
         return Err(error.allowed("fewer than 2^32 rows").into());
     }
-    let out = super::folder(options.out.as_ref(), &rig.scene.name, "simulate");
-    let result = described(&settings, rig.scene.drive);
+    let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
+    let result = described(&settings, rig.setup.drive);
     if options.plan == Some(true) {
-        let text =
-            format!("{}: {taps} synthetic taps to {}; nothing was run\n", rig.scene.name, out.display());
+        let text = format!("{}: {taps} synthetic taps to {}; nothing was run\n", spec.name, out.display());
         return Ok(Reply {
             text,
             out: Some(out),
@@ -44,26 +46,26 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
             counts: json!({ "taps": taps }),
             seconds: Value::Null,
             backend: Value::Null,
-            result: json!({ "settings": result, "in_force": run_json::in_force(&rig.scene) }),
+            result: json!({ "settings": result, "in_force": run_json::in_force(&spec) }),
             ..Reply::default()
         });
     }
     if !quiet {
-        rig.scene.warnings.iter().for_each(say::warning);
+        spec.warnings.iter().for_each(say::warning);
     }
-    let question = Question::of_scene("simulate", &rig.scene, json!({ "settings": result.to_string() }));
+    let question = Question::of_scene("simulate", &spec, json!({ "settings": result.to_string() }));
     let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
-    let method = opener(&options)(&rig.scene.model)?;
+    let method = opener(&options)(&rig.setup.model)?;
     let mut file = folder.file("measurements.csv")?;
-    let counts = simulate::simulate(&rig, &settings, method, &mut |bytes| file.write(bytes))?;
+    let counts = simulate::simulate(&rig, axes, &settings, method, &mut |bytes| file.write(bytes))?;
     file.close()?;
     let counted = json!({ "taps": counts.taps, "zero_readings": counts.zeros, "unsolved": counts.unsolved, "faults": counts.faults });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = run_json::document(
         "simulate",
-        run_json::spec(&rig.scene),
+        run_json::spec(&spec),
         json!({
-            "in_force": run_json::in_force(&rig.scene),
+            "in_force": run_json::in_force(&spec),
             "source": simulate::SOURCE,
             "settings": result,
             "counts": counted,
@@ -107,7 +109,7 @@ fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
     };
     let settings = Settings {
         repeats: args.repeats,
-        noise: args.noise.or(rig.scene.gauge.noise_strain).unwrap_or(0.0),
+        noise: args.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
         seed: args.seed,
         zero_every: args.zero_every,
         drift: args.drift,

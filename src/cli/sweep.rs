@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::{Plan, Way, cost};
-use vibrissa::scene::{Geometry, Listed, RunOptions, Scene, Space};
+use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -21,42 +21,42 @@ use super::{explain, interrupt};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
-    let mut scene = spec::read(&args.spec)?;
-    let options = args.common.over(&scene.run);
+    let mut spec = spec::read(&args.spec)?;
+    let options = args.common.over(&spec.run);
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(say::warning);
+        spec.warnings.iter().for_each(say::warning);
     }
     if args.explain {
-        return explain::run(&scene, &options, &args.leave_off);
+        return explain::run(&spec, &options, &args.leave_off);
     }
-    let out = super::folder(options.out.as_ref(), &scene.name, "sweep");
-    let plan = Plan::new(&scene)?;
+    let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
+    let plan = Plan::new(&spec.study)?;
     let choice = Choice::new(&options)?;
-    backend::settle(&mut scene, &options, &choice.backend, &out);
+    backend::settle(&mut spec, &options, &choice.backend, &out);
     if options.plan == Some(true) {
-        return Ok(planned(&scene, &plan, &choice, out));
+        return Ok(planned(&spec, &plan, &choice, out));
     }
     if !quiet {
-        say::line(headline(&scene, &plan, &choice.backend));
+        say::line(headline(&spec, &plan, &choice.backend));
     }
     let mut progress = Shown::new(plan.taps, quiet);
     let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
-    let report = vibrissa::sweep::run(&scene, &choice, &target, &mut progress);
+    let report = vibrissa::sweep::run(&spec, &choice, &target, &mut progress);
     progress.finish();
     let report = report?;
-    if !quiet && let Some(warning) = beyond_curve(&scene, &report) {
+    if !quiet && let Some(warning) = beyond_curve(&spec, &report) {
         say::warning(warning);
     }
     Ok(Reply {
-        text: summary(&scene, &report),
+        text: summary(&spec, &report),
         out: Some(out),
         counts: run_json::counts(&report.counts),
         seconds: json!(report.seconds),
         backend: json!(report.backend),
-        result: json!({ "best": report.highlights.iter().map(|k| best(&scene, k)).collect::<Vec<_>>() }),
+        result: json!({ "best": report.highlights.iter().map(|k| best(&spec, k)).collect::<Vec<_>>() }),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -70,20 +70,15 @@ pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
 }
 
-fn headline(scene: &Scene, plan: &Plan, b: &Backend) -> String {
-    let model = if scene.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
-    format!(
-        "{}: {} taps of {} designs, {model}, on {}",
-        scene.name,
-        plan.taps,
-        plan.designs,
-        where_and_why(b)
-    )
+fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
+    let model =
+        if spec.study.setup.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
+    format!("{}: {} taps of {} designs, {model}, on {}", spec.name, plan.taps, plan.designs, where_and_why(b))
 }
 
 /// What to say when the gauge saw more strain than the curve of the material holds.
-fn beyond_curve(scene: &Scene, report: &Report) -> Option<String> {
-    let fit = scene.material_fit.as_ref()?;
+fn beyond_curve(spec: &Spec, report: &Report) -> Option<String> {
+    let fit = spec.material_fit.as_ref()?;
     let strain = report.counts.strain.get().filter(|e| !fit.covers(*e))?;
     let [min, max] = fit.range;
     Some(format!(
@@ -102,10 +97,10 @@ pub(super) fn where_and_why(b: &Backend) -> String {
     format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
 }
 
-fn planned(scene: &Scene, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
-    let (b, way) = (&choice.backend, Way::of(scene, choice));
-    let seconds = cost::seconds(scene, choice, plan.taps, plan.bytes);
-    let mut text = headline(scene, plan, b) + "\n";
+fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
+    let (b, way) = (&choice.backend, Way::of(&spec.study, choice));
+    let seconds = cost::seconds(&spec.study, choice, plan.taps, plan.bytes);
+    let mut text = headline(spec, plan, b) + "\n";
     let names = ["tuples.csv", "designs.csv", "distances.csv"];
     for (name, rows) in names.iter().zip(plan.rows) {
         let _ = writeln!(
@@ -121,10 +116,10 @@ fn planned(scene: &Scene, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
         out.display(),
         way.name()
     );
-    if let Space::File(file) = &scene.space {
+    if let Space::File(file) = &spec.study.space {
         let _ = writeln!(text, "  warning: {}", large(file));
     }
-    if let Some(fit) = &scene.material_fit {
+    if let Some(fit) = &spec.material_fit {
         let ([c10, c20, c30], [min, max]) = (fit.coefficients, fit.range);
         let _ = writeln!(
             text,
@@ -133,7 +128,7 @@ fn planned(scene: &Scene, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
         );
     }
     let _ = writeln!(text, "values in force:");
-    for (key, value, written) in &scene.in_force {
+    for (key, value, written) in &spec.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
     }
     Reply {
@@ -143,7 +138,7 @@ fn planned(scene: &Scene, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes }),
         seconds: json!({ "expected": seconds, "way": way.name() }),
         backend: json!(b),
-        result: json!({ "in_force": run_json::in_force(scene), "material_fit": run_json::material_fit(scene, None) }),
+        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None) }),
         ..Reply::default()
     }
 }
@@ -158,7 +153,7 @@ fn large(file: &Listed) -> String {
     )
 }
 
-fn best(scene: &Scene, k: &Kept) -> Value {
+fn best(spec: &Spec, k: &Kept) -> Value {
     let d = &k.design;
     let mut value = json!({
         "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
@@ -169,19 +164,23 @@ fn best(scene: &Scene, k: &Kept) -> Value {
         "force_max_N": k.row.force_max(),
         "status": k.row.status.to_string(),
     });
-    value[scene.drive.column()] = k.drive.into();
-    let unit = if scene.estimate.convention == vibrissa::scene::Convention::Elongation { "_mm" } else { "" };
+    value[spec.study.setup.drive.column()] = k.drive.into();
+    let unit = if spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation {
+        "_mm"
+    } else {
+        ""
+    };
     value[format!("K_mean{unit}")] = json!(k.row.deviation.mean().map(|m| (1.0 + m) * k.unit));
     value[format!("K_sd{unit}")] = json!(k.row.deviation.sd().map(|s| s * k.unit));
     value
 }
 
-fn summary(scene: &Scene, report: &Report) -> String {
+fn summary(spec: &Spec, report: &Report) -> String {
     let mut text = String::new();
-    let by = scene.output.by.name();
-    let (symbol, unit) = drive_unit(scene.drive);
+    let by = spec.study.output.by.name();
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
     if !report.highlights.is_empty() {
-        let title = if scene.output.top.is_some() { "best rows" } else { "best row of each design" };
+        let title = if spec.study.output.top.is_some() { "best rows" } else { "best row of each design" };
         let _ = writeln!(text, "{title} by {by}:");
         let _ = writeln!(
             text,
@@ -212,7 +211,7 @@ fn summary(scene: &Scene, report: &Report) -> String {
     let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{n} {word}")).collect();
     let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
     let _ = writeln!(text, "status of {} taps: {words}", c.taps);
-    if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, scene.output.top) {
+    if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, spec.study.output.top) {
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();

@@ -7,7 +7,7 @@ use vibrissa::backend::{self, Choice};
 use vibrissa::error::Error;
 use vibrissa::optimise::run::precise;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{BackendChoice, RunOptions, Scene};
+use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
@@ -24,21 +24,21 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         TapObjective::Distance => Objective::Distance,
         TapObjective::Sd => Objective::Sd,
     };
-    let (mut scene, ends) = spec::read_tap(&args.spec, objective.needs_distance())?;
-    let options = args.common.over(&scene.run);
+    let (mut spec, ends) = spec::read_tap(&args.spec, objective.needs_distance())?;
+    let options = args.common.over(&spec.run);
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
     threads(&options)?;
     if !quiet {
-        scene.warnings.iter().for_each(say::warning);
+        spec.warnings.iter().for_each(say::warning);
     }
     let choice = choose(&options)?;
-    let out = super::folder(options.out.as_ref(), &scene.name, "tap");
-    backend::settle(&mut scene, &options, &choice.backend, &out);
-    let (symbol, unit) = drive_unit(scene.drive);
+    let out = super::folder(options.out.as_ref(), &spec.name, "tap");
+    backend::settle(&mut spec, &options, &choice.backend, &out);
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let head = format!(
         "{}: best {symbol} of {}…{}{unit}, on {}",
-        scene.name,
+        spec.name,
         ends[0],
         ends[1],
         where_and_why(&choice.backend)
@@ -48,10 +48,10 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
             "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n",
             out.display()
         );
-        for (key, value, written) in &scene.in_force {
+        for (key, value, written) in &spec.in_force {
             let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
         }
-        let result = json!({ "in_force": run_json::in_force(&scene) });
+        let result = json!({ "in_force": run_json::in_force(&spec) });
         return Ok(Reply {
             text,
             out: Some(out),
@@ -67,19 +67,19 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         say::line(head);
     }
     let target = (out.as_path(), options.force == Some(true));
-    let report = tap::run(&scene, ends, objective, &choice, target).map_err(|e| match e {
+    let report = tap::run(&spec, ends, objective, &choice, target).map_err(|e| match e {
         Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
             e.at(args.spec.display().to_string(), None).into()
         }
         other => other,
     })?;
     Ok(Reply {
-        text: summary(&scene, &report),
+        text: summary(&spec, &report),
         out: Some(out),
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: tap::result(&scene, &report),
+        result: tap::result(&spec.study, &report),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -99,8 +99,8 @@ fn choose(options: &RunOptions) -> Result<Choice, Error> {
     Choice::new(options)
 }
 
-fn summary(scene: &Scene, report: &Report) -> String {
-    let (symbol, unit) = drive_unit(scene.drive);
+fn summary(spec: &Spec, report: &Report) -> String {
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
     let line = |name: &str, s: &Sample| {
         format!(

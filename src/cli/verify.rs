@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::backend::Backend;
 use vibrissa::error::{Error, InputError};
-use vibrissa::scene::{RunOptions, Scene, Tuple};
+use vibrissa::scene::{RunOptions, Spec, Tuple};
 use vibrissa::sink::census::{self, Verified, other_words, verdict};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
@@ -27,7 +27,7 @@ const COMPILE: f64 = 0.7;
 
 /// What was asked, in force.
 struct Asked {
-    scene: Option<Scene>,
+    spec: Option<Spec>,
     options: RunOptions,
     out: PathBuf,
     samples: u32,
@@ -49,7 +49,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     }
     let mut places = verify::present(options, bound(args)?)?;
     if !quiet {
-        asked.scene.iter().flat_map(|s| &s.warnings).for_each(say::warning);
+        asked.spec.iter().flat_map(|s| &s.warnings).for_each(say::warning);
         if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
             say::warning("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
         }
@@ -59,8 +59,8 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     }
     let on: Vec<String> = places.iter().map(Place::label).collect();
     let of = json!({ "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": on });
-    let question = match &asked.scene {
-        Some(scene) => Question::of_scene("verify", scene, of),
+    let question = match &asked.spec {
+        Some(spec) => Question::of_scene("verify", spec, of),
         None => Question::new("verify", "verify", of),
     };
     let mut folder = Folder::open(&asked.out, question, &["verify.csv"], options.force == Some(true))?;
@@ -77,7 +77,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     census::write(&mut folder, &lines, &backends)?;
     let seconds = start.elapsed().as_secs_f64();
     let verified = Verified {
-        scene: asked.scene.as_ref(),
+        spec: asked.spec.as_ref(),
         samples: asked.samples,
         seed: asked.seed,
         backends: &backends,
@@ -118,37 +118,37 @@ fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
 
 /// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
 fn asked(args: &Verify) -> Result<Asked, Error> {
-    let mut scene = args.spec.as_deref().map(spec::read).transpose()?;
-    let written = scene.as_ref().map_or_else(RunOptions::default, |s| s.run.clone());
+    let mut spec = args.spec.as_deref().map(spec::read).transpose()?;
+    let written = spec.as_ref().map_or_else(RunOptions::default, |s| s.run.clone());
     let options = args.common.over(&written);
     let beside = |path: &Path| {
         let mut name = path.file_name().unwrap_or_default().to_os_string();
         name.push("-verify");
         path.with_file_name(name)
     };
-    let out = match (&args.common.out, &written.out, &scene) {
+    let out = match (&args.common.out, &written.out, &spec) {
         (Some(out), ..) => out.clone(),
         (None, Some(out), _) => beside(out),
-        (None, None, Some(scene)) => beside(&Path::new("results").join(&scene.name)),
+        (None, None, Some(spec)) => beside(&Path::new("results").join(&spec.name)),
         (None, None, None) => PathBuf::from("results/verify"),
     };
-    if let Some(scene) = &mut scene {
-        scene.in_force.retain(|(key, ..)| !key.starts_with("run."));
+    if let Some(spec) = &mut spec {
+        spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = args.samples.unwrap_or(if scene.is_some() { SAMPLES } else { RANDOM });
-    Ok(Asked { scene, options, out, samples, seed: args.seed })
+    let samples = args.samples.unwrap_or(if spec.is_some() { SAMPLES } else { RANDOM });
+    Ok(Asked { spec, options, out, samples, seed: args.seed })
 }
 
 fn cases(asked: &Asked) -> Result<Vec<Case>, Error> {
-    match &asked.scene {
-        Some(scene) => Ok(vec![Case::of_spec(scene.clone(), asked.samples, asked.seed)?]),
-        None => Ok(Case::built_in(asked.samples, asked.seed)?),
+    match &asked.spec {
+        Some(spec) => Ok(vec![Case::of_study(&spec.name, spec.study.clone(), asked.samples, asked.seed)?]),
+        None => Ok(Case::built_in(asked.samples, asked.seed)),
     }
 }
 
 fn headline(asked: &Asked, cases: usize, taps: u64, places: &[Place]) -> String {
-    let what = match &asked.scene {
-        Some(scene) => format!("{}: {taps} of its taps", scene.name),
+    let what = match &asked.spec {
+        Some(spec) => format!("{}: {taps} of its taps", spec.name),
         None => format!("{taps} taps of {cases} configurations"),
     };
     let on: Vec<_> = places

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::design::Design;
 use crate::kernel::{self, Rung, Solution, Solver, Tap};
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Geometry, Scene};
+use crate::scene::{Contact, Geometry, Setup};
 use crate::smooth::drives::DriveAxis;
 use crate::status::Status;
 use outcome::{fast, reference};
@@ -70,9 +70,9 @@ impl Outcome {
     };
 }
 
-/// A backend, ready to evaluate taps of one scene.
+/// A backend, ready to evaluate taps of one setup.
 pub struct Evaluator<'a> {
-    scene: &'a Scene,
+    setup: &'a Setup,
     method: Method,
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
@@ -100,10 +100,10 @@ pub enum Method {
 pub const TOO_HARD: &str = "too many taps have no solution that the kernels find";
 
 impl<'a> Evaluator<'a> {
-    /// Evaluates taps of `scene` by `method`.
-    pub fn new(scene: &'a Scene, method: Method) -> Self {
+    /// Evaluates taps of `setup` by `method`.
+    pub fn new(setup: &'a Setup, method: Method) -> Self {
         Self {
-            scene,
+            setup,
             method,
             taps: Vec::new(),
             solutions: Vec::new(),
@@ -117,7 +117,7 @@ impl<'a> Evaluator<'a> {
         Self { spare: most, ..self }
     }
 
-    /// The method, for another scene.
+    /// The method, for another setup.
     pub fn into_method(self) -> Method {
         self.method
     }
@@ -145,16 +145,16 @@ impl<'a> Evaluator<'a> {
 
     /// Whether taps are answered by the reference, or the geometry is linear: closed forms in f64 on every backend.
     fn needs_no_kernel(&self) -> bool {
-        matches!(self.method, Method::Reference) || self.scene.model.geometry == Geometry::Linear
+        matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: contacts with friction that no rung
     /// solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the material
     /// bears them, or whether they lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
-        let scene = self.scene;
+        let setup = self.setup;
         if self.needs_no_kernel() {
-            return Ok(tasks.par_iter().map(|t| reference(scene, &designs[t.design as usize], t)).collect());
+            return Ok(tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect());
         }
         let solved = self.solutions(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, None)
@@ -185,7 +185,7 @@ impl<'a> Evaluator<'a> {
         if self.needs_no_kernel() {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
-        let scene = self.scene;
+        let setup = self.setup;
         let ways = DriveAxis::ways(drives);
         let tolerance = self.tolerance();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
@@ -199,7 +199,7 @@ impl<'a> Evaluator<'a> {
             count += nodes.len() as u64;
             let read = |(&r, found): (&usize, &[Option<Solved>])| {
                 let tasks = &tasks[r * drives.len()..(r + 1) * drives.len()];
-                (r, over_drives(scene, designs, tasks, way, found, tolerance))
+                (r, over_drives(setup, designs, tasks, way, found, tolerance))
             };
             let runs: Vec<_> = open.par_iter().zip(found.par_chunks(way.nodes.len())).map(read).collect();
             open.clear();
@@ -231,7 +231,7 @@ impl<'a> Evaluator<'a> {
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
     ) -> Result<Vec<Outcome>, String> {
-        let (scene, tolerance) = (self.scene, self.tolerance());
+        let (setup, tolerance) = (self.setup, self.tolerance());
         // A law that softens until its tangent vanishes has no chart up to there.
         let rungs = match &self.method {
             Method::Fast { rungs, .. } => rungs.as_slice(),
@@ -241,7 +241,7 @@ impl<'a> Evaluator<'a> {
             let last = rungs.iter().rfind(|rung| !rung.spare);
             last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
         });
-        let friction = matches!(scene.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
+        let friction = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
         let doubtful = |s: &Solved| {
             let missed = !s.solution.within(tolerance) && !s.solution.ended();
             s.solution.unsure() || missed && (friction || *beyond_chart)
@@ -253,10 +253,10 @@ impl<'a> Evaluator<'a> {
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             if solved.as_ref().is_some_and(doubtful) {
-                let answer = expected.map_or_else(|| reference(scene, design, task), |known| known[i]);
+                let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
                 return Outcome { referred: true, ..answer };
             }
-            fast(scene, tolerance, design, task, solved.as_ref())
+            fast(setup, tolerance, design, task, solved.as_ref())
         };
         Ok(tasks.par_iter().zip(solved).enumerate().map(finish).collect())
     }
@@ -265,7 +265,7 @@ impl<'a> Evaluator<'a> {
 /// A run of taps over the drives of `way`, from the solutions `found` at its nodes; `None` where they are not all of one kind, and good,
 /// and smooth.
 fn over_drives(
-    scene: &Scene,
+    setup: &Setup,
     designs: &[Design],
     tasks: &[Task],
     way: &DriveAxis,
@@ -279,7 +279,7 @@ fn over_drives(
     let nodes: Option<Vec<_>> = found.iter().map(usable).collect();
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
-        let frame = frame(scene, &designs[tasks[0].design as usize], task, grip)?;
+        let frame = frame(setup, &designs[tasks[0].design as usize], task, grip)?;
         Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true })
     };
     tasks.iter().zip(solutions).map(one).collect()

@@ -5,28 +5,28 @@ use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
-use crate::scene::{Geometry, Scene, Side};
+use crate::scene::{Geometry, Setup, Side};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
 pub(super) fn fast(
-    scene: &Scene,
+    setup: &Setup,
     tolerance: f64,
     design: &Design,
     task: &Task,
     solved: Option<&Solved>,
 ) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
+    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
     else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
-    let linear = amount(scene.drive, task.drive) * shared.theory.curve().value(task.a);
+    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
     let Some(Solved { frame, solution, grip, interpolated, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
         let why = if limit { Status::MATERIAL_LIMIT } else { Status::NOT_CONVERGED };
-        return unsolved(scene, shared, task, linear, why);
+        return unsolved(setup, shared, task, linear, why);
     };
     let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
@@ -40,7 +40,7 @@ pub(super) fn fast(
         sticking: *grip == Grip::Stick,
     };
     let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
-    Outcome { sweeps, interpolated, ..outcome(scene, design, shared, task, linear, found) }
+    Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
 }
 
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
@@ -51,44 +51,44 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 }
 
 /// What the reference says of a tap, or where the geometry is linear, the closed forms.
-pub(super) fn reference(scene: &Scene, design: &Design, task: &Task) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))
+pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
+    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
     else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
-    let amount = amount(scene.drive, task.drive);
+    let amount = amount(setup.drive, task.drive);
     let linear = amount * shared.theory.curve().value(task.a);
-    if scene.model.geometry == Geometry::Linear {
+    if setup.model.geometry == Geometry::Linear {
         let strain = amount * shared.model.value(task.a);
         let deviation = theories_apart(shared, task);
-        let normal = amount * shared.model.force(scene.model.material.e0(), task.a);
+        let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
         let found = Found { strain, deviation, normal, tangential: 0.0, arc: task.a, sticking: false };
-        return outcome(scene, design, shared, task, linear, found);
+        return outcome(setup, design, shared, task, linear, found);
     }
     let problem = RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,
-        side: scene.gauge.side,
+        side: setup.gauge.side,
         distance: task.a,
-        hub: scene.hub,
-        drive: scene.drive,
+        hub: setup.hub,
+        drive: setup.drive,
         amount,
-        model: &scene.model,
+        model: &setup.model,
     };
     match problem.solve() {
         Ok(tap) => {
             let found = Found {
-                strain: sign(scene) * tap.strain,
-                deviation: linear / (sign(scene) * tap.strain) - 1.0,
+                strain: sign(setup) * tap.strain,
+                deviation: linear / (sign(setup) * tap.strain) - 1.0,
                 normal: tap.normal_force,
                 tangential: tap.tangential_force,
                 arc: tap.contact_arc,
                 sticking: tap.sticking,
             };
-            outcome(scene, design, shared, task, linear, found)
+            outcome(setup, design, shared, task, linear, found)
         }
-        Err(RodError::NotConverged) => unsolved(scene, shared, task, linear, Status::NOT_CONVERGED),
-        Err(RodError::MaterialLimit) => unsolved(scene, shared, task, linear, Status::MATERIAL_LIMIT),
+        Err(RodError::NotConverged) => unsolved(setup, shared, task, linear, Status::NOT_CONVERGED),
+        Err(RodError::MaterialLimit) => unsolved(setup, shared, task, linear, Status::MATERIAL_LIMIT),
     }
 }
 
@@ -102,21 +102,21 @@ struct Found {
     sticking: bool,
 }
 
-fn sign(scene: &Scene) -> f64 {
-    match scene.gauge.side {
+fn sign(setup: &Setup) -> f64 {
+    match setup.gauge.side {
         Side::Contact => 1.0,
         Side::Far => -1.0,
     }
 }
 
 /// No values but the linear theory's.
-fn unsolved(scene: &Scene, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
+fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
     let off = if task.a <= shared.gauge[0] { Status::NO_STRAIN } else { Status::OK };
-    Outcome { strain_linear: sign(scene) * linear, status: why | off, ..Outcome::NOTHING }
+    Outcome { strain_linear: sign(setup) * linear, status: why | off, ..Outcome::NOTHING }
 }
 
 fn outcome(
-    scene: &Scene,
+    setup: &Setup,
     design: &Design,
     shared: &Shared,
     task: &Task,
@@ -133,12 +133,12 @@ fn outcome(
         status |= Status::SLIPPED_OFF;
     }
     let strain = if no_strain { 0.0 } else { found.strain };
-    if strain.abs() > scene.gauge.strain_limit {
+    if strain.abs() > setup.gauge.strain_limit {
         status |= Status::STRAIN_LIMIT;
     }
     Outcome {
-        strain: sign(scene) * strain + 0.0,
-        strain_linear: sign(scene) * linear + 0.0,
+        strain: sign(setup) * strain + 0.0,
+        strain_linear: sign(setup) * linear + 0.0,
         deviation: if no_strain { f64::NAN } else { found.deviation },
         normal_force: found.normal,
         tangential_force: found.tangential,

@@ -10,7 +10,7 @@ use crate::kernel::{
     tap::{Ask, Frame, Response},
 };
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Scene};
+use crate::scene::{Contact, Setup};
 
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
@@ -34,7 +34,7 @@ impl Evaluator<'_> {
         designs: &[Design],
         tasks: &[Task],
     ) -> Result<Vec<Option<Solved>>, String> {
-        let solved = match self.scene.model.contact {
+        let solved = match self.setup.model.contact {
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0))
             }
@@ -52,11 +52,11 @@ impl Evaluator<'_> {
         tasks: &[Task],
         grip: &(dyn Fn(usize) -> Grip + Sync),
     ) -> Result<Vec<Option<Solved>>, String> {
-        let scene = self.scene;
+        let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok(vec![None; tasks.len()]);
         };
-        let at = |i: usize| frame(scene, &designs[tasks[i].design as usize], &tasks[i], grip(i));
+        let at = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
         let framed = |i: usize| {
             at(i).map(|frame| Solved {
                 frame,
@@ -72,7 +72,7 @@ impl Evaluator<'_> {
         }
         self.taps.clear();
         self.taps.extend(solved.iter().flatten().map(|s| *s.frame.tap()));
-        let effects = Effects::new(&scene.model, scene.gauge.side, grip(0) == Grip::Stick);
+        let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         for (place, s) in solved.iter_mut().flatten().zip(&self.solutions) {
             (place.solution, place.sweeps) = (*s, s.sweeps);
@@ -119,15 +119,15 @@ impl Evaluator<'_> {
 }
 
 /// `task` in its own units; `None` outside the domain or at the apex.
-pub(super) fn frame(scene: &Scene, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
-    let shared = design.shared.as_ref().filter(|_| design.admits(scene.drive, task.a, task.drive))?;
+pub(super) fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
+    let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))?;
     let ask = Ask {
-        model: &scene.model,
-        side: scene.gauge.side,
+        model: &setup.model,
+        side: setup.gauge.side,
         curve: &shared.model,
         peak: shared.peak,
         a: task.a,
-        amount: amount(scene.drive, task.drive),
+        amount: amount(setup.drive, task.drive),
         grip,
     };
     Frame::new(&ask)

@@ -1,6 +1,6 @@
-//! What each effect of the model changes, in % of strain, for the taps of a scene.
+//! What each effect of the model changes, in % of strain, for the taps of a spec.
 //!
-//! Every effect is switched alone: off where the scene has it, on at a stated value where it has not, and the strains
+//! Every effect is switched alone: off where the spec has it, on at a stated value where it has not, and the strains
 //! of both settings are compared tap by tap. Where the rules of the model do not allow the switch alone, both settings
 //! take what it needs, and the result says so. Because the distance estimate is calibrated, a factor common to all
 //! distances does no harm: what is left of the change after calibration is told too.
@@ -16,7 +16,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Outcome};
 use crate::reduce::Spread;
-use crate::scene::{Scene, Space, Tuple};
+use crate::scene::{Setup, Study, Tuple};
 use crate::status::Status;
 use rayon::prelude::*;
 
@@ -72,36 +72,25 @@ pub struct Verdict {
 pub struct Explanation {
     /// Taps looked at.
     pub taps: usize,
-    /// Taps of the scene.
+    /// Taps of the spec.
     pub total: u64,
     /// Every effect.
     pub effects: Vec<Explained>,
-    /// The paper's linear theory in place of all effects of the model; `None` where the scene has fewer than two.
+    /// The paper's linear theory in place of all effects of the model; `None` where the spec has fewer than two.
     pub linear: Option<Change>,
     /// One per tolerance asked.
     pub verdicts: Vec<Verdict>,
 }
 
-/// Explains `scene`, computed by `choice`, with a verdict for each of `tolerances`.
-pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
-    let sample = Sample::new(scene)?;
-    let bare = Scene {
-        space: Space::List(Vec::new()),
-        text: String::new(),
-        material_fit: None,
-        in_force: Vec::new(),
-        name: scene.name.clone(),
-        inputs: Vec::new(),
-        warnings: Vec::new(),
-        run: scene.run.clone(),
-        model: scene.model.clone(),
-        ..*scene
-    };
-    let mut bench = Bench { scene: bare, choice, sample: &sample, known: Vec::new() };
-    let spec = Setting::of(scene);
+/// Explains `study`, computed by `choice`, with a verdict for each of `tolerances`.
+pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
+    let Study { setup, .. } = study;
+    let sample = Sample::new(study)?;
+    let mut bench = Bench { setup: setup.clone(), choice, sample: &sample, known: Vec::new() };
+    let said = Setting::of(setup);
     let mut effects = Vec::new();
     for effect in Effect::ALL {
-        let switch = Switch::new(effect, &spec, scene.drive);
+        let switch = Switch::new(effect, &said, setup.drive);
         let change = match &switch.pair {
             Ok(pair) => bench.compare(&pair.base, &pair.other)?,
             Err(_) => None,
@@ -111,7 +100,7 @@ pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     let in_model = |e: &&Explained| e.switch.on == Some(true) && e.switch.effect != Effect::Hub;
     let linear = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
-        _ => bench.compare(&spec, &spec.linear())?,
+        _ => bench.compare(&said, &said.linear())?,
     };
     let mut verdicts = Vec::new();
     for &tolerance in tolerances {
@@ -120,7 +109,7 @@ pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         let needless: Vec<Effect> = effects.iter().filter(small).map(|e| e.switch.effect).collect();
         let together = match needless.as_slice() {
             [] => None,
-            some => bench.compare(&spec, &switch::without(&spec, some))?,
+            some => bench.compare(&said, &switch::without(&said, some))?,
         };
         verdicts.push(Verdict { tolerance, effects: needless, together });
     }
@@ -129,8 +118,7 @@ pub fn explain(scene: &Scene, choice: &Choice, tolerances: &[f64]) -> Result<Exp
 
 /// Evaluates the sample in one setting after the other, each once.
 struct Bench<'a> {
-    /// The scene without its tuples.
-    scene: Scene,
+    setup: Setup,
     choice: &'a Choice,
     sample: &'a Sample,
     known: Vec<(Setting, Vec<Outcome>)>,
@@ -147,13 +135,13 @@ impl Bench<'_> {
         if let Some(place) = self.known.iter().position(|(s, _)| s == setting) {
             return Ok(place);
         }
-        let scene = &mut self.scene;
-        scene.model = setting.model.clone();
-        scene.hub = setting.hub;
-        scene.gauge.side = setting.side;
-        let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(scene, *t)).collect();
-        let method = self.choice.open(&scene.model)?;
-        let outcomes = Evaluator::new(scene, method).run(&designs, &self.sample.tasks).map_err(Error::Run)?;
+        let setup = &mut self.setup;
+        setup.model = setting.model.clone();
+        setup.hub = setting.hub;
+        setup.gauge.side = setting.side;
+        let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();
+        let method = self.choice.open(&setup.model)?;
+        let outcomes = Evaluator::new(setup, method).run(&designs, &self.sample.tasks).map_err(Error::Run)?;
         self.known.push((setting.clone(), outcomes));
         Ok(self.known.len() - 1)
     }

@@ -1,11 +1,11 @@
-//! The taps that an explanation looks at: all of a small scene, an even spread of a large one.
+//! The taps that an explanation looks at: all of a small study, an even spread of a large one.
 
 use std::collections::{BTreeSet, HashMap};
 
 use crate::error::Error;
 use crate::evaluate::Task;
 use crate::plan::Layout;
-use crate::scene::{Scene, Space, Tuple};
+use crate::scene::{Space, Study, Tuple};
 
 /// Taps that are compared at most.
 pub const LIMIT: u64 = 2000;
@@ -13,7 +13,7 @@ pub const LIMIT: u64 = 2000;
 /// Distances and drives of a design that are kept at least, where it has so many.
 const LEAST: [u64; 2] = [16, 8];
 
-/// Some taps of a scene, in whole rows: a row is a design at one drive, over its distances.
+/// Some taps of a study, in whole rows: a row is a design at one drive, over its distances.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sample {
     /// Designs; distance and drive are not their own.
@@ -22,20 +22,20 @@ pub struct Sample {
     pub tasks: Vec<Task>,
     /// First tap of every row, and the number of taps.
     pub rows: Vec<usize>,
-    /// Taps of the scene.
+    /// Taps of the study.
     pub total: u64,
 }
 
 impl Sample {
-    /// Taps of `scene`: all, or about [`LIMIT`] of them, the same ones every time.
+    /// Taps of `study`: all, or about [`LIMIT`] of them, the same ones every time.
     ///
     /// First and last distance and drive are always among them; designs are spread by the golden ratio, which no
     /// period of a grid can meet.
     ///
     /// # Errors
     /// A tuple file that cannot be read again.
-    pub fn new(scene: &Scene) -> Result<Self, Error> {
-        Ok(match &scene.space {
+    pub fn new(study: &Study) -> Result<Self, Error> {
+        Ok(match &study.space {
             Space::Grid(factors) => Self::grid(&Layout::new(factors)),
             Space::List(tuples) => Self::list(tuples),
             Space::File(file) => Self::list(&file.tuples()?),
@@ -132,7 +132,7 @@ mod tests {
         let text = format!(
             "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}"
         );
-        Sample::new(&parse("t.toml", &text, Path::new("")).expect("valid spec")).expect("a grid")
+        Sample::new(&parse("t.toml", &text, Path::new("")).expect("valid spec").study).expect("a grid")
     }
 
     #[test]

@@ -1,6 +1,6 @@
-//! Effects of the model as switches: what each is in a scene, and the two settings whose strains are compared.
+//! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
-use crate::scene::{Contact, Drive, Geometry, Material, Model, Scene, Side};
+use crate::scene::{Contact, Drive, Geometry, Material, Model, Setup, Side};
 
 /// Radius of the object where the spec has a thin edge, mm.
 pub const POLE_RADIUS: f64 = 2.0;
@@ -23,9 +23,9 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// As the scene says.
-    pub fn of(scene: &Scene) -> Self {
-        Self { model: scene.model.clone(), hub: scene.hub, side: scene.gauge.side }
+    /// As the setup says.
+    pub fn of(setup: &Setup) -> Self {
+        Self { model: setup.model.clone(), hub: setup.hub, side: setup.gauge.side }
     }
 
     /// The paper's theory: linear, without any effect; rig and gauge stay.
@@ -216,7 +216,7 @@ pub struct Pair {
     pub both: Vec<(&'static str, String)>,
 }
 
-/// One effect of a scene, switched.
+/// One effect of a setup, switched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Switch {
     /// Which.
@@ -232,7 +232,7 @@ pub struct Switch {
 }
 
 impl Switch {
-    /// `effect` of a scene with this setting: switched off where it is on, on where it is off.
+    /// `effect` of a setup with this setting: switched off where it is on, on where it is off.
     pub fn new(effect: Effect, setting: &Setting, drive: Drive) -> Self {
         let on = effect.is_on(setting);
         let pair = effect.obstacle(setting, drive).map_or_else(

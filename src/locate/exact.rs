@@ -7,7 +7,7 @@ use super::surface::{Slice, Surface};
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::measure::Rig;
-use crate::scene::{Contact, Drive, Material, Model, Scene, Side};
+use crate::scene::{Contact, Drive, Material, Model, Setup, Side};
 
 /// A parameter of the model that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,40 +86,40 @@ impl Parameter {
 pub type Values = [f64; 7];
 
 /// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10 as they stand; NaN where the model has no such thing.
-pub fn spec_values(scene: &Scene) -> Values {
-    let mu = match scene.model.contact {
+pub fn spec_values(setup: &Setup) -> Values {
+    let mu = match setup.model.contact {
         Contact::Coulomb(mu) => mu,
         Contact::Frictionless | Contact::Stick => f64::NAN,
     };
-    let ratio = match scene.model.material {
+    let ratio = match setup.model.material {
         Material::NeoHookean(_) => 0.0,
         Material::MooneyRivlin([c10, c01]) => c01 / c10,
         Material::Hooke(_) | Material::Yeoh(_) => f64::NAN,
     };
-    let hub = if scene.drive == Drive::Angle { scene.hub } else { f64::NAN };
-    let nu = if scene.model.shear { scene.model.nu } else { f64::NAN };
+    let hub = if setup.drive == Drive::Angle { setup.hub } else { f64::NAN };
+    let nu = if setup.model.shear { setup.model.nu } else { f64::NAN };
     [1.0, 0.0, 0.0, hub, nu, mu, ratio]
 }
 
-/// `scene` with the physical parameters of `values`.
-pub fn scene_with(scene: &Scene, values: &Values) -> Scene {
+/// `setup` with the physical parameters of `values`.
+pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
     let [_, _, _, hub, nu, mu, ratio] = *values;
-    let mut scene = scene.clone();
+    let mut setup = setup.clone();
     if hub.is_finite() {
-        scene.hub = hub;
+        setup.hub = hub;
     }
     if nu.is_finite() {
-        scene.model.nu = nu;
+        setup.model.nu = nu;
     }
     if mu.is_finite() {
-        scene.model.contact = Contact::Coulomb(mu);
+        setup.model.contact = Contact::Coulomb(mu);
     }
     // A ratio that nobody changed leaves the material as it was written, to the last digit.
-    if ratio.is_finite() && ratio != spec_values(&scene)[6] {
-        let c10 = scene.model.material.e0() / (6.0 * (1.0 + ratio));
-        scene.model.material = Material::MooneyRivlin([c10, ratio * c10]);
+    if ratio.is_finite() && ratio != spec_values(&setup)[6] {
+        let c10 = setup.model.material.e0() / (6.0 * (1.0 + ratio));
+        setup.model.material = Material::MooneyRivlin([c10, ratio * c10]);
     }
-    scene
+    setup
 }
 
 /// Opens what solves a model.
@@ -156,9 +156,9 @@ impl Extent {
 
 /// The surface of `values`.
 pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, Error> {
-    let scene = scene_with(&rig.scene, values);
-    let method = open(&scene.model)?;
-    Surface::build(rig, &scene, at, method).map_err(Error::Run)
+    let setup = scene_with(&rig.setup, values);
+    let method = open(&setup.model)?;
+    Surface::build(rig, &setup, at, method).map_err(Error::Run)
 }
 
 /// The model with fitted parameters, solved over the range of interest.

@@ -212,7 +212,7 @@ impl Locator {
 
     fn limit(&self, signal: f64, factor: f64) -> Status {
         let strain = if self.unit.is_strain() { signal } else { signal / factor };
-        if strain.abs() > self.rig.scene.gauge.strain_limit { Status::STRAIN_LIMIT } else { Status::OK }
+        if strain.abs() > self.rig.setup.gauge.strain_limit { Status::STRAIN_LIMIT } else { Status::OK }
     }
 
     fn find(&self, side: usize, drive: f64, reading: f64) -> Result<Found, Status> {
@@ -281,11 +281,11 @@ fn opened(
 }
 
 fn side_of(rig: &Rig, record: &SideRecord, sign: f64, method: Answering, bias: Vec<f64>) -> Opened {
-    let named = record.exact.as_ref().and_then(|e| e.values.get(Parameter::Factor.name(rig.scene.drive)));
+    let named = record.exact.as_ref().and_then(|e| e.values.get(Parameter::Factor.name(rig.setup.drive)));
     Opened {
         sign,
         distances: record.distances_mm,
-        interest: rig.scene.estimate.range.unwrap_or(record.distances_mm),
+        interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
         drives: record.drives.clone(),
         method,
         bias,
@@ -325,8 +325,8 @@ fn exact(
     open: Opener<'_>,
 ) -> Result<Option<(Exact, Vec<f64>)>, Error> {
     let Some(r) = &record.exact else { return Ok(None) };
-    let kind = rig.scene.drive;
-    let mut values: Values = spec_values(&rig.scene);
+    let kind = rig.setup.drive;
+    let mut values: Values = spec_values(&rig.setup);
     for p in Parameter::ALL {
         if let Some(x) = r.values.get(p.name(kind)).and_then(toml::Value::as_float) {
             values[p as usize] = x;

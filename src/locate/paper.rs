@@ -28,8 +28,8 @@ pub struct Paper {
 impl Paper {
     /// `theory` of the whisker of `rig` with K̄ at `drives`, ascending.
     pub fn new(rig: &Rig, theory: Theory, drives: &[f64], factors: Factors) -> Self {
-        let inverse = Inverse::new(rig.curve(theory, rig.scene.hub));
-        Self { inverse, kind: rig.scene.drive, drives: drives.to_vec(), factors }
+        let inverse = Inverse::new(rig.curve(theory, rig.setup.hub));
+        Self { inverse, kind: rig.setup.drive, drives: drives.to_vec(), factors }
     }
 
     /// Distance at which the theory gives `reading` > 0.

@@ -142,7 +142,7 @@ fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::
 }
 
 fn header(locator: &Locator, out: &mut Vec<u8>) {
-    let (drive, signal) = (locator.rig.scene.drive.column(), locator.unit.common());
+    let (drive, signal) = (locator.rig.setup.drive.column(), locator.unit.common());
     out.extend(format!("{drive},{signal},distance_mm,sigma_mm,status\n").bytes());
 }
 
@@ -156,7 +156,7 @@ fn is_header(text: &str, file: bool) -> bool {
 
 fn find(locator: &Locator, text: &str) -> Result<Columns, InputError> {
     let names = file::fields(text);
-    let kind = locator.rig.scene.drive;
+    let kind = locator.rig.setup.drive;
     let other = if kind == Drive::Angle { Drive::Displacement } else { Drive::Angle };
     let places = |name: &str| (0..names.len()).filter(|&i| names[i] == name).collect::<Vec<_>>();
     let once = |name: &str| match places(name).as_slice() {
@@ -244,7 +244,7 @@ fn parse(locator: &Locator, columns: Option<&Columns>, text: &str) -> Option<(f6
 }
 
 fn signal(locator: &Locator, unit: Unit, value: f64) -> f64 {
-    unit.strain(value, locator.rig.scene.gauge.factor)
+    unit.strain(value, locator.rig.setup.gauge.factor)
 }
 
 /// One answer; what is missing stays empty.

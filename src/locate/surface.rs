@@ -11,7 +11,7 @@ use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::physics::linear::StrainCurve;
 use crate::physics::root::bracketed;
-use crate::scene::{Drive, Scene, Tuple};
+use crate::scene::{Drive, Setup, Tuple};
 
 /// Chebyshev points of a piece over u and over the drive.
 const NODES: [usize; 2] = [16, 10];
@@ -54,12 +54,12 @@ struct Piece {
 }
 
 impl Surface {
-    /// Solves the model of `scene`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
+    /// Solves the model of `setup`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
     /// continued taper; the reach is cut at the gauge's near end and short of the apex. Errors are those of the backend.
-    pub fn build(rig: &Rig, scene: &Scene, at: Extent, method: Method) -> Result<Self, String> {
+    pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, String> {
         let Extent { side, reach, drives, hard } = at;
-        let mut scene = scene.clone();
-        scene.gauge.side = side;
+        let mut setup = setup.clone();
+        setup.gauge.side = side;
         let shared = rig.shared();
         let tau = shared.taper.tau;
         let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
@@ -71,16 +71,16 @@ impl Surface {
         let length = t.L_a.max(reach[1]);
         let tuple =
             if length > t.L_a { Tuple { L_a: length, d: t.D * (1.0 - tau * length), ..t } } else { t };
-        let design = Design::new(&scene, tuple);
+        let design = Design::new(&setup, tuple);
         let Some(curve) = design.shared.as_ref().map(|s| s.model) else {
             return Err("the whisker cannot be continued so far".to_owned());
         };
-        let kind = scene.drive;
+        let kind = setup.drive;
         let mut solver = Solve {
             curve,
             kind,
             designs: [design],
-            evaluator: Evaluator::new(&scene, method).sparing(hard[0]),
+            evaluator: Evaluator::new(&setup, method).sparing(hard[0]),
             spare: hard[1],
         };
         let mut strips = Vec::new();

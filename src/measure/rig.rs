@@ -7,63 +7,61 @@ use toml::{Table, Value};
 use crate::design::Design;
 use crate::error::InputError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Contact, Convention, Drive, Geometry, Material, Scene, Side, Space, Theory, Tuple};
+use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec, Theory, Tuple};
 use crate::spec;
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
 pub struct Rig {
-    /// What the spec says; its tuples are not used.
-    pub scene: Scene,
+    /// What its taps share.
+    pub setup: Setup,
     /// The whisker; distance and drive of its tuple are not used.
     pub design: Design,
 }
 
 impl Rig {
-    /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
-    pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
-        let scene = spec::read_with(path, fallback(drive.unwrap_or(Drive::Angle)))?;
-        Self::of_scene(scene, &path.display().to_string())
-    }
-
-    /// From a scene with one whisker; `label` names its spec.
-    pub fn of_scene(scene: Scene, label: &str) -> Result<Self, InputError> {
-        let several = |key: &str, n: u64| {
-            InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l")
-                .at(label, None)
-                .key(key)
-                .value(format!("{n} values"))
-                .allowed("one number")
-        };
-        let Space::Grid(factors) = &scene.space else {
-            let error =
-                InputError::new("the whisker comes from [whisker] and [gauge], not from a tuple file");
-            return Err(error
-                .at(label, None)
-                .key("tuples.file")
-                .allowed("D, d, L_a, x_ss, l as one number each"));
-        };
-        let mut values = [1.0; 7];
-        for (column, axis) in factors.iter().flat_map(|f| &f.axes) {
-            let place = *column as usize;
-            if place < 5 && axis.len() != 1 {
-                let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];
-                return Err(several(names[place], axis.len()));
-            }
-            values[place] = axis.at(0);
-        }
-        Self::with(scene, Tuple::from_array(values), label)
-    }
-
-    fn with(scene: Scene, tuple: Tuple, label: &str) -> Result<Self, InputError> {
-        let design = Design::new(&scene, tuple);
+    /// The whisker of `tuple`, of which distance and drive are not used.
+    ///
+    /// # Errors
+    /// Numbers that are no whisker with a gauge on it.
+    pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
+        let design = Design::new(&setup, tuple);
         match design.shared {
-            Some(_) => Ok(Self { scene, design }),
+            Some(_) => Ok(Self { setup, design }),
             None => Err(InputError::new("these numbers are no whisker with a gauge on it")
-                .at(label, None)
                 .key("whisker")
                 .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
         }
+    }
+
+    /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
+    pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
+        Ok(Self::read_with(path, drive)?.0)
+    }
+
+    /// As [`Self::read`], with the spec.
+    pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
+        let spec = spec::read_with(path, fallback(drive.unwrap_or(Drive::Angle)))?;
+        Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
+    }
+
+    /// The one whisker of `spec`, which `label` names.
+    pub fn of_spec(spec: &Spec, label: &str) -> Result<Self, InputError> {
+        let tuple = spec.study.space.whisker().map_err(|several| match several {
+            Some((column, n)) => {
+                let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];
+                InputError::new("a rig has one whisker: one value for each of D, d, L_a, x_ss, l")
+                    .at(label, None)
+                    .key(names[column as usize])
+                    .value(format!("{n} values"))
+                    .allowed("one number")
+            }
+            None => InputError::new("the whisker comes from [whisker] and [gauge], not from a tuple file")
+                .at(label, None)
+                .key("tuples.file")
+                .allowed("D, d, L_a, x_ss, l as one number each"),
+        })?;
+        Self::new(spec.study.setup.clone(), tuple).map_err(|e| e.at(label, None))
     }
 
     /// Closed form of a theory for this whisker, with another hub if `hub` says so.
@@ -71,9 +69,9 @@ impl Rig {
         let shared = self.shared();
         let shear = match theory {
             Theory::EulerBernoulli => 0.0,
-            Theory::Timoshenko => shear_length2(&shared.taper, self.scene.model.nu),
+            Theory::Timoshenko => shear_length2(&shared.taper, self.setup.model.nu),
         };
-        StrainCurve::new(shared.taper, shared.gauge, hub, self.scene.drive, shear)
+        StrainCurve::new(shared.taper, shared.gauge, hub, self.setup.drive, shear)
     }
 
     /// Curves of the whisker.
@@ -83,7 +81,7 @@ impl Rig {
 
     /// Length by which K is multiplied in tables: 1, or x2 − x1 for elongation.
     pub fn k_unit(&self) -> f64 {
-        match self.scene.estimate.convention {
+        match self.setup.estimate.convention {
             Convention::Mean => 1.0,
             Convention::Elongation => self.shared().gauge[1] - self.shared().gauge[0],
         }
@@ -91,7 +89,7 @@ impl Rig {
 
     /// Everything in force as a spec: tables that [`Self::from_table`] reads back, no file needed.
     pub fn to_table(&self) -> Table {
-        let (s, t, m) = (&self.scene, &self.design.tuple, &self.scene.model);
+        let (s, t, m) = (&self.setup, &self.design.tuple, &self.setup.model);
         let word = |w: &str| Value::from(w);
         let table = |entries: Vec<(&str, Value)>| -> Value {
             Value::Table(entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())
@@ -158,10 +156,10 @@ impl Rig {
         let displaced =
             table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str) == Some("displacement");
         let drive = if displaced { Drive::Displacement } else { Drive::Angle };
-        let scene = spec::parse_with(label, &table.to_string(), Path::new(""), fallback(drive))
+        let spec = spec::parse_with(label, &table.to_string(), Path::new(""), fallback(drive))
             // Line numbers would be those of the tables alone.
             .map_err(|e| InputError { line: None, snippet: None, ..e })?;
-        Self::of_scene(scene, label)
+        Self::of_spec(&spec, label)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use super::score::{Limit, Score};
 use crate::error::InputError;
-use crate::scene::Scene;
+use crate::scene::Setup;
 use crate::scene::search::Search;
 
 /// The limit that `closest`, the best of all candidates, violates most, and by how much, at its place in the spec.
-pub fn infeasible(scene: &Scene, search: &Search, closest: &Score) -> InputError {
+pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError {
     let first = violated(closest)[0];
     let message =
-        format!("no design within the bounds keeps this limit: {}", shortfall(scene, search, closest));
+        format!("no design within the bounds keeps this limit: {}", shortfall(setup, search, closest));
     let (place, allowed) = match first {
         Limit::Strain => (
             &search.places.strain,
@@ -45,13 +45,13 @@ fn violated(score: &Score) -> Vec<Limit> {
 }
 
 /// What `score` violates, and by how much.
-pub fn shortfall(scene: &Scene, search: &Search, score: &Score) -> String {
-    let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(scene, search, score, l)).collect();
+pub fn shortfall(setup: &Setup, search: &Search, score: &Score) -> String {
+    let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(setup, search, score, l)).collect();
     phrases.join("; it also breaks another: ")
 }
 
 /// What a limit says about a candidate.
-fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String {
+fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {
         format!(
@@ -66,7 +66,7 @@ fn phrase(scene: &Scene, search: &Search, score: &Score, limit: Limit) -> String
             format!("the contact force is {}", times(search.limits.force.unwrap_or(f64::NAN), " N"))
         }
         Limit::Unambiguous => {
-            let from = scene.estimate.range.map_or("the smallest a".to_owned(), |r| format!("{} mm", r[0]));
+            let from = setup.estimate.range.map_or("the smallest a".to_owned(), |r| format!("{} mm", r[0]));
             match value {
                 v if v < 1.0 => format!(
                     "the peak of the strain curve lies {:.3} times as far as the range begins ({from}) at the closest design",

@@ -10,7 +10,7 @@ use crate::estimate::Estimator;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
-use crate::scene::{Convention, Scene, Space, Tuple};
+use crate::scene::{Convention, Setup, Tuple};
 use crate::statistics::{DriveRow, Tally};
 use crate::status::Status;
 
@@ -25,7 +25,7 @@ pub struct Scorer<'a> {
 
 /// What turns solved taps into scores.
 struct Judge<'a> {
-    scene: &'a Scene,
+    setup: &'a Setup,
     search: &'a Search,
     distances: Vec<f64>,
     reach: [f64; 2],
@@ -33,15 +33,13 @@ struct Judge<'a> {
 }
 
 impl<'a> Scorer<'a> {
-    /// For the candidates of `search` in `scene`, whose taps `method` solves.
-    pub fn new(scene: &'a Scene, search: &'a Search, method: Method) -> Self {
-        let Space::Grid(factors) = &scene.space else { unreachable!("a search has axes") };
-        let layout = Layout::new(factors);
+    /// For the candidates of `search`, each over the distances of `layout`, whose taps `method` solves.
+    pub fn new(setup: &'a Setup, layout: &Layout, search: &'a Search, method: Method) -> Self {
         let distances = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let samples = search.robust.as_ref().map_or(0, |r| r.samples);
         let deviations = deviations(search.seed, samples);
-        let judge = Judge { scene, search, distances, reach: layout.reach(), deviations };
-        Self { evaluator: Evaluator::new(scene, method), judge }
+        let judge = Judge { setup, search, distances, reach: layout.reach(), deviations };
+        Self { evaluator: Evaluator::new(setup, method), judge }
     }
 
     /// Taps of one evaluation.
@@ -69,11 +67,11 @@ impl<'a> Scorer<'a> {
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
         let judge = &self.judge;
-        let design = [Design::new(judge.scene, *point)];
+        let design = [Design::new(judge.setup, *point)];
         let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
         let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
         let taps = self.evaluator.run(&design, &tasks).map_err(Error::Run)?;
-        let estimator = design[0].shared.as_ref().map(|s| Estimator::new(judge.scene, s, judge.reach));
+        let estimator = design[0].shared.as_ref().map(|s| Estimator::new(judge.setup, s, judge.reach));
         let own = |row: &DriveRow, e: &Estimator<'_>| e.calibration(row.deviation.n, row.deviation.mean());
         Ok(judge.tally(estimator.as_ref(), &taps, own, point.drive))
     }
@@ -84,7 +82,7 @@ impl<'a> Scorer<'a> {
         let n = judge.distances.len();
         let designs: Vec<Design> = (0..points.len() * whiskers)
             .into_par_iter()
-            .map(|w| Design::new(judge.scene, judge.whisker(&points[w / whiskers], w % whiskers)))
+            .map(|w| Design::new(judge.setup, judge.whisker(&points[w / whiskers], w % whiskers)))
             .collect();
         let task = |t: usize| {
             let w = t / n;
@@ -122,7 +120,7 @@ impl Judge<'_> {
         };
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
-                nominal.k.map(|k| (Estimator::new(self.scene, shared, self.reach), k, designs[0].tuple.drive))
+                nominal.k.map(|k| (Estimator::new(self.setup, shared, self.reach), k, designs[0].tuple.drive))
             }
             _ => None,
         };
@@ -150,7 +148,7 @@ impl Judge<'_> {
         }
         tally.drives[0].k = estimator.and_then(|e| k(&tally.drives[0], e));
         for (i, tap) in taps.iter().enumerate() {
-            tally.estimate((i, 0), (self.distances[i], self.scene.drive, drive), tap, estimator);
+            tally.estimate((i, 0), (self.distances[i], self.setup.drive, drive), tap, estimator);
         }
         tally.drives[0]
     }
@@ -167,7 +165,7 @@ struct Read {
 
 impl Read {
     fn new(judge: &Judge<'_>, design: &Design, taps: &[Outcome], other: Option<&Calibration<'_>>) -> Self {
-        let (scene, limits) = (judge.scene, &judge.search.limits);
+        let (setup, limits) = (judge.setup, &judge.search.limits);
         let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
         let mut score = Score::NOTHING;
         // Rounding of a sum of decimal numbers is no violation.
@@ -187,7 +185,7 @@ impl Read {
         // A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
         let taps: Vec<Outcome> =
             taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
-        let own = Estimator::new(scene, shared, judge.reach);
+        let own = Estimator::new(setup, shared, judge.reach);
         let (estimator, drive, given) = match other {
             Some((e, k, drive)) => (e, *drive, Some(*k)),
             None => (&own, drive, None),
@@ -215,11 +213,11 @@ impl Read {
             score.set(Limit::Force, largest(&|t| t.normal_force) / force - 1.0);
         }
         if let (Some(k), true) = (row.k, judge.search.objective.needs_distance()) {
-            let peak = estimator.peak() * amount(scene.drive, drive);
+            let peak = estimator.peak() * amount(setup.drive, drive);
             score.set(Limit::Root, k * largest(&|t| t.strain.abs()) / peak - 1.0);
         }
         if limits.unambiguous {
-            let range = scene.estimate.range.unwrap_or(judge.reach);
+            let range = setup.estimate.range.unwrap_or(judge.reach);
             score.set(Limit::Unambiguous, 1.0 - range[0] / shared.theory.peak().0);
         }
         Self { score, k: row.k }
@@ -228,7 +226,7 @@ impl Read {
 
 /// K_sd, total_rms_mm, weighted sum.
 fn figures(judge: &Judge<'_>, row: &DriveRow, own: &Estimator<'_>, length: f64) -> [f64; 3] {
-    let unit = if judge.scene.estimate.convention == Convention::Elongation { own.k_unit } else { 1.0 };
+    let unit = if judge.setup.estimate.convention == Convention::Elongation { own.k_unit } else { 1.0 };
     let sd = row.deviation.sd().unwrap_or(f64::NAN);
     let total = row.total_rms().unwrap_or(f64::NAN);
     let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);

@@ -14,9 +14,9 @@ use super::session::{Ended, Found, Session, Stage, Step, Watch};
 use super::variables::Variables;
 use super::write;
 use crate::backend::{Backend, Choice};
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::scene::search::{Objective, Search};
-use crate::scene::{BackendChoice, Column, Precision, RunOptions, Scene, Tuple};
+use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
@@ -117,11 +117,11 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
 }
 
 /// Everything of which the scores of a search are a function.
-fn identity(scene: &Scene, backends: [&Backend; 2]) -> String {
+fn identity(spec: &Spec, backends: [&Backend; 2]) -> String {
     let free = ["run.", "output.", "optimise.budget"];
-    let mut text = format!("{}\n{:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), scene.model, scene.space);
-    for (key, value, _) in scene.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f)))
-    {
+    let mut text =
+        format!("{}\n{:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), spec.study.setup.model, spec.study.space);
+    for (key, value, _) in spec.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f))) {
         text += &format!("{key} = {value}\n");
     }
     for b in backends {
@@ -135,14 +135,14 @@ fn identity(scene: &Scene, backends: [&Backend; 2]) -> String {
 
 /// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
 pub fn run(
-    scene: &Scene,
+    spec: &Spec,
     search: &Search,
     (choice, options): (&Choice, &RunOptions),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
     let fresh = !target.out.exists();
-    let result = whole(scene, search, (choice, options), target, watch);
+    let result = whole(spec, search, (choice, options), target, watch);
     if result.is_err() && fresh {
         // A folder that only this search made, and in which nothing is left to resume.
         let _ = std::fs::remove_dir(target.out);
@@ -151,23 +151,25 @@ pub fn run(
 }
 
 fn whole(
-    scene: &Scene,
+    spec: &Spec,
     search: &Search,
     (choice, options): (&Choice, &RunOptions),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
+    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
     let question =
-        Question { goes_on: target.resume, ..Question::of_scene("optimise", scene, serde_json::Value::Null) };
+        Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, serde_json::Value::Null) };
     let names = write::names(search.objective);
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let journal = Journal::new(target.out, &identity(scene, backends), target.resume, target.force)?;
-    let variables = Variables::new(scene, search);
-    let scorer =
-        |choice: &Choice, search| Ok::<_, Error>(Scorer::new(scene, search, choice.open(&scene.model)?));
+    let journal = Journal::new(target.out, &identity(spec, backends), target.resume, target.force)?;
+    let variables = Variables::new(&layout, search);
+    let scorer = |choice: &Choice, search| {
+        Ok::<_, Error>(Scorer::new(setup, &layout, search, choice.open(&setup.model)?))
+    };
     let scorers = [scorer(choice, search)?, scorer(&precise, search)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
@@ -185,16 +187,16 @@ fn whole(
     if !goal.feasible(&best.score) {
         if ended == Ended::Converged {
             session.close(ended)?;
-            return Err(infeasible(scene, search, &best.score).into());
+            return Err(infeasible(setup, search, &best.score).into());
         }
-        let closest = shortfall(scene, search, &best.score);
+        let closest = shortfall(setup, search, &best.score);
         let why =
             format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
         return Err(Error::Run(why));
     }
     let mut design = |f: &Found| -> Result<Design, Error> {
         let row = session.report()[1].row(&f.point)?;
-        Ok(Design { point: f.point, row, score: f.score, unit: unit(scene, &f.point) })
+        Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
     };
     let best = design(&best)?;
     let front = front
@@ -226,10 +228,17 @@ fn whole(
         history: std::mem::take(&mut session.history),
     };
     // No other search begins here before this one's journal is closed.
-    let written = write::all(scene, search, &report, folder)?;
+    let written = write::all(spec, search, &report, folder)?;
     session.close(ended)?;
     (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
+}
+
+/// Tuples that are listed leave nothing to vary.
+pub fn no_axes() -> InputError {
+    InputError::new("this needs axes; the tuples of a file cannot be varied")
+        .key("tuples.file")
+        .allowed("[whisker], [gauge] and [tap]")
 }
 
 /// The best in f64: of the polish, or of what an unfinished swarm left, scored again.
@@ -254,8 +263,8 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
 }
 
 /// Unit of K of a design in the tables.
-fn unit(scene: &Scene, point: &Tuple) -> f64 {
-    let design = crate::design::Design::new(scene, *point);
-    let estimator = design.shared.as_ref().map(|s| crate::estimate::Estimator::new(scene, s, [0.0; 2]));
-    crate::sink::table::elongation(scene, estimator.as_ref()).unwrap_or(1.0)
+fn unit(setup: &Setup, point: &Tuple) -> f64 {
+    let design = crate::design::Design::new(setup, *point);
+    let estimator = design.shared.as_ref().map(|s| crate::estimate::Estimator::new(setup, s, [0.0; 2]));
+    crate::sink::table::elongation(setup, estimator.as_ref()).unwrap_or(1.0)
 }

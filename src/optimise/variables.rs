@@ -2,7 +2,7 @@
 
 use crate::plan::Layout;
 use crate::scene::search::{Search, Variable};
-use crate::scene::{Column, Scene, Space, Tuple};
+use crate::scene::{Column, Tuple};
 
 /// What varies, and what does not.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,10 +16,8 @@ pub struct Variables {
 }
 
 impl Variables {
-    /// Of `search` in `scene`. Parts of the bounds in which no candidate can lie are cut off.
-    pub fn new(scene: &Scene, search: &Search) -> Self {
-        let Space::Grid(factors) = &scene.space else { unreachable!("a search has axes") };
-        let layout = Layout::new(factors);
+    /// Of `search` over the distances of `layout`. Parts of the bounds in which no candidate can lie are cut off.
+    pub fn new(layout: &Layout, search: &Search) -> Self {
         let base = Tuple { a: 0.0, ..layout.design(0) };
         let mut list = search.variables.clone();
         for v in &mut list {

@@ -4,17 +4,17 @@ use super::run::Report;
 use super::score::Limit;
 use super::write::key;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Scene};
+use crate::scene::{Column, Setup};
 
 /// What ends the way to something better.
-pub fn why(scene: &Scene, search: &Search, report: &Report) -> String {
-    let unit = |c: Column| if c.name(scene.drive).ends_with("_deg") { "°" } else { " mm" };
+pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
+    let unit = |c: Column| if c.name(setup.drive).ends_with("_deg") { "°" } else { " mm" };
     let mut parts: Vec<String> = Vec::new();
     for (column, end) in &report.at_bounds {
         let values = report.best.point.to_array();
         parts.push(format!(
             "{} lies at its {end}, {}{}",
-            key(scene, *column),
+            key(setup, *column),
             values[*column as usize],
             unit(*column)
         ));

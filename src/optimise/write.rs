@@ -7,7 +7,7 @@ use super::sensitivity::{PARAMETERS, Pair};
 use super::why::why;
 use crate::error::Error;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Convention, Material, Scene, Tuple};
+use crate::scene::{Column, Convention, Material, Setup, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
@@ -20,29 +20,29 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 /// Writes them all and moves them to their final place.
-pub fn all(scene: &Scene, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
+pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
         let mut file = folder.file(name)?;
         file.write(bytes)?;
         file.close()
     };
-    put("best.toml", best_toml(scene, search, report)?.as_bytes())?;
-    put("history.csv", &history(scene, report).map_err(failed)?)?;
-    put("sensitivity.csv", &sensitivity(scene, report).map_err(failed)?)?;
+    put("best.toml", best_toml(spec, search, report)?.as_bytes())?;
+    put("history.csv", &history(spec, report).map_err(failed)?)?;
+    put("sensitivity.csv", &sensitivity(spec, report).map_err(failed)?)?;
     if let Some(front) = &report.front {
-        put("pareto.csv", &pareto(scene, &front.points).map_err(failed)?)?;
+        put("pareto.csv", &pareto(spec, &front.points).map_err(failed)?)?;
     }
-    let mut result = result(scene, search, report);
+    let mut result = result(spec, search, report);
     if let Some(front) = result["front"].as_object_mut() {
         // pareto.csv holds them.
         front.remove("rows");
     }
     let document = run_json::document(
         "optimise",
-        run_json::spec(scene),
+        run_json::spec(spec),
         json!({
-            "in_force": run_json::in_force(scene),
-            "warnings": scene.warnings,
+            "in_force": run_json::in_force(spec),
+            "warnings": spec.warnings,
             "backend": report.backends[0],
             "backend_polish": report.backends[1],
             "counts": counts(report),
@@ -76,7 +76,7 @@ pub fn seconds(report: &Report) -> Value {
 }
 
 /// A designs row as JSON; missing is null.
-pub fn row(scene: &Scene, design: &Design) -> Value {
+pub fn row(spec: &Spec, design: &Design) -> Value {
     let mut fields = Vec::new();
     table::drive_row(&design.point, design.point.drive, &design.row, design.unit, &mut fields);
     let value = |field: &Field| match field {
@@ -86,36 +86,42 @@ pub fn row(scene: &Scene, design: &Design) -> Value {
         Field::Text(t) => json!(t),
         Field::Status(s) => json!(s.to_string()),
     };
-    Table::Designs.columns(scene).into_iter().map(str::to_owned).zip(fields.iter().map(value)).collect()
+    Table::Designs
+        .columns(&spec.study.setup)
+        .into_iter()
+        .map(str::to_owned)
+        .zip(fields.iter().map(value))
+        .collect()
 }
 
 /// Name of a column without its unit, as in a spec.
-pub fn key(scene: &Scene, column: Column) -> &'static str {
-    let name = column.name(scene.drive);
+pub fn key(setup: &Setup, column: Column) -> &'static str {
+    let name = column.name(setup.drive);
     name.trim_end_matches("_mm").trim_end_matches("_deg")
 }
 
 /// The result of a search as JSON.
-pub fn result(scene: &Scene, search: &Search, report: &Report) -> Value {
+pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let s = &report.sensitivity;
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
-    let local: Value = s.local.iter().map(|(c, p)| (key(scene, *c).to_owned(), pair(p))).collect();
+    let local: Value =
+        s.local.iter().map(|(c, p)| (key(&spec.study.setup, *c).to_owned(), pair(p))).collect();
     let global: Value = s
         .global
         .iter()
         .map(|(c, first, total)| {
-            (key(scene, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))
+            (key(&spec.study.setup, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))
         })
         .collect();
     let bounds: Value =
-        report.at_bounds.iter().map(|(c, end)| (key(scene, *c).to_owned(), json!(end))).collect();
+        report.at_bounds.iter().map(|(c, end)| (key(&spec.study.setup, *c).to_owned(), json!(end))).collect();
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,
-        "best": row(scene, &report.best),
+        "best": row(spec, &report.best),
         "at_bounds": bounds,
         "binding_limits": report.binding.iter().map(|l| l.name()).collect::<Vec<_>>(),
-        "why": why(scene, search, report),
+        "why": why(&spec.study.setup, search, report),
         "ended_by": report.ended.name(),
         "sensitivity": {
             "elasticity": local, "sobol": global,
@@ -132,21 +138,21 @@ pub fn result(scene: &Scene, search: &Search, report: &Report) -> Value {
             "hypervolume": front.hypervolume,
             "reference": { "K_sd": front.reference[0], "total_rms_mm": front.reference[1] },
             "spread": front.spread,
-            "rows": front.points.iter().map(|d| row(scene, d)).collect::<Vec<_>>(),
+            "rows": front.points.iter().map(|d| row(spec, d)).collect::<Vec<_>>(),
         });
     }
     value
 }
 
 /// A spec of the best design at its drive, for `sweep`.
-fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, Error> {
+fn best_toml(spec: &Spec, search: &Search, report: &Report) -> Result<String, Error> {
     let fail = |e: &dyn std::fmt::Display| Error::Run(format!("best.toml: {e}"));
-    let mut spec: toml::Table = scene.text.parse().map_err(|e| fail(&e))?;
+    let mut best: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
     for section in ["optimise", "output", "run"] {
-        spec.remove(section);
+        best.remove(section);
     }
     let Tuple { D, d, L_a, x_ss, l, drive, .. } = report.best.point;
-    let drive_key = key(scene, Column::Drive);
+    let drive_key = key(&spec.study.setup, Column::Drive);
     for (section, name, value) in [
         ("whisker", "D", D),
         ("whisker", "d", d),
@@ -155,14 +161,14 @@ fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, 
         ("gauge", "l", l),
         ("tap", drive_key, drive),
     ] {
-        let table = spec.entry(section).or_insert_with(|| toml::Table::new().into());
+        let table = best.entry(section).or_insert_with(|| toml::Table::new().into());
         table.as_table_mut().ok_or_else(|| fail(&"a section is no table"))?.insert(name.into(), value.into());
     }
-    if let (Some(_), Material::Yeoh(c)) = (&scene.material_fit, &scene.model.material) {
+    if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) {
         // The curve's path is relative to the spec; its fit is what was computed with.
         let material: toml::Table =
             [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
-        if let Some(model) = spec.get_mut("model").and_then(toml::Value::as_table_mut) {
+        if let Some(model) = best.get_mut("model").and_then(toml::Value::as_table_mut) {
             model.insert("material".into(), material.into());
         }
     }
@@ -173,22 +179,22 @@ fn best_toml(scene: &Scene, search: &Search, report: &Report) -> Result<String, 
         run.insert("precision".into(), "f64".into());
         run.insert("tolerance".into(), TOLERANCE.into());
     }
-    spec.insert("run".into(), run.into());
+    best.insert("run".into(), run.into());
     let head = format!(
         "# Best design of {} by objective = \"{}\" ({} evaluations, ended by {}). {}\n# [run] as the search computed it: sweep gives the same figures.\n",
-        scene.name,
+        spec.name,
         search.objective.word(),
         report.evaluations,
         report.ended.name(),
-        why(scene, search, report),
+        why(&spec.study.setup, search, report),
     );
-    Ok(head + &toml::to_string(&spec).map_err(|e| fail(&e))?)
+    Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
 }
 
-fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
+fn history(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
     let (sd, drive) = (
-        if scene.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
-        scene.drive.column(),
+        if spec.study.setup.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
+        spec.study.setup.drive.column(),
     );
     let mut text = Text::default();
     text.header(&[
@@ -227,7 +233,7 @@ fn history(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
-fn sensitivity(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
+fn sensitivity(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
     let s = &report.sensitivity;
     let mut text = Text::default();
     text.header(&[
@@ -244,16 +250,16 @@ fn sensitivity(scene: &Scene, report: &Report) -> csv::Result<Vec<u8>> {
         let local = s.local.iter().find(|(c, _)| *c == column).map_or(none, |(_, p)| *p);
         let (first, total) =
             s.global.iter().find(|(c, ..)| *c == column).map_or((none, none), |(_, f, t)| (*f, *t));
-        let mut fields = vec![Field::Word(key(scene, column))];
+        let mut fields = vec![Field::Word(key(&spec.study.setup, column))];
         fields.extend([local[0], local[1], first[0], total[0], first[1], total[1]].map(Field::from));
         text.row(&mut fields)?;
     }
     Ok(text.into_bytes())
 }
 
-fn pareto(scene: &Scene, points: &[Design]) -> csv::Result<Vec<u8>> {
+fn pareto(spec: &Spec, points: &[Design]) -> csv::Result<Vec<u8>> {
     let (mut text, mut fields) = (Text::default(), Vec::new());
-    text.header(&Table::Designs.columns(scene))?;
+    text.header(&Table::Designs.columns(&spec.study.setup))?;
     for d in points {
         table::drive_row(&d.point, d.point.drive, &d.row, d.unit, &mut fields);
         text.row(&mut fields)?;

@@ -8,7 +8,7 @@ use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::evaluate::{Evaluator, Task};
 use crate::scene::{
-    BackendChoice, Contact, Geometry, Material, Model, RankBy, RunOptions, Scene, Space, Tuple,
+    BackendChoice, Contact, Geometry, Material, Model, RankBy, RunOptions, Space, Study, Tuple,
 };
 use crate::smooth::{Scope, drives::DriveAxis};
 use crate::sweep::CHUNK;
@@ -27,18 +27,18 @@ pub enum Way {
 }
 
 impl Way {
-    /// The way of `scene` on `choice`, as far as that can be told without solving anything.
-    pub fn of(scene: &Scene, choice: &Choice) -> Self {
+    /// The way of `study` on `choice`, as far as that can be told without solving anything.
+    pub fn of(study: &Study, choice: &Choice) -> Self {
         if choice.backend.tolerance.is_none() {
             return Self::Reference;
         }
-        let Space::Grid(factors) = &scene.space else { return Self::TapByTap };
+        let Space::Grid(factors) = &study.space else { return Self::TapByTap };
         let layout = Layout::new(factors);
-        let over = scene.model.geometry == Geometry::Exact
+        let over = study.setup.model.geometry == Geometry::Exact
             && layout.drives().is_some_and(|axis| DriveAxis::pays(axis.len()))
             && layout.block() <= CHUNK;
         match () {
-            () if choice.chart_tolerance().is_some() && Scope::fits(scene, &layout) => Self::Charted,
+            () if choice.chart_tolerance().is_some() && Scope::fits(study, &layout) => Self::Charted,
             () if over => Self::OverDrives,
             () => Self::TapByTap,
         }
@@ -73,24 +73,24 @@ const WRITTEN: f64 = 1e8;
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Expected seconds of a sweep of `taps` taps and `bytes` bytes of tables on its [`Way`].
-pub fn seconds(scene: &Scene, choice: &Choice, taps: u64, bytes: f64) -> f64 {
-    let (way, backend, n) = (Way::of(scene, choice), &choice.backend, taps as f64);
+pub fn seconds(study: &Study, choice: &Choice, taps: u64, bytes: f64) -> f64 {
+    let (way, backend, n) = (Way::of(study, choice), &choice.backend, taps as f64);
     let threads = backend.threads.max(1) as f64;
-    let solved = AROUND + kernel(&scene.model, backend) + left(scene, choice, taps);
-    let work = match (way, &scene.space) {
-        (Way::Reference, _) => n * reference(&scene.model),
+    let solved = AROUND + kernel(&study.setup.model, backend) + left(study, choice, taps);
+    let work = match (way, &study.space) {
+        (Way::Reference, _) => n * reference(&study.setup.model),
         (Way::OverDrives, Space::Grid(factors)) => {
             let drives = Layout::new(factors).n_drives;
-            n * (READ + solved * DriveAxis::solved(drives, smooth(&scene.model)) as f64 / drives as f64)
+            n * (READ + solved * DriveAxis::solved(drives, smooth(&study.setup.model)) as f64 / drives as f64)
         }
         (Way::Charted, Space::Grid(factors)) => {
             let layout = Layout::new(factors);
-            let tap = CHARTED[match (layout.drives(), scene.output.by) {
+            let tap = CHARTED[match (layout.drives(), study.output.by) {
                 (None, _) => 0,
                 (Some(_), RankBy::KSd) => 1,
                 (Some(_), _) => 2,
             }];
-            let kept = (scene.output.top.unwrap_or(0) as u64).saturating_mul(layout.n_distances);
+            let kept = (study.output.top.unwrap_or(0) as u64).saturating_mul(layout.n_distances);
             START[1] + n * tap + kept.min(taps) as f64 * solved
         }
         _ => n * solved,
@@ -150,18 +150,18 @@ fn reference(model: &Model) -> f64 {
 
 /// What the reference costs per tap of a kernel, for those that are left to it: looked at on some taps, because it can be
 /// thousands of times the kernel's time or nothing.
-fn left(scene: &Scene, choice: &Choice, taps: u64) -> f64 {
-    let model = &scene.model;
+fn left(study: &Study, choice: &Choice, taps: u64) -> f64 {
+    let model = &study.setup.model;
     let referred = model.contact != Contact::Frictionless || !matches!(model.material, Material::Hooke(_));
     if !referred || model.geometry == Geometry::Linear || taps == 0 || choice.backend.tolerance.is_none() {
         return 0.0;
     }
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
     let Ok(method) = Choice::among(&options, &[]).and_then(|cpu| cpu.open(model)) else { return 0.0 };
-    let mut evaluator = Evaluator::new(scene, method);
+    let mut evaluator = Evaluator::new(&study.setup, method);
     let (start, mut looked, mut spent) = (Instant::now(), 0u32, 0.0);
-    for tuple in spread(scene) {
-        let design = [Design::new(scene, tuple)];
+    for tuple in spread(study) {
+        let design = [Design::new(&study.setup, tuple)];
         let task = [Task { design: 0, a: tuple.a, drive: tuple.drive }];
         let begun = Instant::now();
         let found = evaluator.run(&design, &task);
@@ -176,11 +176,11 @@ fn left(scene: &Scene, choice: &Choice, taps: u64) -> f64 {
     spent / f64::from(looked.max(1))
 }
 
-/// Some taps of `scene`, without a period.
-fn spread(scene: &Scene) -> Vec<Tuple> {
+/// Some taps of `study`, without a period.
+fn spread(study: &Study) -> Vec<Tuple> {
     const SOME: u64 = 256;
     let place = |i: u64, n: u64| ((i as f64 * 0.618_033_988_749_894_9).fract() * n as f64) as u64;
-    match &scene.space {
+    match &study.space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
             (1..=SOME.min(layout.len())).map(|i| layout.tuple(place(i, layout.len()))).collect()

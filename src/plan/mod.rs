@@ -2,11 +2,11 @@
 
 pub mod cost;
 
-pub use cost::Way;
 pub use crate::layout::Layout;
+pub use cost::Way;
 
 use crate::error::InputError;
-use crate::scene::{Scene, Space, Tuple};
+use crate::scene::{Space, Study, Tuple};
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
@@ -30,9 +30,9 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Sizes of `scene`; an error where its default tables would be too large to write or to reduce.
-    pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let (taps, designs, full) = match &scene.space {
+    /// Sizes of `study`; an error where its default tables would be too large to write or to reduce.
+    pub fn new(study: &Study) -> Result<Self, InputError> {
+        let (taps, designs, full) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
                 (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances])
@@ -47,9 +47,9 @@ impl Plan {
                 (taps, designs, [taps, drives, distances])
             }
         };
-        let output = &scene.output;
+        let output = &study.output;
         let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
-        let (per_row, per_design) = match &scene.space {
+        let (per_row, per_design) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
                 (l.n_distances, l.n_distances)

@@ -4,8 +4,8 @@
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
+use crate::scene::Axis;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Axis, Column, Scene, Space};
 use crate::sink::csv::Text;
 use crate::sink::table::Field;
 use crate::status::Status;
@@ -112,16 +112,6 @@ impl Settings {
     }
 }
 
-/// Distances and drives of a spec with one whisker.
-pub fn axes(scene: &Scene) -> (Axis, Axis) {
-    let Space::Grid(factors) = &scene.space else { unreachable!("a rig has no tuple file") };
-    let of = |column: Column| {
-        let mut all = factors.iter().flat_map(|f| &f.axes);
-        all.find(|(c, _)| *c == column).map(|(_, axis)| axis.clone()).expect("every column has an axis")
-    };
-    (of(Column::Distance), of(Column::Drive))
-}
-
 /// Random numbers of one row.
 struct Dice {
     seed: u64,
@@ -153,25 +143,24 @@ pub struct Counts {
     pub faults: u64,
 }
 
-/// Simulates the taps of `scene`, whose whisker is that of `rig`: for every distance, for every repeat, all drives in turn. `write`
+/// Simulates taps of `rig` at these distances and drives: for every distance, for every repeat, all drives in turn. `write`
 /// takes the bytes of the table.
 ///
 /// # Errors
 /// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
+    [distances, drives]: [&Axis; 2],
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let scene = &rig.scene;
-    let (distances, drives) = axes(scene);
     let text_error = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     let columns =
-        ["a_mm", scene.drive.column(), settings.unit.column(), "repeat", "source", "fault", "status"];
+        ["a_mm", rig.setup.drive.column(), settings.unit.column(), "repeat", "source", "fault", "status"];
     text.header(&columns).map_err(text_error)?;
-    let mut evaluator = Evaluator::new(scene, method);
+    let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();
     let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
@@ -230,7 +219,7 @@ impl State<'_> {
         let strain = strain + s.drift * f64::from(self.row) + noise;
         self.row = self.row.wrapping_add(1);
         let stop = s.saturate.unwrap_or(f64::INFINITY);
-        let value = s.unit.value(s.factor * strain.clamp(-stop, stop), self.rig.scene.gauge.factor);
+        let value = s.unit.value(s.factor * strain.clamp(-stop, stop), self.rig.setup.gauge.factor);
         (value, strain.abs() > stop)
     }
 

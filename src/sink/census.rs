@@ -8,7 +8,7 @@ use super::run_json::{self, in_force, material_fit};
 use super::table::Field;
 use crate::backend::Backend;
 use crate::error::Error;
-use crate::scene::{Drive, Scene};
+use crate::scene::{Drive, Spec};
 use crate::verify::{Figures, Line, QUANTITIES};
 
 /// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
@@ -112,7 +112,7 @@ fn fields(line: &Line, backend: &Backend) -> Vec<Field> {
 #[derive(Debug)]
 pub struct Verified<'a> {
     /// The spec, if there was one.
-    pub scene: Option<&'a Scene>,
+    pub spec: Option<&'a Spec>,
     /// Random taps of each configuration.
     pub samples: u32,
     /// Seed of the random taps.
@@ -162,14 +162,14 @@ pub fn line_json(line: &Line, backend: &Backend) -> Value {
 
 /// The whole of `run.json`.
 pub fn document(v: &Verified<'_>) -> Value {
-    let (name, text) = v.scene.map_or(("verify", BUILT_IN), |s| (&s.name, &s.text));
+    let (name, text) = v.spec.map_or(("verify", BUILT_IN), |s| (&s.name, &s.text));
     run_json::document(
         "verify",
         json!({ "name": name, "hash": hash(text), "text": text }),
         json!({
-            "in_force": v.scene.map(in_force),
-            "material_fit": v.scene.map(|s| material_fit(s, None)),
-            "warnings": v.scene.map_or(&[][..], |s| &s.warnings),
+            "in_force": v.spec.map(in_force),
+            "material_fit": v.spec.map(|s| material_fit(s, None)),
+            "warnings": v.spec.map_or(&[][..], |s| &s.warnings),
             "samples": v.samples,
             "seed": v.seed,
             "backends": v.backends,

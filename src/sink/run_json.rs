@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::folder::hash;
 use crate::backend::Backend;
 use crate::reduce::{Largest, Sweeps};
-use crate::scene::Scene;
+use crate::scene::Spec;
 use crate::smooth::rod::Summary;
 use crate::status::Status;
 
@@ -95,14 +95,14 @@ pub fn counts(c: &Counts) -> Value {
 }
 
 /// Every value in force, defaulted ones marked.
-pub fn in_force(scene: &Scene) -> Value {
+pub fn in_force(spec: &Spec) -> Value {
     let entry = |(key, value, written): &(String, String, bool)| json!({ "key": key, "value": value, "default": !written });
-    scene.in_force.iter().map(entry).collect()
+    spec.in_force.iter().map(entry).collect()
 }
 
 /// How the material was fitted and, after a run, whether the data cover what the gauge saw; null without a curve.
-pub fn material_fit(scene: &Scene, c: Option<&Counts>) -> Value {
-    let Some(fit) = &scene.material_fit else { return Value::Null };
+pub fn material_fit(spec: &Spec, c: Option<&Counts>) -> Value {
+    let Some(fit) = &spec.material_fit else { return Value::Null };
     let mut value = json!({
         "file": fit.file,
         "law": "yeoh",
@@ -118,9 +118,9 @@ pub fn material_fit(scene: &Scene, c: Option<&Counts>) -> Value {
     value
 }
 
-/// A scene's spec as it stands in `run.json`.
-pub fn spec(scene: &Scene) -> Value {
-    json!({ "name": scene.name, "hash": hash(&scene.text), "text": scene.text })
+/// A spec's spec as it stands in `run.json`.
+pub fn spec(spec: &Spec) -> Value {
+    json!({ "name": spec.name, "hash": hash(&spec.text), "text": spec.text })
 }
 
 /// The whole of a `run.json`: what made it, of which spec, and `body`.
@@ -139,15 +139,15 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
 }
 
 /// The `run.json` of a sweep.
-pub fn of_sweep(scene: &Scene, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
+pub fn of_sweep(spec: &Spec, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
     let body = json!({
-        "in_force": in_force(scene),
-        "material_fit": material_fit(scene, Some(c)),
-        "warnings": scene.warnings,
+        "in_force": in_force(spec),
+        "material_fit": material_fit(spec, Some(c)),
+        "warnings": spec.warnings,
         "backend": backend,
         "counts": counts(c),
         "seconds": seconds,
         "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
     });
-    document("sweep", spec(scene), body)
+    document("sweep", self::spec(spec), body)
 }

@@ -3,7 +3,7 @@
 use crate::design::Design;
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
-use crate::scene::{Convention, Drive, RankBy, Scene, Tuple};
+use crate::scene::{Convention, Drive, RankBy, Setup, Tuple};
 use crate::statistics::{DistanceRow, DriveRow};
 use crate::status::Status;
 
@@ -49,10 +49,10 @@ impl Table {
         }
     }
 
-    /// Column names for `scene`.
-    pub fn columns(self, scene: &Scene) -> Vec<&'static str> {
-        let drive = scene.drive.column();
-        let mm = scene.estimate.convention == Convention::Elongation;
+    /// Column names for `setup`.
+    pub fn columns(self, setup: &Setup) -> Vec<&'static str> {
+        let drive = setup.drive.column();
+        let mm = setup.estimate.convention == Convention::Elongation;
         let (k, mean, sd) = if mm { ("K_mm", "K_mean_mm", "K_sd_mm") } else { ("K", "K_mean", "K_sd") };
         let mut names = vec!["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
         let rest: &[&str] = match self {
@@ -179,8 +179,8 @@ pub fn rank(row: &DriveRow, by: RankBy, unit: f64) -> Option<f64> {
 }
 
 /// Unit of K in the tables, where it has one.
-pub fn elongation(scene: &Scene, estimator: Option<&Estimator<'_>>) -> Option<f64> {
-    (scene.estimate.convention == Convention::Elongation).then(|| estimator.map_or(f64::NAN, |e| e.k_unit))
+pub fn elongation(setup: &Setup, estimator: Option<&Estimator<'_>>) -> Option<f64> {
+    (setup.estimate.convention == Convention::Elongation).then(|| estimator.map_or(f64::NAN, |e| e.k_unit))
 }
 
 /// Name of the drive with unit, for people.

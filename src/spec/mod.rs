@@ -1,4 +1,4 @@
-//! The spec: a TOML file read into a [`Scene`], or an [`InputError`] that says where and why not.
+//! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
 //! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
@@ -21,32 +21,32 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 use crate::error::InputError;
-use crate::scene::{Drive, Scene, Search};
+use crate::scene::{Drive, Search, Setup, Spec, Study};
 use reader::{Document, Result};
 use schema::Sections;
 pub(crate) use schema::nearest;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
-pub fn read(path: &Path) -> Result<Scene> {
+pub fn read(path: &Path) -> Result<Spec> {
     read_with(path, "")
 }
 
 /// As [`read`], for a command to which some keys mean something else or nothing: `fallback` is TOML with values that stand in
 /// for keys a sweep requires, beside the defaults.
-pub fn read_with(path: &Path, fallback: &str) -> Result<Scene> {
+pub fn read_with(path: &Path, fallback: &str) -> Result<Spec> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let scene = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)?;
-    Ok(read_from(path, scene))
+    let spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)?;
+    Ok(read_from(path, spec))
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
-pub fn parse(label: &str, text: &str, base: &Path) -> Result<Scene> {
+pub fn parse(label: &str, text: &str, base: &Path) -> Result<Spec> {
     parse_with(label, text, base, "")
 }
 
 /// As [`parse`], with the `fallback` of [`read_with`].
-pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Scene> {
+pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Spec> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
@@ -71,19 +71,13 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
     let run = sections::run(&sections.section("run"), base)?;
     let (space, mut warnings) = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
-    Ok(Scene {
+    Ok(Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: text.to_owned(),
-        space,
-        hub,
-        drive,
-        gauge,
-        model: model.model,
+        study: Study { setup: Setup { hub, drive, gauge, model: model.model, estimate }, space, output },
         material_fit: model.fit,
-        estimate,
-        output,
         run,
         in_force: sections.in_force(),
         inputs: inputs(&sections, base),
@@ -92,52 +86,52 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
 }
 
 /// Reads the spec at `path` with its `[optimise]`.
-pub fn read_search(path: &Path) -> Result<(Scene, Search)> {
+pub fn read_search(path: &Path) -> Result<(Spec, Search)> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let (scene, search) = parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))?;
-    Ok((read_from(path, scene), search))
+    let (spec, search) = parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))?;
+    Ok((read_from(path, spec), search))
 }
 
 /// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
-pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Scene, Search)> {
+pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
     let defaults = schema::defaults(optimise::DEFAULTS);
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let mut search = optimise::read(&sections)?;
-    let mut scene = parse_with(label, text, base, &optimise::fallback(&search))?;
-    scene.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
-    optimise::check(&sections, &scene, &mut search)?;
-    Ok((scene, search))
+    let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
+    spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
+    optimise::check(&sections, &spec, &mut search)?;
+    Ok((spec, search))
 }
 
 /// Reads the spec at `path` for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its
 /// objective needs the noise of the gauge.
-pub fn read_tap(path: &Path, noisy: bool) -> Result<(Scene, [f64; 2])> {
+pub fn read_tap(path: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let label = path.display().to_string();
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let (scene, ends) = parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)?;
-    Ok((read_from(path, scene), ends))
+    let (spec, ends) = parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)?;
+    Ok((read_from(path, spec), ends))
 }
 
 /// As [`read_tap`], from `text`.
-pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Scene, [f64; 2])> {
+pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let scene = parse_with(label, text, base, tap::FALLBACK)?;
+    let spec = parse_with(label, text, base, tap::FALLBACK)?;
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
     let defaults = schema::defaults(tap::FALLBACK);
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
-    let ends = tap::check(&sections, &scene, noisy)?;
-    Ok((scene, ends))
+    let ends = tap::check(&sections, &spec, noisy)?;
+    Ok((spec, ends))
 }
 
-/// A scene whose spec is the file at `path`.
-fn read_from(path: &Path, mut scene: Scene) -> Scene {
-    scene.inputs.push(path.to_owned());
-    scene
+/// A spec whose spec is the file at `path`.
+fn read_from(path: &Path, mut spec: Spec) -> Spec {
+    spec.inputs.push(path.to_owned());
+    spec
 }
 
 /// The files that a spec names for reading.

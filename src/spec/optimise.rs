@@ -9,7 +9,7 @@ use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
 };
-use crate::scene::{Column, Drive, Factor, Scene, Space};
+use crate::scene::{Column, Drive, Factor, Space, Spec};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -192,13 +192,13 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     })
 }
 
-/// Values for the variables that are not written in their sections, chosen so that a scene that can be met at all is valid, and
+/// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid, and
 /// the defaults of the section.
 pub(super) fn fallback(search: &Search) -> String {
     let mut text = DEFAULTS.to_owned();
     for section in ["whisker", "gauge", "tap"] {
         let _ = writeln!(text, "[{section}]");
-        // A drive that the scene does not have does no harm in a fallback.
+        // A drive that the spec does not have does no harm in a fallback.
         for (_, key, column, _) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
             let Some(v) = search.variables.iter().find(|v| v.column == column) else { continue };
             let roomiest = if column == Column::Length { v.max } else { v.min };
@@ -219,24 +219,24 @@ pub(super) fn is_variable(search: &Search, key: &str) -> bool {
 }
 
 /// Judges the section together with the rest of the spec; fills in the first start.
-pub(super) fn check(sections: &Sections<'_>, scene: &Scene, search: &mut Search) -> Result<()> {
+pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -> Result<()> {
     let objective = sections.section("optimise").get("objective")?;
-    if search.objective.needs_distance() && scene.gauge.noise_strain.is_none() {
+    if search.objective.needs_distance() && spec.study.setup.gauge.noise_strain.is_none() {
         return Err(noise_missing(&objective));
     }
-    let Space::Grid(factors) = &scene.space else { return Err(objective.error("a search needs axes")) };
+    let Space::Grid(factors) = &spec.study.space else { return Err(objective.error("a search needs axes")) };
     let axis = |column: Column| {
         factors.iter().flat_map(|f: &Factor| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
     };
     if axis(Column::Distance).is_some_and(|a| a.len() < 2)
-        && (search.objective.needs_sd() || scene.estimate.k.is_none())
+        && (search.objective.needs_sd() || spec.study.setup.estimate.k.is_none())
     {
         let a = sections.section("tap").get("a")?;
         return Err(a
             .error("K has no spread and no mean over one distance")
             .allowed("two distances or more"));
     }
-    for (section, key, column, _) in keys(scene.drive) {
+    for (section, key, column, _) in keys(spec.study.setup.drive) {
         let variable = search.variables.iter_mut().find(|v| v.column == column);
         let Some(item) = sections.section(section).written(key) else { continue };
         let Some(axis) = axis(column) else { continue };

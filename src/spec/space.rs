@@ -8,7 +8,7 @@ use super::reader::Result;
 use super::schema::Sections;
 use super::tuple_file;
 use crate::scene::space::AXIS_LIMIT;
-use crate::scene::{Column, Drive, Factor, Space};
+use crate::scene::{Column, Drive, Space};
 
 /// Section and key of each column; the last has the key of its drive.
 const KEYS: [(&str, &str); 6] =
@@ -103,27 +103,11 @@ fn short(axes: &[AxisItem<'_>; 7]) -> Result<()> {
     }
 }
 
-/// One factor per axis in row order; all sampled axes are one factor in the place of the first.
+/// The grid of `axes`, unless it is too large to be counted.
 fn grid(axes: [AxisItem<'_>; 7]) -> Result<Space> {
     let largest = axes.iter().max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
-    let mut factors: Vec<Factor> = Vec::new();
-    let mut zip = None;
-    for (column, AxisItem { axis, .. }) in Column::ALL.into_iter().zip(axes) {
-        match (axis.points(), zip) {
-            (Some(_), Some(place)) => {
-                let factor: &mut Factor = &mut factors[place];
-                factor.axes.push((column, axis));
-            }
-            (points, _) => {
-                zip = zip.or(points.map(|_| factors.len()));
-                factors.push(Factor { len: axis.len(), axes: vec![(column, axis)] });
-            }
-        }
-    }
-    match (factors.iter().try_fold(1u64, |n, f| n.checked_mul(f.len)), largest) {
-        (None, Some(item)) => {
-            Err(item.error("all axes together have more than 2^64 tuples; make this axis shorter"))
-        }
-        _ => Ok(Space::Grid(factors)),
-    }
+    Space::grid(axes.map(|a| a.axis)).ok_or_else(|| {
+        let message = "all axes together have more than 2^64 tuples; make this axis shorter";
+        largest.expect("there are seven").error(message)
+    })
 }

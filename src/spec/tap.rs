@@ -2,14 +2,14 @@
 
 use super::reader::Result;
 use super::schema::Sections;
-use crate::scene::{Axis, Column, Drive, Factor, Scene, Space};
+use crate::scene::{Axis, Column, Drive, Factor, Space, Spec};
 
 /// Interval of tap angles where the spec has none, degrees.
 pub(super) const FALLBACK: &str = "[tap]\ntheta = [0.1, 10.0]\n";
 
-/// Smallest and largest drive of `scene`, which must hold one whisker; `noisy`: the objective needs the noise.
-pub(super) fn check(sections: &Sections<'_>, scene: &Scene, noisy: bool) -> Result<[f64; 2]> {
-    let Space::Grid(factors) = &scene.space else {
+/// Smallest and largest drive of `spec`, which must hold one whisker; `noisy`: the objective needs the noise.
+pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result<[f64; 2]> {
+    let Space::Grid(factors) = &spec.study.space else {
         let file = sections.section("tuples").get("file")?;
         return Err(file
             .error("this takes one whisker, no list of tuples")
@@ -34,13 +34,13 @@ pub(super) fn check(sections: &Sections<'_>, scene: &Scene, noisy: bool) -> Resu
                 .allowed("one number; optimise searches over whiskers"));
         }
     }
-    if axis(Column::Distance).len() < 2 && scene.estimate.k.is_none() {
+    if axis(Column::Distance).len() < 2 && spec.study.setup.estimate.k.is_none() {
         let a = sections.section("tap").get("a")?;
         return Err(a
             .error("K has no spread and no mean over one distance")
             .allowed("two distances or more"));
     }
-    let key = if scene.drive == Drive::Angle { "theta" } else { "delta" };
+    let key = if spec.study.setup.drive == Drive::Angle { "theta" } else { "delta" };
     let drive = axis(Column::Drive);
     let ends = [drive.min(), drive.max()];
     if ends[0] >= ends[1] {
@@ -49,7 +49,7 @@ pub(super) fn check(sections: &Sections<'_>, scene: &Scene, noisy: bool) -> Resu
             .error("one value leaves nothing to choose")
             .allowed("two values or a range: the ends of the interval"));
     }
-    if noisy && scene.gauge.noise_strain.is_none() {
+    if noisy && spec.study.setup.gauge.noise_strain.is_none() {
         let section = sections.section("gauge");
         let error = section.document.error(
             section.span.clone(),

@@ -167,12 +167,12 @@ fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32
 
 /// The rows found, solved tap by tap.
 fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result<Vec<Kept>, Error> {
-    let scene = run.scene;
+    let study = run.study;
     let mut kept = Vec::with_capacity(rows.len());
     let n = layout.n_distances as usize;
     for rows in rows.chunks((super::CHUNK as usize / n).max(1)) {
         let designs: Vec<Design> =
-            rows.par_iter().map(|(_, k, _)| Design::new(scene, layout.design(*k))).collect();
+            rows.par_iter().map(|(_, k, _)| Design::new(&study.setup, layout.design(*k))).collect();
         let tasks: Vec<Task> = (0..rows.len() * n)
             .into_par_iter()
             .map(|t| {
@@ -184,7 +184,7 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
         let one = |at: usize| {
             let (design, (_, k, j)) = (&designs[at], rows[at]);
             let drive = layout.drive(&design.tuple, u64::from(j));
-            let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, layout.reach()));
+            let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, layout.reach()));
             let taps = &outcomes[at * n..(at + 1) * n];
             let mut tally = Tally::new(n, 1);
             taps.iter().enumerate().for_each(|(i, tap)| tally.count(i, 0, tap));
@@ -192,13 +192,14 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             for (i, tap) in taps.iter().enumerate() {
                 tally.estimate(
                     (i, 0),
-                    (layout.distance(i as u64), scene.drive, drive),
+                    (layout.distance(i as u64), study.setup.drive, drive),
                     tap,
                     estimator.as_ref(),
                 );
             }
-            let (row, unit) = (tally.drives[0], table::elongation(scene, estimator.as_ref()).unwrap_or(1.0));
-            let rank = table::rank(&row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            let (row, unit) =
+                (tally.drives[0], table::elongation(&study.setup, estimator.as_ref()).unwrap_or(1.0));
+            let rank = table::rank(&row, study.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
             Some(Kept { rank, index: (k, j), design: design.tuple, drive, row, unit })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));

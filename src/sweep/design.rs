@@ -5,7 +5,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
-use crate::scene::{Per, Scene};
+use crate::scene::{Per, Study};
 use crate::sink::{
     csv::Text,
     run_json::Counts,
@@ -52,7 +52,7 @@ pub(super) struct Axes<'a> {
 
 /// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes text of tuple rows.
 pub(super) fn render(
-    scene: &Scene,
+    study: &Study,
     (k, design): (u64, &Design),
     axes: &Axes<'_>,
     wanted: &Wanted<'_>,
@@ -60,9 +60,9 @@ pub(super) fn render(
     tuples: &mut dyn FnMut(Vec<u8>) -> Result<(), Error>,
 ) -> Result<Rendered, Error> {
     let fail = |e: csv::Error| Error::Run(e.to_string());
-    let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, axes.reach));
+    let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, axes.reach));
     let estimator = estimator.as_ref();
-    let elongation = table::elongation(scene, estimator);
+    let elongation = table::elongation(&study.setup, estimator);
     let mut tally = Tally::new(axes.n.0, axes.n.1);
     taps(&mut |(i, j), tap| {
         tally.count(i, j, tap);
@@ -75,7 +75,7 @@ pub(super) fn render(
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
-        let estimated = tally.estimate((i, j), (a, scene.drive, drive), tap, estimator);
+        let estimated = tally.estimate((i, j), (a, study.setup.drive, drive), tap, estimator);
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
@@ -101,7 +101,7 @@ pub(super) fn render(
             designs.row(&mut fields).map_err(fail)?;
             out.rows[1] += 1;
         }
-        let rank = table::rank(row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        let rank = table::rank(row, study.output.by, unit).filter(|_| row.deviation.n == row.asked);
         out.candidates.extend(rank.map(|rank| Kept {
             rank,
             index: (k, j as u32),

@@ -20,7 +20,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
         .into_iter()
         .filter(|t| run.writers.wants(*t))
         .collect();
-    let Some(top) = run.scene.output.top else {
+    let Some(top) = run.study.output.top else {
         return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
             run.highlight(best(&rendered.candidates));
             Ok(())
@@ -65,7 +65,7 @@ pub(super) fn rank(
     designs: &mut dyn Iterator<Item = u64>,
     best: &mut Best,
 ) -> Result<(), Error> {
-    let per = run.scene.output.per;
+    let per = run.study.output.per;
     pass(run, layout, designs, &[], &|_| None, &mut |_, rendered| {
         competing(per, rendered.candidates).into_iter().for_each(|row| best.offer(row));
         Ok(())
@@ -136,8 +136,9 @@ fn small(
     tables: &[Table],
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
 ) -> Result<Vec<Part>, Error> {
-    let scene = run.scene;
-    let designs: Vec<Design> = group.par_iter().map(|&k| Design::new(scene, layout.design(k))).collect();
+    let study = run.study;
+    let designs: Vec<Design> =
+        group.par_iter().map(|&k| Design::new(&study.setup, layout.design(k))).collect();
     let block = layout.block() as usize;
     let tasks: Vec<Task> = (0..group.len() * block)
         .into_par_iter()
@@ -156,7 +157,7 @@ fn small(
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
             };
-            render(scene, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
+            render(study, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
                 texts.push(text);
                 Ok(())
             })
@@ -174,8 +175,8 @@ fn large(
     tables: &[Table],
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
 ) -> Result<Rendered, Error> {
-    let scene = run.scene;
-    let design = [Design::new(scene, layout.design(k))];
+    let study = run.study;
+    let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
@@ -206,7 +207,7 @@ fn large(
             passed += 1;
             Ok(())
         };
-        render(scene, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {
+        render(study, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {
             run.borrow_mut().write(Table::Tuples, &text, 0)
         })
     })

@@ -53,7 +53,7 @@ struct Group {
 
 /// Evaluates the listed tuples and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
-    let scene = run.scene;
+    let study = run.study;
     let (designs, of_row, groups) = group(run, tuples);
     let mut outcomes: Vec<Outcome> = Vec::with_capacity(tuples.len());
     for (from, chunk) in (0..).step_by(CHUNK as usize).zip(tuples.chunks(CHUNK as usize)) {
@@ -68,10 +68,10 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
 
     let mut estimates = vec![None; tuples.len()];
     let mut tallies = Vec::with_capacity(groups.len());
-    let mut best_rows = scene.output.top.map(Best::new);
+    let mut best_rows = study.output.top.map(Best::new);
     for ((k, design), group) in designs.iter().enumerate().zip(&groups) {
         let estimator =
-            design.shared.as_ref().map(|s| Estimator::new(scene, s, reach(&group.distances.values)));
+            design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, reach(&group.distances.values)));
         let mut tally = Tally::new(group.distances.values.len(), group.drives.values.len());
         for &(row, i, j) in &group.rows {
             tally.count(i, j, &outcomes[row]);
@@ -79,13 +79,13 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         tally.calibrate(estimator.as_ref());
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let tap = (t.a, scene.drive, t.drive);
+            let tap = (t.a, study.setup.drive, t.drive);
             estimates[row] = Some(tally.estimate((i, j), tap, &outcomes[row], estimator.as_ref()));
         }
-        let elongation = table::elongation(scene, estimator.as_ref());
+        let elongation = table::elongation(&study.setup, estimator.as_ref());
         let complete = tally.drives.iter().enumerate().filter_map(|(j, row)| {
             let unit = elongation.unwrap_or(1.0);
-            let rank = table::rank(row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            let rank = table::rank(row, study.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
             let drive = group.drives.values[j];
             // Ties go to the row that stood first in the file.
             Some(Kept {
@@ -100,7 +100,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         let complete: Vec<Kept> = complete.collect();
         match &mut best_rows {
             Some(best) => {
-                competing(scene.output.per, complete).into_iter().for_each(|row| best.offer(row));
+                competing(study.output.per, complete).into_iter().for_each(|row| best.offer(row));
             }
             None => run.highlight(super::design::best(&complete)),
         }
@@ -149,7 +149,7 @@ fn group(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Design>, Vec<u32>, Vec<Group>)
         let j = group.drives.place(&mut drives, place, t.drive, row);
         group.rows.push((row, i, j));
     }
-    (firsts.par_iter().map(|t| Design::new(run.scene, *t)).collect(), of_row, groups)
+    (firsts.par_iter().map(|t| Design::new(&run.study.setup, *t)).collect(), of_row, groups)
 }
 
 fn reach(distances: &[f64]) -> [f64; 2] {

@@ -22,7 +22,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Outcome, Task};
 use crate::plan::{Layout, Plan};
-use crate::scene::{Scene, Space, Tuple};
+use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
     csv::Text,
     folder::{Folder, Output, Question, Written},
@@ -76,23 +76,23 @@ pub struct Target<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Runs `scene` on `choice` and writes its tables and `run.json`.
+/// Runs `spec` on `choice` and writes its tables and `run.json`.
 pub fn run(
-    scene: &Scene,
+    spec: &Spec,
     choice: &Choice,
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let start = Instant::now();
-    let plan = Plan::new(scene)?;
-    let question = Question::of_scene("sweep", scene, Value::Null);
-    let mut folder = Folder::open(target.out, question, &names(scene, &plan), target.force)?;
-    let method = choice.open(&scene.model)?;
+    let plan = Plan::new(&spec.study)?;
+    let question = Question::of_scene("sweep", spec, Value::Null);
+    let mut folder = Folder::open(target.out, question, &names(&spec.study, &plan), target.force)?;
+    let method = choice.open(&spec.study.setup.model)?;
     let open = start.elapsed();
     let mut run = Run {
-        scene,
-        evaluator: Evaluator::new(scene, method),
-        writers: Writers::new(scene, &plan, &mut folder)?,
+        study: &spec.study,
+        evaluator: Evaluator::new(&spec.study.setup, method),
+        writers: Writers::new(&spec.study, &plan, &mut folder)?,
         counts: Counts::default(),
         highlights: Vec::new(),
         solve: Duration::ZERO,
@@ -101,10 +101,10 @@ pub fn run(
         stop: target.stop,
         progress,
     };
-    match &scene.space {
+    match &spec.study.space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
-            run.scope = choice.chart_tolerance().and_then(|t| Scope::new(scene, &layout, t));
+            run.scope = choice.chart_tolerance().and_then(|t| Scope::new(&spec.study, &layout, t));
             grid::run(&mut run, &layout)?;
         }
         Space::List(tuples) => list::run(&mut run, tuples)?,
@@ -113,14 +113,14 @@ pub fn run(
     let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
     run.writers.close()?;
     let seconds = Seconds::new(start.elapsed(), open, solve);
-    folder.run_json(&run_json::of_sweep(scene, &choice.backend, &counts, seconds))?;
+    folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds))?;
     let Written { files, removed, .. } = folder.finish()?;
     Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights })
 }
 
 /// Names of the tables that are written.
-fn names(scene: &Scene, plan: &Plan) -> Vec<&'static str> {
-    let wanted = [plan.tuples, scene.output.designs, scene.output.distances];
+fn names(study: &Study, plan: &Plan) -> Vec<&'static str> {
+    let wanted = [plan.tuples, study.output.designs, study.output.distances];
     [Table::Tuples, Table::Designs, Table::Distances]
         .into_iter()
         .zip(wanted)
@@ -131,7 +131,7 @@ fn names(scene: &Scene, plan: &Plan) -> Vec<&'static str> {
 
 /// A sweep under way.
 struct Run<'a> {
-    scene: &'a Scene,
+    study: &'a Study,
     evaluator: Evaluator<'a>,
     writers: Writers,
     counts: Counts,
@@ -228,22 +228,22 @@ struct Writers {
 }
 
 impl Writers {
-    fn new(scene: &Scene, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
+    fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
         let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
             if !wanted {
                 return Ok(None);
             }
             let mut file = folder.file(table.file())?;
             let mut text = Text::default();
-            text.header(&table.columns(scene)).map_err(|e| Error::Run(e.to_string()))?;
+            text.header(&table.columns(&study.setup)).map_err(|e| Error::Run(e.to_string()))?;
             file.write(&text.into_bytes())?;
             Ok(Some(file))
         };
         Ok(Self {
             files: [
                 open(Table::Tuples, plan.tuples)?,
-                open(Table::Designs, scene.output.designs)?,
-                open(Table::Distances, scene.output.distances)?,
+                open(Table::Designs, study.output.designs)?,
+                open(Table::Distances, study.output.distances)?,
             ],
         })
     }

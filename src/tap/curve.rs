@@ -3,9 +3,10 @@
 use super::Sample;
 use crate::error::Error;
 use crate::evaluate::Method;
+use crate::layout::Layout;
 use crate::optimise::evaluate::Scorer;
 use crate::scene::search::Search;
-use crate::scene::{Axis, Scene, Tuple};
+use crate::scene::{Axis, Setup, Tuple};
 
 /// Most points of the grid.
 const POINTS: f64 = 1000.0;
@@ -19,9 +20,9 @@ pub struct Curve<'a> {
 }
 
 impl<'a> Curve<'a> {
-    /// Of `whisker`, whose taps `method` solves.
-    pub fn new(scene: &'a Scene, search: &'a Search, method: Method, whisker: Tuple) -> Self {
-        Self { scorer: Scorer::new(scene, search, method), whisker, evaluations: 0 }
+    /// Of the whisker of `layout` at its distances; `method` solves the taps.
+    pub fn new((setup, layout): (&'a Setup, &Layout), search: &'a Search, method: Method) -> Self {
+        Self { scorer: Scorer::new(setup, layout, search, method), whisker: layout.design(0), evaluations: 0 }
     }
 
     /// At these drives, degrees or mm.

@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError};
+use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Scene, Space};
+use crate::scene::{Setup, Spec};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
-use crate::plan::Layout;
 use curve::Curve;
 
 pub use write::{result, unit};
@@ -90,9 +90,9 @@ pub struct Report {
     pub removed: Vec<PathBuf>,
 }
 
-/// Evaluates `scene`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
+/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
 pub fn run(
-    scene: &Scene,
+    spec: &Spec,
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
@@ -100,25 +100,24 @@ pub fn run(
 ) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let asked = serde_json::json!({ "objective": objective.word() });
-    let mut folder = Folder::open(out, Question::of_scene("tap", scene, asked), &["tap.csv"], force)?;
-    let Space::Grid(factors) = &scene.space else { unreachable!("one whisker") };
-    let layout = Layout::new(factors);
-    let search = search(scene, objective);
-    let mut curve = Curve::new(scene, &search, choice.open(&scene.model)?, layout.design(0));
+    let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
+    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
+    let search = search(setup, objective);
+    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?);
     let samples = curve.grid(ends)?;
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     let free = |s: &Sample| optimum::relaxed(s, goal);
     let Some(unconstrained) = optimum::find(&mut curve, &samples, goal, &free)? else {
-        return Err(incomplete(scene, &samples).into());
+        return Err(incomplete(setup, &samples).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
     let Some(optimum) = optimum::find(&mut curve, &samples, goal, &kept)? else {
-        return Err(overstrained(scene, &samples).into());
+        return Err(overstrained(setup, &samples).into());
     };
     let (limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
     let mut report = Report {
-        why: write::why(scene, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
+        why: write::why(setup, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
         curve: samples,
         optimum,
         unconstrained,
@@ -130,14 +129,14 @@ pub fn run(
         files: Vec::new(),
         removed: Vec::new(),
     };
-    write::all(scene, &report, &mut folder)?;
+    write::all(spec, &report, &mut folder)?;
     let written = folder.finish()?;
     (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
 }
 
 /// A search without variables: what a score of the curve needs.
-fn search(scene: &Scene, objective: Objective) -> Search {
+fn search(setup: &Setup, objective: Objective) -> Search {
     Search {
         objective,
         weights: [1.0; 2],
@@ -145,7 +144,7 @@ fn search(scene: &Scene, objective: Objective) -> Search {
         budget: Budget::default(),
         variables: Vec::new(),
         limits: Limits {
-            strain: scene.gauge.strain_limit,
+            strain: setup.gauge.strain_limit,
             force: None,
             unambiguous: false,
             tip_not_wider: false,
@@ -155,23 +154,23 @@ fn search(scene: &Scene, objective: Objective) -> Search {
     }
 }
 
-fn incomplete(scene: &Scene, samples: &[Sample]) -> InputError {
+fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
     let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
-    let name = write::unit(scene).0;
+    let name = write::unit(setup).0;
     InputError::new(format!("no {name} of the interval gives a complete row; the taps are {status}"))
         .key("tap.a")
         .allowed("distances beyond the gauge and before the tip")
 }
 
-fn overstrained(scene: &Scene, samples: &[Sample]) -> InputError {
+fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
     let least = samples.iter().filter_map(|s| s.row.strain_max()).fold(f64::INFINITY, f64::min);
-    let name = write::unit(scene).0;
+    let name = write::unit(setup).0;
     let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
     InputError::new(format!(
         "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
         1.0 + over
     ))
     .key("gauge.strain_limit")
-    .value(scene.gauge.strain_limit)
+    .value(setup.gauge.strain_limit)
     .allowed(format!("≥ {least:.4}, or a smaller {name}"))
 }

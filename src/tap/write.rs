@@ -6,29 +6,29 @@ use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::estimate::Estimator;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Scene, Space};
+use crate::scene::{Convention, Drive, Setup, Spec, Study};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
 use crate::sink::table::{Field, drive_unit, elongation};
 
 /// Name of the drive and its unit.
-pub fn unit(scene: &Scene) -> (&'static str, &'static str) {
-    let name = if scene.drive == Drive::Angle { "tap angle" } else { "displacement" };
-    (name, drive_unit(scene.drive).1)
+pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
+    let name = if setup.drive == Drive::Angle { "tap angle" } else { "displacement" };
+    (name, drive_unit(setup.drive).1)
 }
 
 /// Unit of K in the tables.
-fn k_unit(scene: &Scene) -> f64 {
-    let Space::Grid(factors) = &scene.space else { return 1.0 };
-    let design = crate::design::Design::new(scene, crate::plan::Layout::new(factors).design(0));
-    let estimator = design.shared.as_ref().map(|s| Estimator::new(scene, s, [0.0; 2]));
-    elongation(scene, estimator.as_ref()).unwrap_or(1.0)
+fn k_unit(study: &Study) -> f64 {
+    let Ok(whisker) = study.space.whisker() else { return 1.0 };
+    let design = crate::design::Design::new(&study.setup, whisker);
+    let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, [0.0; 2]));
+    elongation(&study.setup, estimator.as_ref()).unwrap_or(1.0)
 }
 
 /// Names of K̄ and SD.
-fn k_names(scene: &Scene) -> [&'static str; 2] {
-    match scene.estimate.convention {
+fn k_names(setup: &Setup) -> [&'static str; 2] {
+    match setup.estimate.convention {
         Convention::Mean => ["K_mean", "K_sd"],
         Convention::Elongation => ["K_mean_mm", "K_sd_mm"],
     }
@@ -39,22 +39,22 @@ fn k_values(s: &Sample, unit: f64) -> [Option<f64>; 2] {
 }
 
 /// One point of the curve as JSON.
-fn point(scene: &Scene, s: &Sample, unit: f64) -> Value {
-    let ([mean, sd], [k_mean, k_sd]) = (k_names(scene), k_values(s, unit));
+fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
+    let ([mean, sd], [k_mean, k_sd]) = (k_names(setup), k_values(s, unit));
     let row = &s.row;
     json!({
-        scene.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
+        setup.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
         "bias_rms_mm": row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
         "force_max_N": row.force_max(), "status": row.status.to_string(),
     })
 }
 
 /// The result.
-pub fn result(scene: &Scene, report: &Report) -> Value {
-    let unit = k_unit(scene);
+pub fn result(study: &Study, report: &Report) -> Value {
+    let unit = k_unit(study);
     json!({
-        "optimum": point(scene, &report.optimum, unit),
-        "unconstrained": point(scene, &report.unconstrained, unit),
+        "optimum": point(&study.setup, &report.optimum, unit),
+        "unconstrained": point(&study.setup, &report.unconstrained, unit),
         "limited_by": report.limited_by.name(),
         "at_bound": report.at_bound,
         "why": report.why,
@@ -62,13 +62,13 @@ pub fn result(scene: &Scene, report: &Report) -> Value {
 }
 
 /// `tap.csv` and `run.json`.
-pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Error> {
-    let unit = k_unit(scene);
-    let [mean, sd] = k_names(scene);
+pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Error> {
+    let unit = k_unit(&spec.study);
+    let [mean, sd] = k_names(&spec.study.setup);
     let fail = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     text.header(&[
-        scene.drive.column(),
+        spec.study.setup.drive.column(),
         mean,
         sd,
         "bias_rms_mm",
@@ -91,14 +91,14 @@ pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Er
     }
     let document = run_json::document(
         "tap",
-        run_json::spec(scene),
+        run_json::spec(spec),
         json!({
-            "in_force": run_json::in_force(scene),
-            "warnings": scene.warnings,
+            "in_force": run_json::in_force(spec),
+            "warnings": spec.warnings,
             "backend": report.backend,
             "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
             "seconds": { "total": report.seconds },
-            "result": result(scene, report),
+            "result": result(&spec.study, report),
         }),
     );
     let mut file = folder.file("tap.csv")?;
@@ -109,7 +109,7 @@ pub fn all(scene: &Scene, report: &Report, folder: &mut Folder) -> Result<(), Er
 
 /// One sentence on what limits the optimum.
 pub fn why(
-    scene: &Scene,
+    setup: &Setup,
     optimum: &Sample,
     unconstrained: &Sample,
     by: LimitedBy,
@@ -117,7 +117,7 @@ pub fn why(
     ends: [f64; 2],
     objective: Objective,
 ) -> String {
-    let (name, unit) = unit(scene);
+    let (name, unit) = unit(setup);
     let end = if (optimum.drive - ends[0]).abs() <= (optimum.drive - ends[1]).abs() {
         "smallest"
     } else {
@@ -133,7 +133,7 @@ pub fn why(
         LimitedBy::Bound => format!("The {end} {name} of the interval is best: {trend}."),
         LimitedBy::Strain => format!(
             "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit} would be best.",
-            scene.gauge.strain_limit, optimum.drive, unconstrained.drive
+            setup.gauge.strain_limit, optimum.drive, unconstrained.drive
         ),
         LimitedBy::CompleteRows => format!("Beyond {:.4}{unit} a tap has no distance or slips off.", optimum.drive),
         LimitedBy::Bias | LimitedBy::Noise if objective == Objective::Sd => {

@@ -5,8 +5,7 @@ use super::census::{Census, Line};
 use super::places::Place;
 use crate::design::{Design, amount};
 use crate::evaluate::Outcome;
-use crate::plan::Layout;
-use crate::scene::{Space, Tuple};
+use crate::scene::Tuple;
 use crate::smooth::{Case as Reading, Scope, Tables};
 
 /// The line of the chart that `place` ranks the designs of `case` with, if it does. Taps that the chart leaves to the kernel are counted
@@ -18,9 +17,9 @@ pub(super) fn line(
     designs: &[Design],
     expected: &[Outcome],
 ) -> Option<Line> {
-    let Space::Grid(factors) = &case.scene.space else { return None };
-    let layout = Layout::new(factors);
-    let scope = Scope::new(&case.scene, &layout, place.chart_tolerance()?)?;
+    let study = case.study.as_ref()?;
+    let layout = study.space.layout()?;
+    let scope = Scope::new(study, &layout, place.chart_tolerance()?)?;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let read = |i: usize| {
         let distance = distances.iter().position(|a| *a == case.tuples[i].a)?;
@@ -30,7 +29,7 @@ pub(super) fn line(
     let (places, taps): (Vec<usize>, Vec<(Tuple, usize)>) = (0..case.tuples.len()).filter_map(read).unzip();
     let mut errors = vec![None; case.tuples.len()];
     for (i, deviation) in places.into_iter().zip(Tables::new(&scope).deviations(&taps)) {
-        let linear = amount(case.scene.drive, case.tuples[i].drive);
+        let linear = amount(case.setup.drive, case.tuples[i].drive);
         let shared = designs[i].shared.as_ref()?;
         let least = 1e-3 * shared.peak * linear;
         let exact = expected[i].strain;
@@ -40,5 +39,5 @@ pub(super) fn line(
     let mut census = Census::default();
     errors.into_iter().for_each(|error| census.push_strain(error));
     let name = format!("{} chart", case.name);
-    Some(census.close(&name, case.scene.drive, at, &case.tuples, (expected, expected)))
+    Some(census.close(&name, case.setup.drive, at, &case.tuples, (expected, expected)))
 }

@@ -1,7 +1,7 @@
 //! One tap on one backend against the reference.
 
 use crate::evaluate::Outcome;
-use crate::scene::{Contact, Scene};
+use crate::scene::{Contact, Setup};
 use crate::status::Status;
 
 /// Errors of one tap that both solved.
@@ -50,7 +50,7 @@ pub struct Tap {
 const WITHOUT: [Status; 3] = [Status::INVALID_GEOMETRY, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT];
 
 /// Compares `found` with the reference's `expected`; within `bound` of a threshold a word may differ.
-pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> Compared {
+pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> Compared {
     let without = |o: &Outcome| WITHOUT.into_iter().any(|word| o.status.has(word));
     let unsure = |o: &Outcome| o.status.has(Status::NOT_CONVERGED);
     let invalid = |o: &Outcome| o.status.has(Status::INVALID_GEOMETRY);
@@ -59,7 +59,7 @@ pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bo
         (false, true) if !invalid(found) => Compared::Unsolved,
         (false, false) if found.referred => Compared::Referred,
         (true, false) if unsure(expected) => Compared::Unanswered,
-        (false, false) if alike(scene, tap, expected, found, bound) => {
+        (false, false) if alike(setup, tap, expected, found, bound) => {
             Compared::Both(errors(tap, expected, found))
         }
         _ => Compared::Differ,
@@ -67,8 +67,8 @@ pub fn compare(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bo
 }
 
 /// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
-fn alike(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
-    let limit = scene.gauge.strain_limit;
+fn alike(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
+    let limit = setup.gauge.strain_limit;
     let strain = expected.strain.abs();
     let edges = [
         (Status::SLIPPED_OFF, (expected.arc - tap.length).abs() <= bound * tap.length),
@@ -77,12 +77,12 @@ fn alike(scene: &Scene, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f
     ];
     let agree =
         edges.iter().all(|(word, edge)| *edge || expected.status.has(*word) == found.status.has(*word));
-    agree && (expected.sticking == found.sticking || at_sliding_edge(scene, expected, bound))
+    agree && (expected.sticking == found.sticking || at_sliding_edge(setup, expected, bound))
 }
 
 /// Whether |T| is μP, within ten times the bound: forces are less accurate than strains.
-fn at_sliding_edge(scene: &Scene, o: &Outcome, bound: f64) -> bool {
-    let Contact::Coulomb(mu) = scene.model.contact else { return false };
+fn at_sliding_edge(setup: &Setup, o: &Outcome, bound: f64) -> bool {
+    let Contact::Coulomb(mu) = setup.model.contact else { return false };
     let (normal, tangential) = (o.normal_force.abs(), o.tangential_force.abs());
     (tangential - mu * normal).abs() <= 10.0 * bound * normal.hypot(tangential)
 }

@@ -16,9 +16,9 @@ pub use census::{FORCE, Figures, Line, QUANTITIES, UNSOLVED};
 pub use places::{Place, present};
 
 use crate::design::{Design, amount};
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
-use crate::scene::{Scene, Tuple};
+use crate::scene::{Setup, Study, Tuple};
 use crate::sweep::Progress;
 use census::Census;
 use rayon::prelude::*;
@@ -32,38 +32,38 @@ pub const SAMPLES: u32 = 1000;
 /// Taps that are solved together, between two looks at the clock.
 const PART: usize = 512;
 
-/// Taps of one scene. Only its rig, gauge and model are used, not its space.
+/// Taps of one setup.
 #[derive(Debug)]
 pub struct Case {
     /// Name in the census.
     pub name: String,
     /// Rig, gauge, model.
-    pub scene: Scene,
+    pub setup: Setup,
+    /// The study that the taps were drawn from, if there is one: a chart may rank it.
+    pub study: Option<Study>,
     /// Taps.
     pub tuples: Vec<Tuple>,
 }
 
 impl Case {
     /// The built-in configurations with their hard cases and `samples` random taps each.
-    ///
-    /// # Errors
-    /// None: the built-in specs are valid.
-    pub fn built_in(samples: u32, seed: u64) -> Result<Vec<Self>, InputError> {
+    pub fn built_in(samples: u32, seed: u64) -> Vec<Self> {
         let case = |c: &configuration::Configuration| {
-            let scene = c.scene()?;
-            let mut tuples = taps::hard(&scene);
+            let setup = c.setup();
+            let mut tuples = taps::hard(&setup);
             tuples.extend(taps::random(c.drive, c.hub, samples, seed));
-            Ok(Self { name: c.name.to_owned(), scene, tuples })
+            Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
         configuration::ALL.par_iter().map(case).collect()
     }
 
-    /// About `samples` random taps of a spec.
+    /// About `samples` random taps of `study`.
     ///
     /// # Errors
     /// A tuple file that cannot be read again.
-    pub fn of_spec(scene: Scene, samples: u32, seed: u64) -> Result<Self, Error> {
-        Ok(Self { name: scene.name.clone(), tuples: taps::of_space(&scene, samples, seed)?, scene })
+    pub fn of_study(name: &str, study: Study, samples: u32, seed: u64) -> Result<Self, Error> {
+        let tuples = taps::of_space(&study.space, samples, seed)?;
+        Ok(Self { name: name.to_owned(), tuples, setup: study.setup.clone(), study: Some(study) })
     }
 }
 
@@ -81,10 +81,10 @@ pub fn run(
     let mut done = 0;
     let mut lines = Vec::new();
     for case in cases {
-        let scene = &case.scene;
-        let designs: Vec<Design> = case.tuples.par_iter().map(|t| Design::new(scene, *t)).collect();
+        let setup = &case.setup;
+        let designs: Vec<Design> = case.tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
         let mut expected = Vec::with_capacity(designs.len());
-        let mut reference = Evaluator::new(scene, Method::Reference);
+        let mut reference = Evaluator::new(setup, Method::Reference);
         for start in (0..designs.len()).step_by(PART) {
             let part = start..(start + PART).min(designs.len());
             let taps = tasks(&case.tuples[part.clone()]);
@@ -96,17 +96,17 @@ pub fn run(
         }
         done += expected.len() as u64;
         for (number, place) in places.iter_mut().enumerate() {
-            let mut evaluator = Evaluator::new(scene, place.open(&scene.model)?);
+            let mut evaluator = Evaluator::new(setup, place.open(&setup.model)?);
             let found =
                 evaluator.run_beside(&designs, &tasks(&case.tuples), &expected).map_err(Error::Run)?;
             place.keep(evaluator.into_method());
             let mut census = Census::default();
             for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {
-                census.push(compare::compare(scene, &facts(scene, design, t), e, f, place.bound), f.sweeps);
+                census.push(compare::compare(setup, &facts(setup, design, t), e, f, place.bound), f.sweeps);
             }
             let at = (number, place.bound);
             lines.extend(charted::line(case, place, at, &designs, &expected));
-            lines.push(census.close(&case.name, scene.drive, at, &case.tuples, (&expected, &found)));
+            lines.push(census.close(&case.name, setup.drive, at, &case.tuples, (&expected, &found)));
         }
     }
     Ok(lines)
@@ -117,10 +117,10 @@ fn tasks(tuples: &[Tuple]) -> Vec<Task> {
     tuples.iter().enumerate().map(task).collect()
 }
 
-fn facts(scene: &Scene, design: &Design, tuple: &Tuple) -> compare::Tap {
+fn facts(setup: &Setup, design: &Design, tuple: &Tuple) -> compare::Tap {
     let shared = design.shared.as_ref();
     compare::Tap {
-        least: 1e-3 * shared.map_or(0.0, |s| s.peak) * amount(scene.drive, tuple.drive),
+        least: 1e-3 * shared.map_or(0.0, |s| s.peak) * amount(setup.drive, tuple.drive),
         length: tuple.L_a,
         near: shared.map_or(0.0, |s| s.gauge[0]),
     }

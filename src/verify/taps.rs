@@ -1,4 +1,4 @@
-//! Taps to verify: hard ones, random ones over wide ranges, and some of a scene's own.
+//! Taps to verify: hard ones, random ones over wide ranges, and some of a study's own.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::physics::rod::{RodError, RodProblem, RodTap};
 use crate::plan::Layout;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Contact, Drive, Geometry, Model, Scene, Space, Tuple};
+use crate::scene::{Contact, Drive, Geometry, Model, Setup, Space, Tuple};
 
 use super::configuration::HUB;
 
@@ -48,10 +48,10 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(point).collect()
 }
 
-/// The hard cases of `scene`: whiskers of every taper, contacts on and next to the gauge, at and below the peak of the
+/// The hard cases of `study`: whiskers of every taper, contacts on and next to the gauge, at and below the peak of the
 /// strain curve, near and past the tip, tiny and huge drives, tiny gauges, tiny and huge whiskers, and the drive at which a
 /// contact begins to slide.
-pub fn hard(scene: &Scene) -> Vec<Tuple> {
+pub fn hard(setup: &Setup) -> Vec<Tuple> {
     let base = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
     let mut taps = Vec::new();
     for d in [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0] {
@@ -62,27 +62,27 @@ pub fn hard(scene: &Scene) -> Vec<Tuple> {
     for (d, drive) in [(4.0, 0.001), (10.0, 0.001), (4.0, 60.0), (10.0, 60.0), (7.0, 30.0)] {
         taps.push(Tuple { d, drive, ..base });
     }
-    taps.extend(near_gauge(scene, base));
+    taps.extend(near_gauge(setup, base));
     taps.push(Tuple { l: 0.01, ..base });
     taps.push(Tuple { x_ss: 0.0, ..base });
     taps.push(Tuple { x_ss: 0.0, l: 0.01, a: 0.5, drive: 0.5, ..base });
     for drive in [0.5, 10.0] {
         taps.extend([0.999, 1.0].map(|share| Tuple { a: share * base.L_a, drive, ..base }));
     }
-    let with_length = scene.model.pole_radius > 0.0 || (scene.hub > 0.0 && scene.drive == Drive::Angle);
+    let with_length = setup.model.pole_radius > 0.0 || (setup.hub > 0.0 && setup.drive == Drive::Angle);
     if !with_length {
         taps.extend([1e-3, 1e3].map(|k| scaled(base, k)));
     }
-    if scene.drive == Drive::Displacement {
+    if setup.drive == Drive::Displacement {
         taps.iter_mut().for_each(|t| t.drive = t.a * t.drive.min(45.0).to_radians());
     }
-    taps.extend(sliding_edge(scene, Tuple { drive: 0.0, ..base }));
+    taps.extend(sliding_edge(setup, Tuple { drive: 0.0, ..base }));
     taps
 }
 
 /// Contacts before, just before, just after and on the gauge, and around the peak of the strain curve.
-fn near_gauge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
-    let Some(shared) = Design::new(scene, base).shared else { return Vec::new() };
+fn near_gauge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
+    let Some(shared) = Design::new(setup, base).shared else { return Vec::new() };
     let ([x1, x2], peak) = (shared.gauge, shared.theory.peak().0);
     let places = [
         0.5 * x1,
@@ -104,14 +104,14 @@ fn scaled(t: Tuple, k: f64) -> Tuple {
 }
 
 /// Taps just before and just after the drive at which |T| = μP in the sticking contact; none where it never is.
-fn sliding_edge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
-    let Contact::Coulomb(mu) = scene.model.contact else { return Vec::new() };
+fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
+    let Contact::Coulomb(mu) = setup.model.contact else { return Vec::new() };
     let mut found = Vec::new();
     for (d, a) in [(4.0, 33.0), (10.0, 20.0)] {
         let tap = Tuple { d, a, ..base };
-        let full = if scene.drive == Drive::Displacement { a * 30f64.to_radians() } else { 30.0 };
+        let full = if setup.drive == Drive::Displacement { a * 30f64.to_radians() } else { 30.0 };
         let reserve = |drive: f64| {
-            let at = stuck(scene, Tuple { drive, ..tap }).ok()?;
+            let at = stuck(setup, Tuple { drive, ..tap }).ok()?;
             Some(at.tangential_force.abs() - mu * at.normal_force)
         };
         let steps: Vec<f64> = (0..7).map(|k| full * 0.5f64.powi(6 - k)).collect();
@@ -134,28 +134,28 @@ fn sliding_edge(scene: &Scene, base: Tuple) -> Vec<Tuple> {
 }
 
 /// The tap with a sticking contact, by the reference.
-fn stuck(scene: &Scene, tuple: Tuple) -> Result<RodTap, RodError> {
-    let shared = Design::new(scene, tuple).shared.ok_or(RodError::NotConverged)?;
-    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..scene.model.clone() };
+fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
+    let shared = Design::new(setup, tuple).shared.ok_or(RodError::NotConverged)?;
+    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..setup.model.clone() };
     let problem = RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,
-        side: scene.gauge.side,
+        side: setup.gauge.side,
         distance: tuple.a,
-        hub: scene.hub,
-        drive: scene.drive,
-        amount: amount(scene.drive, tuple.drive),
+        hub: setup.hub,
+        drive: setup.drive,
+        amount: amount(setup.drive, tuple.drive),
         model: &model,
     };
     problem.solve()
 }
 
-/// About `samples` random taps of the space of `scene`, in its order, none twice; all of them where there are no more.
+/// About `samples` random taps of `space`, in its order, none twice; all of them where there are no more.
 ///
 /// # Errors
 /// A tuple file that cannot be read again.
-pub fn of_space(scene: &Scene, samples: u32, seed: u64) -> Result<Vec<Tuple>, Error> {
-    let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match &scene.space {
+pub fn of_space(space: &Space, samples: u32, seed: u64) -> Result<Vec<Tuple>, Error> {
+    let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
             (layout.len(), Box::new(move |i| layout.tuple(i)))

@@ -61,7 +61,7 @@ fn agrees_with_another_code(place: Place) {
     for kind in Kind::ALL {
         let known = hooke(kind);
         let tuples: Vec<Tuple> = known.iter().map(|k| k.tuple).collect();
-        let solved = evaluate(&kind.scene(), place.open(&kind.scene()), &tuples);
+        let solved = evaluate(&kind.setup(), place.open(&kind.setup()), &tuples);
         let mut census = [Census::default(), Census::default(), Census::default()];
         for (Known { line, strain, force, arc, .. }, (found, _)) in known.iter().zip(&solved) {
             assert!(found.status.counts(), "{kind:?} line {line}: {}", found.status);
@@ -87,7 +87,7 @@ struct Sample {
 static SAMPLES: LazyLock<[Sample; 3]> = LazyLock::new(|| {
     Kind::ALL.map(|kind| {
         let tuples = random(kind, RANDOM);
-        let answers = evaluate(&kind.scene(), REFERENCE.open(&kind.scene()), &tuples);
+        let answers = evaluate(&kind.setup(), REFERENCE.open(&kind.setup()), &tuples);
         Sample { kind, tuples, answers }
     })
 });
@@ -96,7 +96,7 @@ static SAMPLES: LazyLock<[Sample; 3]> = LazyLock::new(|| {
 fn agrees_with_the_reference(place: Place) {
     let mut faults = Vec::new();
     for Sample { kind, tuples, answers } in &*SAMPLES {
-        let solved = evaluate(&kind.scene(), place.open(&kind.scene()), tuples);
+        let solved = evaluate(&kind.setup(), place.open(&kind.setup()), tuples);
         let mut census = [Census::default(), Census::default(), Census::default()];
         let (mut unsolved, mut beyond) = (0, 0);
         for (i, ((found, _), (expected, least))) in solved.iter().zip(answers).enumerate() {

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 use vibrissa::error::InputError;
-use vibrissa::scene::{Material, Scene};
+use vibrissa::scene::{Material, Spec};
 use vibrissa::spec;
 
 /// A rubber in tension, measured with some scatter; C10 near 0.5 MPa.
@@ -29,22 +29,22 @@ fn folder(curve: &[u8], spec: &str) -> tempfile::TempDir {
     folder
 }
 
-fn read(curve: &[u8]) -> Result<Scene, InputError> {
+fn read(curve: &[u8]) -> Result<Spec, InputError> {
     spec::read(&folder(curve, SPEC).path().join("spec.toml"))
 }
 
 #[test]
 fn a_curve_becomes_a_yeoh_law() {
-    let scene = read(RUBBER.as_bytes()).unwrap();
-    let fit = scene.material_fit.unwrap();
-    assert_eq!(scene.model.material, Material::Yeoh(fit.coefficients));
+    let spec = read(RUBBER.as_bytes()).unwrap();
+    let fit = spec.material_fit.unwrap();
+    assert_eq!(spec.study.setup.model.material, Material::Yeoh(fit.coefficients));
     // Least squares by numpy.
     for (found, c) in fit.coefficients.into_iter().zip([0.50303049, -0.02479072, 0.01273667]) {
         assert!((found - c).abs() < 1e-7, "{found} for {c}");
     }
     assert_eq!((fit.points, fit.range), (7, [0.0, 1.0]));
     assert!((fit.rms - 0.016242426495647715 * (6.0f64 / 7.0).sqrt()).abs() < 1e-12);
-    assert!(fit.file.ends_with("rubber.csv") && scene.warnings.is_empty());
+    assert!(fit.file.ends_with("rubber.csv") && spec.warnings.is_empty());
     assert!(fit.covers(1.0) && !fit.covers(1.1));
 
     let plain = SPEC.replace("curve = \"rubber.csv\"", "hooke = 3.2");
@@ -53,16 +53,16 @@ fn a_curve_becomes_a_yeoh_law() {
 
 #[test]
 fn any_order_extra_columns_and_compression() {
-    let scene = read(
+    let spec = read(
         b"\xef\xbb\xbfstress_MPa,note,strain,t_s\r\n0.3,\"a,\nb\",0.1,1\r\n1.95,,1.0,2\r\n0.85,,0.4,3\r\n\
           -1.4,,-0.3,4\r\n0.85,again,0.4,5\r\n1.5,,0.8,x\r\n-0.34,,-0.1,\r\n",
     )
     .unwrap();
-    let fit = scene.material_fit.unwrap();
+    let fit = spec.material_fit.unwrap();
     assert_eq!((fit.points, fit.range), (6, [-0.3, 1.0]));
     assert!(fit.covers(0.3) && !fit.covers(0.31));
-    assert_eq!(scene.warnings.len(), 1);
-    assert!(scene.warnings[0].ends_with("rubber.csv: ignored columns note, t_s"), "{:?}", scene.warnings);
+    assert_eq!(spec.warnings.len(), 1);
+    assert!(spec.warnings[0].ends_with("rubber.csv: ignored columns note, t_s"), "{:?}", spec.warnings);
 }
 
 #[test]
@@ -126,8 +126,8 @@ fn coefficients(fit: &Value) -> Vec<f64> {
 #[test]
 fn the_fit_is_reported() {
     let folder = folder(RUBBER.as_bytes(), SPEC);
-    let scene = spec::read(&folder.path().join("spec.toml")).unwrap();
-    let known = scene.material_fit.unwrap().coefficients;
+    let spec = spec::read(&folder.path().join("spec.toml")).unwrap();
+    let known = spec.material_fit.unwrap().coefficients;
 
     let plan = sweep(folder.path(), &["--plan"]);
     let text = String::from_utf8(plan.stdout).unwrap();

@@ -16,10 +16,10 @@ fn agrees(place: Place) {
     for kind in Kind::ALL {
         for (name, rows) in known(kind) {
             let (model, side) = configuration(&name);
-            let mut scene = kind.scene();
-            (scene.model, scene.gauge.side) = (model, side);
+            let mut setup = kind.setup();
+            (setup.model, setup.gauge.side) = (model, side);
             let tuples: Vec<Tuple> = rows.iter().map(|case| case.tuple).collect();
-            let solved = evaluate(&scene, place.open(&scene), &tuples);
+            let solved = evaluate(&setup, place.open(&setup), &tuples);
             let sweeps = solved.iter().map(|(o, _)| f64::from(o.sweeps)).sum::<f64>() / rows.len() as f64;
             let worst = rows
                 .iter()

@@ -6,24 +6,24 @@ use assert_cmd::Command;
 use serde_json::Value;
 use vibrissa::backend::Choice;
 use vibrissa::explain::{Change, Effect, Explanation, explain};
-use vibrissa::scene::{BackendChoice, Contact, Geometry, Material, Precision, RunOptions, Scene};
+use vibrissa::scene::{BackendChoice, Contact, Geometry, Material, Precision, RunOptions, Study};
 use vibrissa::spec;
 
-fn scene(a: &str, theta: &str) -> Scene {
+fn study(a: &str, theta: &str) -> Study {
     let text = format!(
         "[whisker]\nD = 10\nd = [4, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}\n"
     );
-    spec::parse("t.toml", &text, Path::new("")).expect("valid spec")
+    spec::parse("t.toml", &text, Path::new("")).expect("valid spec").study
 }
 
-fn explained(scene: &Scene, tolerances: &[f64]) -> Explanation {
+fn explained(study: &Study, tolerances: &[f64]) -> Explanation {
     let options = RunOptions {
         backend: Some(BackendChoice::Cpu),
         precision: Some(Precision::F64),
         ..RunOptions::default()
     };
     let choice = Choice::new(&options).expect("the CPU is there");
-    explain(scene, &choice, tolerances).expect("it runs")
+    explain(study, &choice, tolerances).expect("it runs")
 }
 
 fn change(found: &Explanation, effect: Effect) -> Change {
@@ -33,7 +33,7 @@ fn change(found: &Explanation, effect: Effect) -> Change {
 
 #[test]
 fn known_effects_have_their_size() {
-    let found = explained(&scene("[21, 48]", "0.5"), &[]);
+    let found = explained(&study("[21, 48]", "0.5"), &[]);
     assert_eq!((found.taps, found.total), (4, 4));
     // Linear theory: f_T/f − 1 = −S/(a² + S), S = 3 D² (7 + 6ν)/48 = 62.5 mm² at D = 10 and ν = 0.5.
     let shear = change(&found, Effect::Shear);
@@ -54,12 +54,12 @@ fn known_effects_have_their_size() {
 
 #[test]
 fn an_effect_that_is_on_is_switched_off_and_judged() {
-    let mut scene = scene("[21, 48]", "[0.5, 10]");
-    scene.model.shear = true;
-    scene.model.extension = true;
-    scene.model.surface = true;
-    scene.model.material = Material::NeoHookean(3.2);
-    let found = explained(&scene, &[1e-9, 1e-3, 0.9]);
+    let mut study = study("[21, 48]", "[0.5, 10]");
+    study.setup.model.shear = true;
+    study.setup.model.extension = true;
+    study.setup.model.surface = true;
+    study.setup.model.material = Material::NeoHookean(3.2);
+    let found = explained(&study, &[1e-9, 1e-3, 0.9]);
     let shear = change(&found, Effect::Shear);
     assert!(shear.largest > 12.0, "leaving it off adds strain: {shear:?}");
     assert!(change(&found, Effect::Side).largest.abs() > 0.5, "the sides of a soft whisker differ");
@@ -74,9 +74,9 @@ fn an_effect_that_is_on_is_switched_off_and_judged() {
 
 #[test]
 fn switches_keep_to_the_rules_of_the_model() {
-    let mut s = scene("30", "2");
-    s.model.extension = true;
-    s.model.contact = Contact::Coulomb(0.3);
+    let mut s = study("30", "2");
+    s.setup.model.extension = true;
+    s.setup.model.contact = Contact::Coulomb(0.3);
     let found = explained(&s, &[]);
     let pair = |found: &Explanation, effect: Effect| {
         found.effects.iter().find(|e| e.switch.effect == effect).expect("told").switch.clone()
@@ -86,8 +86,8 @@ fn switches_keep_to_the_rules_of_the_model() {
     assert_eq!(pair(&found, Effect::Coulomb).instead, "frictionless");
     assert_eq!(pair(&found, Effect::Stick).instead, "stick");
 
-    let mut s = scene("30", "2");
-    s.model.geometry = Geometry::Linear;
+    let mut s = study("30", "2");
+    s.setup.model.geometry = Geometry::Linear;
     let found = explained(&s, &[]);
     let friction = pair(&found, Effect::Coulomb);
     let both = friction.pair.expect("compared").both;

@@ -94,13 +94,13 @@ impl Watch for Interrupt<'_> {
 fn a_stopped_search_tells_its_best_and_resumes_exactly() {
     let whole = search(SPEC, CPU);
     let out = tempfile::tempdir().unwrap();
-    let (scene, wanted) = parse(SPEC);
+    let (spec, wanted) = parse(SPEC);
     for after in [1000, 3000] {
         let stop = AtomicBool::new(false);
         let target = Target { out: out.path(), force: false, resume: after > 1000, stop: &stop };
         let choice = CPU.choice();
         let part = optimise::run(
-            &scene,
+            &spec,
             &wanted,
             (&choice, &RunOptions::default()),
             &target,

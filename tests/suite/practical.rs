@@ -6,17 +6,18 @@ use vibrissa::backend::Choice;
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Outcome, Task};
 use vibrissa::plan::Layout;
-use vibrissa::scene::{BackendChoice, RunOptions, Scene, Space};
+use vibrissa::scene::{BackendChoice, RunOptions, Space, Study};
 use vibrissa::spec;
 
-/// All taps of `scene` on a backend.
-fn taps(scene: &Scene, backend: BackendChoice) -> Vec<Outcome> {
+/// All taps of `study` on a backend.
+fn taps(study: &Study, backend: BackendChoice) -> Vec<Outcome> {
     let options = RunOptions { backend: Some(backend), ..RunOptions::default() };
     let choice = Choice::new(&options).unwrap();
-    let mut evaluator = Evaluator::new(scene, choice.open(&scene.model).unwrap());
-    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+    let mut evaluator = Evaluator::new(&study.setup, choice.open(&study.setup.model).unwrap());
+    let Space::Grid(factors) = &study.space else { panic!("a grid was expected") };
     let layout = Layout::new(factors);
-    let designs: Vec<Design> = (0..layout.n_designs).map(|k| Design::new(scene, layout.design(k))).collect();
+    let designs: Vec<Design> =
+        (0..layout.n_designs).map(|k| Design::new(&study.setup, layout.design(k))).collect();
     let tasks: Vec<Task> = (0..layout.len())
         .map(|t| {
             let (k, tap) = (t / layout.block(), t % layout.block());
@@ -31,11 +32,11 @@ fn taps(scene: &Scene, backend: BackendChoice) -> Vec<Outcome> {
 #[test]
 fn backends_agree_on_the_practical_whiskers() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/practical.toml");
-    let scene = spec::read(&path).unwrap();
-    let reference = taps(&scene, BackendChoice::Reference);
+    let study = spec::read(&path).unwrap().study;
+    let reference = taps(&study, BackendChoice::Reference);
     assert_eq!(reference.len(), 330);
     for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
-        for (fast, exact) in taps(&scene, backend).iter().zip(&reference) {
+        for (fast, exact) in taps(&study, backend).iter().zip(&reference) {
             assert_eq!(fast.status, exact.status, "{backend:?}");
             assert!(exact.status.counts(), "{exact:?}");
             let k = |tap: &Outcome| (tap.strain_linear / tap.strain).abs();

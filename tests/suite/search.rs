@@ -3,7 +3,7 @@
 //! `cargo test --release --test search -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
 //! seeds, fronts against 10⁶ designs, and what one batch costs against one design at a time.
 
-use crate::common::searching::{brute, dense, parse, search, spread};
+use crate::common::searching::{brute, dense, layout, parse, search, spread};
 use crate::common::sweeping::{CPU, GPU, Place};
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::Goal;
@@ -138,10 +138,11 @@ fn no_point_of_a_front_loses_to_a_million_designs() {
 #[ignore = "a measurement"]
 fn one_batch_against_one_design_at_a_time() {
     for (name, _, text) in problems() {
-        let (scene, wanted) = parse(&text);
-        let points = spread(&Variables::new(&scene, &wanted), 0..4096);
+        let (spec, wanted) = parse(&text);
+        let points = spread(&Variables::new(&layout(&spec), &wanted), 0..4096);
         for place in [GPU, CPU] {
-            let mut scorer = Scorer::new(&scene, &wanted, place.open(&scene));
+            let mut scorer =
+                Scorer::new(&spec.study.setup, &layout(&spec), &wanted, place.open(&spec.study.setup));
             let mut seconds = |size: usize, all: usize| {
                 scorer.scores(&points[..size]).unwrap();
                 let begun = std::time::Instant::now();

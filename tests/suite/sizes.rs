@@ -196,11 +196,11 @@ fn a_design_too_large_to_keep() {
 /// More taps than one dispatch takes, at a length off every boundary.
 #[test]
 fn several_dispatches_are_their_parts() {
-    let scene = Kind::Tap.scene();
+    let setup = Kind::Tap.setup();
     let some = random(Kind::Tap, 997);
     let many: Vec<Tuple> = some.iter().copied().cycle().take((1 << 18) + 77).collect();
     let (alone, together) =
-        (evaluate(&scene, GPU.open(&scene), &some), evaluate(&scene, GPU.open(&scene), &many));
+        (evaluate(&setup, GPU.open(&setup), &some), evaluate(&setup, GPU.open(&setup), &many));
     for (i, (found, _)) in together.iter().enumerate() {
         let (wanted, _) = &alone[i % some.len()];
         let bits = |o: &vibrissa::evaluate::Outcome| {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use vibrissa::error::InputError;
-use vibrissa::scene::{Contact, Drive, Geometry, Material, Scene};
+use vibrissa::scene::{Contact, Drive, Geometry, Material, Spec};
 use vibrissa::spec;
 
 /// A complete spec; the numbers of its lines are those used below.
@@ -24,7 +24,7 @@ theta = { from = 2, to = 4, steps = 3 }
 [run]
 "#;
 
-fn parse(text: &str) -> Result<Scene, InputError> {
+fn parse(text: &str) -> Result<Spec, InputError> {
     spec::parse("whisker.toml", text, Path::new("."))
 }
 
@@ -199,8 +199,8 @@ fn drives() {
     refused(&with("[tap]", "[tap]\ndrive = \"force\""), 10, "tap.drive", "\"angle\", \"displacement\"");
     let moved = |delta: &str| with("theta = {", &format!("drive = \"displacement\"\ndelta = {delta} # {{"));
     refused(&moved("0"), 12, "tap.delta", "> 0 mm");
-    let scene = parse(&moved("120")).unwrap();
-    assert_eq!(scene.drive, Drive::Displacement);
+    let spec = parse(&moved("120")).unwrap();
+    assert_eq!(spec.study.setup.drive, Drive::Displacement);
 }
 
 #[test]
@@ -237,13 +237,18 @@ fn models() {
     refused(&linear("contact = \"stick\""), 14, "model.contact", "takes only");
     refused(&linear("material = { neo-hookean = 3.2 }"), 14, "model.material", "takes only");
 
-    let scene = parse(&linear("shear = true\nnu = 0\nextension = false\npole_radius = 0")).unwrap();
-    assert!(scene.model.geometry == Geometry::Linear && scene.model.shear && scene.model.nu == 0.0);
+    let spec = parse(&linear("shear = true\nnu = 0\nextension = false\npole_radius = 0")).unwrap();
+    assert!(
+        spec.study.setup.model.geometry == Geometry::Linear
+            && spec.study.setup.model.shear
+            && spec.study.setup.model.nu == 0.0
+    );
 }
 
 #[test]
 fn every_effect_of_the_exact_rod() {
-    let model = |keys: &str| parse(&with("[model]", &format!("[model]\n{keys}"))).expect(keys).model;
+    let model =
+        |keys: &str| parse(&with("[model]", &format!("[model]\n{keys}"))).expect(keys).study.setup.model;
     assert!(model("shear = true").shear);
     assert!(model("extension = true").extension);
     assert!(model("surface = true").surface);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use vibrissa::error::InputError;
-use vibrissa::scene::{Axis, Column, Contact, Drive, Material, Scene, Side, Space, Tuple};
+use vibrissa::scene::{Axis, Column, Contact, Drive, Material, Side, Space, Spec, Tuple};
 use vibrissa::spec;
 
 /// A complete spec.
@@ -25,7 +25,7 @@ theta = { from = 2, to = 4, steps = 3 }
 [run]
 "#;
 
-fn parse(text: &str) -> Result<Scene, InputError> {
+fn parse(text: &str) -> Result<Spec, InputError> {
     spec::parse("whisker.toml", text, Path::new("."))
 }
 
@@ -36,8 +36,8 @@ fn with(line: &str, new: &str) -> String {
 }
 
 /// All tuples of a small grid whose factors are all single axes.
-fn tuples(scene: &Scene) -> Vec<[f64; 7]> {
-    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+fn tuples(spec: &Spec) -> Vec<[f64; 7]> {
+    let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
     let mut all = vec![Vec::new()];
     for factor in factors {
         assert_eq!(factor.axes.len(), 1);
@@ -51,7 +51,7 @@ fn tuples(scene: &Scene) -> Vec<[f64; 7]> {
 
 #[test]
 fn a_grid_in_row_order() {
-    let scene = parse(GOOD).unwrap();
+    let spec = parse(GOOD).unwrap();
     let whisker = [10.0, 4.0, 96.0, 6.0, 2.0];
     let expected: Vec<[f64; 7]> = [30.0, 50.0, 70.0]
         .iter()
@@ -59,14 +59,17 @@ fn a_grid_in_row_order() {
             [2.0, 3.0, 4.0].map(|theta| [whisker.as_slice(), &[a, theta]].concat().try_into().unwrap())
         })
         .collect();
-    assert_eq!(tuples(&scene), expected);
-    assert_eq!(scene.name, "whisker");
+    assert_eq!(tuples(&spec), expected);
+    assert_eq!(spec.name, "whisker");
     assert_eq!(
-        (scene.drive, scene.gauge.side, scene.gauge.noise_strain),
+        (spec.study.setup.drive, spec.study.setup.gauge.side, spec.study.setup.gauge.noise_strain),
         (Drive::Angle, Side::Contact, None)
     );
-    assert_eq!((scene.model.contact, scene.model.material), (Contact::Frictionless, Material::Hooke(3.2)));
-    assert!(scene.warnings.is_empty() && scene.output.tuples.is_none());
+    assert_eq!(
+        (spec.study.setup.model.contact, spec.study.setup.model.material),
+        (Contact::Frictionless, Material::Hooke(3.2))
+    );
+    assert!(spec.warnings.is_empty() && spec.study.output.tuples.is_none());
 }
 
 #[test]
@@ -75,8 +78,8 @@ fn sampled_axes_are_one_factor() {
     let text = with("d = 4", &format!("d = {}", axis(2.0, 4.0)))
         .replace("x_ss = 6.0", &format!("x_ss = {}", axis(3.0, 15.0)))
         .replace("theta = {", &format!("theta = {} # {{", axis(0.5, 10.0)));
-    let scene = parse(&text).unwrap();
-    let Space::Grid(factors) = &scene.space else { panic!("a grid was expected") };
+    let spec = parse(&text).unwrap();
+    let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
     assert_eq!(factors.iter().map(|f| f.len).collect::<Vec<_>>(), [1, 1000, 1, 1, 3]);
     let zip = &factors[1].axes;
     assert_eq!(
@@ -92,14 +95,14 @@ fn sampled_axes_are_one_factor() {
         .collect();
     assert_eq!(dimensions, [0, 1, 2]);
     let sampler = ("whisker.d.sampler".to_owned(), "\"sobol\"".to_owned(), false);
-    assert!(scene.in_force.contains(&sampler));
+    assert!(spec.in_force.contains(&sampler));
 }
 
 #[test]
 fn values_in_force() {
-    let scene = parse(&with("[run]", "[run]\nout = \"there\"")).unwrap();
+    let spec = parse(&with("[run]", "[run]\nout = \"there\"")).unwrap();
     let value = |key: &str| {
-        scene.in_force.iter().find(|(k, ..)| k == key).map(|(_, v, written)| (v.as_str(), *written))
+        spec.in_force.iter().find(|(k, ..)| k == key).map(|(_, v, written)| (v.as_str(), *written))
     };
     assert_eq!(value("whisker.D"), Some(("10.0", true)));
     assert_eq!(value("whisker.hub"), Some(("0.0", false)));
@@ -108,7 +111,7 @@ fn values_in_force() {
     assert_eq!(value("model.material"), Some(("{ hooke = 3.2 }", false)));
     assert_eq!(value("run.out"), Some(("\"there\"", true)));
     assert_eq!(value("estimate.K"), None);
-    assert_eq!(scene.in_force[0], ("format".to_owned(), "1".to_owned(), true));
+    assert_eq!(spec.in_force[0], ("format".to_owned(), "1".to_owned(), true));
 }
 
 #[test]
@@ -120,7 +123,7 @@ fn other_ways_to_write_it() {
 }
 
 /// A folder with a tuple file, and a spec that names it.
-fn listed(rows: &[u8]) -> Result<Scene, InputError> {
+fn listed(rows: &[u8]) -> Result<Spec, InputError> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("taps.csv"), rows).unwrap();
     let path = folder.path().join("listed.toml");
@@ -136,19 +139,19 @@ fn tuple_files() {
     let rows = format!(
         "\u{feff}# taps\r\n{HEADER}\r\n\r\n 10 ,4,96,6,2,30,2.5\r\n# more\r\n10,4,9.6e1,6,2,300,2.5\r\n"
     );
-    let scene = listed(rows.as_bytes()).unwrap();
-    assert_eq!(scene.space, Space::List(vec![first, Tuple { a: 300.0, ..first }]));
-    assert!(scene.warnings.is_empty());
+    let spec = listed(rows.as_bytes()).unwrap();
+    assert_eq!(spec.study.space, Space::List(vec![first, Tuple { a: 300.0, ..first }]));
+    assert!(spec.warnings.is_empty());
 
-    let scene = listed(
+    let spec = listed(
         b"theta_deg,note,a_mm,l_mm,x_ss_mm,L_a_mm,d_mm,D_mm,who\n\
           2.5,\"one,\ntwo\",30,2,6,96,4,10,me\n",
     )
     .unwrap();
-    assert_eq!(scene.space, Space::List(vec![first]));
-    assert_eq!(scene.warnings.len(), 1);
-    assert!(scene.warnings[0].ends_with("ignored columns note, who"));
-    assert_eq!(listed(HEADER.as_bytes()).unwrap().space, Space::List(vec![]));
+    assert_eq!(spec.study.space, Space::List(vec![first]));
+    assert_eq!(spec.warnings.len(), 1);
+    assert!(spec.warnings[0].ends_with("ignored columns note, who"));
+    assert_eq!(listed(HEADER.as_bytes()).unwrap().study.space, Space::List(vec![]));
 }
 
 #[test]
@@ -201,7 +204,7 @@ fn spec_files() {
     let error = spec::read(&path).unwrap_err();
     assert!(error.message.contains("UTF-8") && error.line == Some(2));
     fs::write(&path, with("[run]", "[run]\nout = \"results/one\"")).unwrap();
-    let scene = spec::read(&path).unwrap();
-    assert_eq!(scene.name, "my.whisker");
-    assert_eq!(scene.run.out, Some(folder.path().join("results/one")));
+    let spec = spec::read(&path).unwrap();
+    assert_eq!(spec.name, "my.whisker");
+    assert_eq!(spec.run.out, Some(folder.path().join("results/one")));
 }

@@ -5,7 +5,7 @@ use crate::physics::{
     linear::{StrainCurve, shear_length2},
     taper::Taper,
 };
-use crate::scene::{Drive, Geometry, Scene, Theory, Tuple};
+use crate::scene::{Drive, Geometry, Setup, Theory, Tuple};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -35,19 +35,19 @@ pub struct Shared {
 }
 
 impl Design {
-    /// The design of `tuple` in `scene`.
-    pub fn new(scene: &Scene, tuple: Tuple) -> Self {
+    /// The design of `tuple` in `setup`.
+    pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
         let positive = [D, d, L_a, l].iter().all(|x| x.is_finite() && *x > 0.0);
         let valid = positive && x_ss >= 0.0 && x_ss + l <= L_a * (1.0 + ROUNDING);
         let shared = valid.then(|| {
             let taper = Taper::new(D, d, L_a);
             let gauge = taper.gauge(x_ss, l);
-            let curve = |shear| StrainCurve::new(taper, gauge, scene.hub, scene.drive, shear);
-            let shear = shear_length2(&taper, scene.model.nu);
-            let with_shear = scene.model.geometry == Geometry::Linear && scene.model.shear;
+            let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
+            let shear = shear_length2(&taper, setup.model.nu);
+            let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
             let model = curve(if with_shear { shear } else { 0.0 });
-            let theory = curve(if scene.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
+            let theory = curve(if setup.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
             Shared { taper, gauge, model, peak: Inverse::new(model).peak().1, theory: Inverse::new(theory) }
         });
         Self { tuple, shared }

@@ -1,7 +1,7 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
 
 use crate::design::Shared;
-use crate::scene::{Convention, Scene};
+use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
 /// Relative widening of the range of interest, in which a second root makes an estimate ambiguous.
@@ -32,18 +32,18 @@ pub struct Estimator<'a> {
 
 impl<'a> Estimator<'a> {
     /// `reach`: smallest and largest distance asked of this design, mm.
-    pub fn new(scene: &Scene, shared: &'a Shared, reach: [f64; 2]) -> Self {
-        let [lo, hi] = scene.estimate.range.unwrap_or(reach);
-        let k_unit = match scene.estimate.convention {
+    pub fn new(setup: &Setup, shared: &'a Shared, reach: [f64; 2]) -> Self {
+        let [lo, hi] = setup.estimate.range.unwrap_or(reach);
+        let k_unit = match setup.estimate.convention {
             Convention::Mean => 1.0,
             Convention::Elongation => shared.gauge[1] - shared.gauge[0],
         };
         Self {
             shared,
-            noise: scene.gauge.noise_strain.unwrap_or(0.0),
+            noise: setup.gauge.noise_strain.unwrap_or(0.0),
             range: [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)],
             k_unit,
-            fixed: scene.estimate.k.map(|k| k / k_unit),
+            fixed: setup.estimate.k.map(|k| k / k_unit),
         }
     }
 

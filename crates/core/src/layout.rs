@@ -159,7 +159,8 @@ mod tests {
 
     #[test]
     fn a_drive_sampled_with_a_design_belongs_to_it() {
-        let zipped = vec![(Column::BaseDiameter, sampled(8.0, 12.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
+        let zipped =
+            vec![(Column::BaseDiameter, sampled(8.0, 12.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
         let l = Layout::new(&[
             Factor { axes: zipped, len: 5 },
             alone(Column::TipDiameter, &[2.0, 4.0]),

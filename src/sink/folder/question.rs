@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::disk::hash_all;
-use crate::scene::{Scene, Space};
+use crate::scene::{Space, Spec};
 use crate::sink::run_json;
 
 /// Options that change nothing in a result.
@@ -37,12 +37,12 @@ impl Question {
     }
 
     /// A command on a spec.
-    pub fn of_scene(command: &'static str, scene: &Scene, asked: Value) -> Self {
+    pub fn of_scene(command: &'static str, spec: &Spec, asked: Value) -> Self {
         let mut asked = match asked {
             Value::Object(asked) => asked,
             _ => Map::new(),
         };
-        let digest = match &scene.space {
+        let digest = match &spec.study.space {
             Space::List(tuples) => {
                 let bytes: Vec<u8> =
                     tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
@@ -54,13 +54,13 @@ impl Question {
         if let Some(digest) = digest {
             asked.insert("tuples".into(), digest.into());
         }
-        if let Some(fit) = &scene.material_fit {
+        if let Some(fit) = &spec.material_fit {
             asked.insert("curve".into(), format!("{:?}", fit.coefficients).into());
         }
         Self {
-            in_force: run_json::in_force(scene),
-            inputs: scene.inputs.clone(),
-            ..Self::new(command, &scene.name, Value::Object(asked))
+            in_force: run_json::in_force(spec),
+            inputs: spec.inputs.clone(),
+            ..Self::new(command, &spec.name, Value::Object(asked))
         }
     }
 

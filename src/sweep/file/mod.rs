@@ -11,7 +11,7 @@ use super::{KEEP, Run};
 use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimator;
-use crate::scene::Scene;
+use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::table::Table;
 use read::{Reader, failed, last_run, longest, order, solve};
@@ -20,12 +20,12 @@ use write::{write_distances, write_tuples};
 
 /// Evaluates the rows of `file` and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
-    let (scene, groups) = (run.scene, file.groups());
+    let (study, groups) = (run.study, file.groups());
     let distances = run.writers.wants(Table::Distances);
-    let order = order(groups, scene.output.top.is_some());
-    let once = order.is_none() && scene.output.top.is_none() && longest(&groups.drives) <= KEEP;
+    let order = order(groups, study.output.top.is_some());
+    let once = order.is_none() && study.output.top.is_none() && longest(&groups.drives) <= KEEP;
     let rows = if distances { file.len() } else { 0 };
-    let mut all = Reduced::new(rows, if once { 0 } else { groups.counts[1] as usize }, scene.output.top);
+    let mut all = Reduced::new(rows, if once { 0 } else { groups.counts[1] as usize }, study.output.top);
     let (mut batch, mut designs) = (Vec::new(), Vec::new());
     let mut reader = Reader::new(file, order.as_deref())?;
     loop {
@@ -58,6 +58,6 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
 }
 
 /// The estimator of design `number`.
-fn estimator<'a>(scene: &Scene, groups: &Groups, design: &'a Design, number: u32) -> Option<Estimator<'a>> {
-    design.shared.as_ref().map(|s| Estimator::new(scene, s, groups.reach[number as usize]))
+fn estimator<'a>(setup: &Setup, groups: &Groups, design: &'a Design, number: u32) -> Option<Estimator<'a>> {
+    design.shared.as_ref().map(|s| Estimator::new(setup, s, groups.reach[number as usize]))
 }

@@ -96,7 +96,7 @@ pub(super) fn solve(
     designs: &mut Vec<Design>,
     batch: &mut Vec<Tap>,
 ) -> Result<bool, Error> {
-    let (scene, known) = (run.scene, designs.len());
+    let (study, known) = (run.study, designs.len());
     let mut last = batch.last().map(|tap| groups.designs[tap.row as usize]);
     let mut tuples: Vec<Tuple> = Vec::new();
     let mut rows = Vec::with_capacity(CHUNK as usize);
@@ -108,7 +108,7 @@ pub(super) fn solve(
         }
         rows.push((row, Task { design: (known + tuples.len() - 1) as u32, a: tuple.a, drive: tuple.drive }));
     }
-    designs.par_extend(tuples.into_par_iter().map(|t| Design::new(scene, t)));
+    designs.par_extend(tuples.into_par_iter().map(|t| Design::new(&study.setup, t)));
     let tasks: Vec<Task> = rows.iter().map(|(_, task)| *task).collect();
     let outcomes = run.evaluate(designs, &tasks)?;
     let tap = |((row, t), outcome): ((u32, Task), Outcome)| Tap {

@@ -10,7 +10,7 @@ use super::{estimator, failed};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
-use crate::scene::{Per, Scene};
+use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
     csv::Text,
@@ -91,14 +91,14 @@ impl Reduced {
         batch: &[Tap],
         tuples: bool,
     ) -> Result<(), Error> {
-        let scene = run.scene;
+        let study = run.study;
         let runs: Vec<&[Tap]> =
             batch.chunk_by(|p, q| groups.drives[p.row as usize] == groups.drives[q.row as usize]).collect();
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let part = |runs: &[&[Tap]]| -> csv::Result<Part> {
             let mut part = Part::default();
-            runs.iter().try_for_each(|taps| part.take(scene, groups, designs, taps, (tuples, !ranked)))?;
+            runs.iter().try_for_each(|taps| part.take(study, groups, designs, taps, (tuples, !ranked)))?;
             Ok(part)
         };
         let parts: Vec<Part> = runs.par_chunks(GRAIN).map(part).collect::<Result<_, _>>().map_err(failed)?;
@@ -111,7 +111,7 @@ impl Reduced {
             for (number, k) in part.k {
                 self.k.get_mut(number as usize).into_iter().for_each(|place| *place = k);
             }
-            part.complete.into_iter().for_each(|(design, row)| self.offer(scene.output.per, design, row));
+            part.complete.into_iter().for_each(|(design, row)| self.offer(study.output.per, design, row));
         }
         Ok(())
     }
@@ -159,7 +159,7 @@ impl Part {
     /// The designs row of `taps`, all of its taps; whether to write the taps, and the row.
     pub(super) fn take(
         &mut self,
-        scene: &Scene,
+        study: &Study,
         groups: &Groups,
         designs: &[Design],
         taps: &[Tap],
@@ -167,14 +167,15 @@ impl Part {
     ) -> csv::Result<()> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
-        let estimator = estimator(scene, groups, design, number);
-        let elongation = table::elongation(scene, estimator.as_ref());
+        let estimator = estimator(&study.setup, groups, design, number);
+        let elongation = table::elongation(&study.setup, estimator.as_ref());
         let mut tally = Tally::new(1, 1);
         taps.iter().for_each(|tap| tally.count(0, 0, &tap.outcome));
         tally.calibrate(estimator.as_ref());
         let mut fields = Vec::new();
         for Tap { row, a, drive, outcome, .. } in taps {
-            let estimated = tally.estimate((0, 0), (*a, scene.drive, *drive), outcome, estimator.as_ref());
+            let estimated =
+                tally.estimate((0, 0), (*a, study.setup.drive, *drive), outcome, estimator.as_ref());
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
             self.left.push((*row, outcome.deviation, outcome.status | estimated.status));
@@ -190,7 +191,7 @@ impl Part {
             self.rows += 1;
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
-        let rank = table::rank(&row, scene.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        let rank = table::rank(&row, study.output.by, unit).filter(|_| row.deviation.n == row.asked);
         self.complete.extend(rank.map(|rank| {
             let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
             (number, Kept { rank, index, design, drive, row, unit })

@@ -23,7 +23,7 @@ pub(super) fn write_tuples(
     k: &[f64],
     kept: Option<&[Kept]>,
 ) -> Result<(), Error> {
-    let (scene, groups) = (run.scene, file.groups());
+    let (study, groups) = (run.study, file.groups());
     let chosen = kept.map(|rows| marked(rows, &groups.drives, groups.counts[1]));
     let wanted = |row: usize| chosen.as_ref().is_none_or(|c| c[groups.drives[row] as usize]);
     let order: Option<Vec<u32>> =
@@ -38,12 +38,12 @@ pub(super) fn write_tuples(
             let (mut text, mut fields) = (Text::default(), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
-                let estimator = estimator(scene, groups, design, groups.designs[row]);
+                let estimator = estimator(&study.setup, groups, design, groups.designs[row]);
                 let mut tally = Tally::new(1, 1);
                 tally.drives[0].k = Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan());
-                let place = (tap.a, scene.drive, tap.drive);
+                let place = (tap.a, study.setup.drive, tap.drive);
                 let estimated = tally.estimate((0, 0), place, &tap.outcome, estimator.as_ref());
-                let elongation = table::elongation(scene, estimator.as_ref());
+                let elongation = table::elongation(&study.setup, estimator.as_ref());
                 let place = (tap.a, tap.drive);
                 table::tuple_row(design, place, &tap.outcome, &estimated, elongation, &mut fields);
                 text.row(&mut fields)?;
@@ -71,7 +71,7 @@ pub(super) fn write_distances(
     left: &Left,
     kept: Option<&[Kept]>,
 ) -> Result<(), Error> {
-    let (scene, groups) = (run.scene, file.groups());
+    let (study, groups) = (run.study, file.groups());
     let chosen = kept.map(|rows| marked(rows, &groups.designs, groups.counts[0]));
     let numbers = &groups.distances;
     let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
@@ -95,10 +95,10 @@ pub(super) fn write_distances(
         // Only a K with a unit needs the curves of the whisker.
         let mut design = Design { tuple, shared: None };
         let mut unit = None;
-        if table::elongation(scene, None).is_some() {
-            design = Design::new(scene, tuple);
-            let estimator = estimator(scene, groups, &design, groups.designs[row as usize]);
-            unit = table::elongation(scene, estimator.as_ref());
+        if table::elongation(&study.setup, None).is_some() {
+            design = Design::new(&study.setup, tuple);
+            let estimator = estimator(&study.setup, groups, &design, groups.designs[row as usize]);
+            unit = table::elongation(&study.setup, estimator.as_ref());
         }
         table::distance_row(&design, tuple.a, &reduced, unit.unwrap_or(1.0), &mut fields);
         text.row(&mut fields).map_err(failed)?;

@@ -1,18 +1,16 @@
 //! Taps with known answers: the cases of another code, and random ones that the reference solver answers.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
 
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Drive, Scene, Tuple};
-use vibrissa::spec;
+use vibrissa::scene::{Drive, Setup, Tuple};
 
-/// Hub of every scene with one, mm: strains depend on ratios of lengths only, so a case is scaled to it.
+/// Hub of every setup with one, mm: strains depend on ratios of lengths only, so a case is scaled to it.
 const HUB: f64 = 10.0;
 
-/// A kind of scene.
+/// A kind of setup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Tap angle about the clamp.
@@ -30,17 +28,10 @@ impl Kind {
         if self == Self::Passive { Drive::Displacement } else { Drive::Angle }
     }
 
-    /// An exact, frictionless Hooke scene of this kind; its tuples are given apart.
-    pub fn scene(self) -> Scene {
-        let tap = match self {
-            Self::Passive => "drive = \"displacement\"\na = 33\ndelta = 1",
-            _ => "a = 33\ntheta = 1",
-        };
+    /// An exact, frictionless Hooke setup of this kind; its tuples are given apart.
+    pub fn setup(self) -> Setup {
         let hub = if self == Self::Hub { HUB } else { 0.0 };
-        let text = format!(
-            "[whisker]\nD = 10\nd = 4\nL_a = 50\nhub = {hub}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\n{tap}\n"
-        );
-        spec::parse("cases.toml", &text, Path::new("")).expect("a good spec")
+        Setup { hub, drive: self.drive(), ..Setup::default() }
     }
 }
 
@@ -125,14 +116,14 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
 }
 
 /// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.
-pub fn evaluate(scene: &Scene, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(scene, *t)).collect();
+pub fn evaluate(setup: &Setup, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
+    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
     let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    let outcomes = Evaluator::new(scene, method).run(&designs, &tasks).expect("the backend answers");
+    let outcomes = Evaluator::new(setup, method).run(&designs, &tasks).expect("the backend answers");
     let least = |(i, t): (usize, &Tuple)| {
         let peak = designs[i].shared.as_ref().map_or(0.0, |s| s.peak);
-        1e-3 * peak * amount(scene.drive, t.drive)
+        1e-3 * peak * amount(setup.drive, t.drive)
     };
     outcomes.into_iter().zip(tuples.iter().enumerate().map(least)).collect()
 }

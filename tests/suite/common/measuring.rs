@@ -5,7 +5,7 @@ use std::path::Path;
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig};
-use vibrissa::scene::RunOptions;
+use vibrissa::scene::{Column, RunOptions, Spec};
 use vibrissa::simulate::{Settings, simulate};
 use vibrissa::spec;
 
@@ -21,21 +21,25 @@ pub fn prototype(d: f64, more: &[&str]) -> String {
     format!("[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n{}", more.concat())
 }
 
+fn parsed(text: &str) -> Spec {
+    spec::parse("rig.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
+}
+
 pub fn rig(text: &str) -> Rig {
-    let scene = spec::parse("rig.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
-    Rig::of_scene(scene, "rig.toml").unwrap_or_else(|e| panic!("{e}"))
+    Rig::of_spec(&parsed(text), "rig.toml").unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The table that a rig of this spec writes.
 pub fn table(text: &str, settings: &Settings) -> String {
-    let rig = rig(text);
-    let method = opener(&RunOptions::default())(&rig.scene.model).unwrap();
+    let (rig, spec) = (rig(text), parsed(text));
+    let axes = [Column::Distance, Column::Drive].map(|c| spec.study.space.axis(c).expect("a rig has axes"));
+    let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
     let mut bytes = Vec::new();
     let mut write = |b: &[u8]| {
         bytes.extend_from_slice(b);
         Ok(())
     };
-    simulate(&rig, settings, method, &mut write).unwrap();
+    simulate(&rig, axes, settings, method, &mut write).unwrap();
     String::from_utf8(bytes).unwrap()
 }
 

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use vibrissa::layout::Layout;
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::{Goal, Score};
 use vibrissa::optimise::session::Found;
 use vibrissa::optimise::variables::Variables;
 use vibrissa::optimise::{self, Report, Step, Target, Watch};
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{RunOptions, Scene, Search, Tuple};
+use vibrissa::scene::{RunOptions, Search, Spec, Tuple};
 use vibrissa::spec;
 
 use super::sweeping::{CPU_F64, Place};
@@ -20,7 +21,7 @@ impl Watch for Silent {
     fn step(&mut self, _: &Step, _: f64, _: bool, _: Option<u64>) {}
 }
 
-pub fn parse(text: &str) -> (Scene, Search) {
+pub fn parse(text: &str) -> (Spec, Search) {
     spec::parse_search("search.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -31,10 +32,10 @@ pub fn search_into(
     place: Place,
     resume: bool,
 ) -> Result<Report, vibrissa::error::Error> {
-    let (scene, search) = parse(text);
+    let (spec, search) = parse(text);
     let stop = AtomicBool::new(false);
     let target = Target { out, force: true, resume, stop: &stop };
-    optimise::run(&scene, &search, (&place.choice(), &RunOptions::default()), &target, &mut Silent)
+    optimise::run(&spec, &search, (&place.choice(), &RunOptions::default()), &target, &mut Silent)
 }
 
 /// Searches `text` on `place`.
@@ -46,8 +47,8 @@ pub fn search(text: &str, place: Place) -> Report {
 /// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the
 /// best of them, in f64. It shares the scores with a search, and nothing else.
 pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
-    let (scene, search) = parse(text);
-    let variables = Variables::new(&scene, &search);
+    let (spec, search) = parse(text);
+    let variables = Variables::new(&layout(&spec), &search);
     let (k, drives) = (variables.len(), variables.drives());
     let coordinate = |seed: u64, i: u32, c: usize| {
         (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
@@ -66,7 +67,7 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             all.into_iter().take(keep).map(|(order, i, found)| (order, places[i].clone(), found)).collect()
         };
-    let mut dense = Scorer::new(&scene, &search, place.open(&scene));
+    let mut dense = Scorer::new(&spec.study.setup, &layout(&spec), &search, place.open(&spec.study.setup));
     let mut best: Vec<(f64, Vec<f64>, Found)> = Vec::new();
     for from in (0..designs).step_by(1 << 14) {
         let to = (from + (1 << 14)).min(designs);
@@ -76,7 +77,8 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
         best.sort_by(|a, b| a.0.total_cmp(&b.0));
         best.truncate(10);
     }
-    let mut precise = Scorer::new(&scene, &search, CPU_F64.open(&scene));
+    let mut precise =
+        Scorer::new(&spec.study.setup, &layout(&spec), &search, CPU_F64.open(&spec.study.setup));
     let mut winner: Option<(f64, Found)> = None;
     for (start, (_, u, _)) in best.into_iter().enumerate() {
         let mut here = best_of(&mut precise, &[u], 1).remove(0);
@@ -103,9 +105,9 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
 
 /// Scores of `designs` points that fill the box of the variables evenly, chunk by chunk.
 pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Score])) {
-    let (scene, search) = parse(text);
-    let variables = Variables::new(&scene, &search);
-    let mut scorer = Scorer::new(&scene, &search, place.open(&scene));
+    let (spec, search) = parse(text);
+    let variables = Variables::new(&layout(&spec), &search);
+    let mut scorer = Scorer::new(&spec.study.setup, &layout(&spec), &search, place.open(&spec.study.setup));
     for from in (0..designs).step_by(1 << 14) {
         let to = (from + (1 << 14)).min(designs);
         each(&scorer.scores(&spread(&variables, from..to)).unwrap_or_else(|e| panic!("{e}")));
@@ -119,4 +121,9 @@ pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple
     indices
         .map(|i| variables.point(&(0..variables.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0))
         .collect()
+}
+
+/// Indices of the space of `spec`.
+pub fn layout(spec: &Spec) -> Layout {
+    spec.study.space.layout().expect("a search has axes")
 }

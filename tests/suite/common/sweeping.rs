@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
-use vibrissa::scene::{BackendChoice, Precision, RunOptions, Scene};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Progress, Report, Target};
 
@@ -37,8 +37,8 @@ impl Place {
         })
     }
 
-    pub fn open(self, scene: &Scene) -> Method {
-        self.choice().open(&scene.model).unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
+    pub fn open(self, setup: &Setup) -> Method {
+        self.choice().open(&setup.model).unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
     }
 }
 
@@ -101,9 +101,9 @@ pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> R
     if let Some(list) = list {
         std::fs::write(folder.path().join("list.csv"), list).expect("a tuple file");
     }
-    let scene = spec::parse("spec.toml", text, folder.path())?;
+    let setup = spec::parse("spec.toml", text, folder.path())?;
     let stop = AtomicBool::new(false);
-    sweep::run(&scene, &place.choice(), &Target { out, force: false, stop: &stop }, &mut Silent)
+    sweep::run(&setup, &place.choice(), &Target { out, force: false, stop: &stop }, &mut Silent)
 }
 
 /// Sweeps the spec `text` and reads all tables.

@@ -51,14 +51,14 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
     let mut over = Vec::new();
     let mut totals = vec![[0_usize; 4]; places.len()];
     for c in &CONFIGURED {
-        let scene = c.scene().expect("valid");
+        let setup = c.setup();
         let tuples = extreme(c, rows(c), seed);
-        let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(&scene, *t)).collect();
+        let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();
         let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
         let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-        let exact = Evaluator::new(&scene, Method::Reference).run(&designs, &tasks).expect("it answers");
+        let exact = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).expect("it answers");
         for (place, total) in places.iter().zip(&mut totals) {
-            let mut evaluator = Evaluator::new(&scene, place.open(&scene));
+            let mut evaluator = Evaluator::new(&setup, place.open(&setup));
             let found = evaluator.run_beside(&designs, &tasks, &exact).expect("the backend answers");
             for (i, (e, f)) in exact.iter().zip(&found).enumerate() {
                 total[3] += usize::from(f.referred);
@@ -68,7 +68,7 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
                 }
                 total[1] += 1;
                 let peak = designs[i].shared.as_ref().map_or(0.0, |s| s.peak);
-                let least = 1e-3 * peak * amount(scene.drive, tuples[i].drive);
+                let least = 1e-3 * peak * amount(setup.drive, tuples[i].drive);
                 let error = (f.strain - e.strain).abs() / e.strain.abs().max(least).max(f64::MIN_POSITIVE);
                 if error.is_nan() || error > bound(*place) {
                     total[0] += 1;
@@ -91,7 +91,7 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
 
 /// Configurations whose taps the reference takes long to answer.
 fn slow(c: &Configuration) -> bool {
-    c.model.contains("contact") && !c.model.contains("coulomb = 0.0")
+    !matches!(c.model.contact, Contact::Frictionless | Contact::Coulomb(0.0))
 }
 
 #[test]

@@ -9,7 +9,7 @@ fn taps() -> Vec<Tuple> {
 
 #[test]
 fn no_friction_is_frictionless_and_much_friction_sticks() {
-    let with = |contact| scene(rubber(contact), Side::Contact);
+    let with = |contact| setup(rubber(contact), Side::Contact);
     for place in ALL {
         let of = |contact| outcomes(&with(contact), place, &taps());
         let same = |one: &[Outcome], other: &[Outcome]| {
@@ -40,16 +40,16 @@ fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
     let (mut stuck, mut slid) = (0, 0);
     for tuple in grid(&[4.0, 10.0], &[21.0, 45.0], &[0.1, 8.0]) {
         let tuples = [tuple];
-        let stick = outcomes(&scene(rubber(Contact::Stick), Side::Contact), REFERENCE, &tuples)[0];
+        let stick = outcomes(&setup(rubber(Contact::Stick), Side::Contact), REFERENCE, &tuples)[0];
         let needed = stick.tangential_force.abs() / stick.normal_force;
         if needed <= 0.0 || !needed.is_finite() {
             continue;
         }
         for (side, margin) in [(1.0, 1e-3), (-1.0, 1e-3), (1.0, 0.2), (-1.0, 0.2)] {
             let mu = needed * (1.0 + side * margin);
-            let scene = scene(rubber(Contact::Coulomb(mu)), Side::Contact);
+            let setup = setup(rubber(Contact::Coulomb(mu)), Side::Contact);
             for place in ALL {
-                let found = outcomes(&scene, place, &tuples)[0];
+                let found = outcomes(&setup, place, &tuples)[0];
                 assert_eq!(found.sticking, side > 0.0, "{place:?} {tuple:?} μ {mu}");
                 if found.sticking {
                     stuck += 1;
@@ -71,7 +71,7 @@ fn friction_just_above_what_sticking_needs_sticks_and_just_below_slides() {
 fn sliding_on_rubber_agrees() {
     let tuples = grid(&[2.5, 4.0, 8.0], &[12.0, 25.0, 40.0, 48.0], &[0.1, 3.0, 9.0]);
     for mu in [0.05, 0.3, 1.0, 3.0] {
-        let exact = agree(&format!("μ = {mu}"), &scene(rubber(Contact::Coulomb(mu)), Side::Contact), &tuples);
+        let exact = agree(&format!("μ = {mu}"), &setup(rubber(Contact::Coulomb(mu)), Side::Contact), &tuples);
         assert!(exact.iter().filter(|o| !o.status.has(Status::NOT_CONVERGED)).count() > 20);
     }
 }

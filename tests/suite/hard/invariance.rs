@@ -11,9 +11,9 @@ fn taps() -> Vec<Tuple> {
     grid(&[4.0, 10.0, 12.0], &[6.0, 21.0, 45.0], &[0.01, 1.0, 6.0])
 }
 
-/// The scene with all lengths times `k`; its tuples are scaled apart.
-fn longer(scene: &Scene, k: f64) -> Scene {
-    let mut longer = scene.clone();
+/// The setup with all lengths times `k`; its tuples are scaled apart.
+fn longer(setup: &Setup, k: f64) -> Setup {
+    let mut longer = setup.clone();
     longer.hub *= k;
     longer.model.pole_radius *= k;
     longer
@@ -59,13 +59,13 @@ fn same(name: &str, place: Place, one: &[Outcome], other: &[Outcome], [force, le
 fn the_unit_of_length_leaves_the_strain() {
     for name in CONFIGURATIONS {
         let (model, side) = common::configuration(name);
-        let mut scene = scene(model, side);
-        scene.hub = 4.0;
+        let mut setup = setup(model, side);
+        setup.hub = 4.0;
         for place in ALL {
-            let one = outcomes(&scene, place, &taps());
+            let one = outcomes(&setup, place, &taps());
             for k in FACTORS {
                 let tuples: Vec<Tuple> = taps().iter().map(|t| scaled(t, k)).collect();
-                same(name, place, &one, &outcomes(&longer(&scene, k), place, &tuples), [k * k, k]);
+                same(name, place, &one, &outcomes(&longer(&setup, k), place, &tuples), [k * k, k]);
             }
         }
     }
@@ -75,12 +75,12 @@ fn the_unit_of_length_leaves_the_strain() {
 fn the_unit_of_stress_leaves_the_strain_and_scales_the_force() {
     for name in CONFIGURATIONS {
         let (model, side) = common::configuration(name);
-        let scene = scene(model, side);
+        let setup = setup(model, side);
         for place in ALL {
-            let one = outcomes(&scene, place, &taps());
+            let one = outcomes(&setup, place, &taps());
             for k in FACTORS {
-                let mut stiff = scene.clone();
-                stiff.model.material = stiffer(&scene.model.material, k);
+                let mut stiff = setup.clone();
+                stiff.model.material = stiffer(&setup.model.material, k);
                 same(name, place, &one, &outcomes(&stiff, place, &taps()), [k, 1.0]);
             }
         }
@@ -92,7 +92,7 @@ fn the_side_of_the_gauge_is_nothing_to_the_rod() {
     for name in CONFIGURATIONS {
         let (model, _) = common::configuration(name);
         for place in ALL {
-            let of = |side| outcomes(&scene(model.clone(), side), place, &taps());
+            let of = |side| outcomes(&setup(model.clone(), side), place, &taps());
             for (near, far) in of(Side::Contact).iter().zip(&of(Side::Far)) {
                 assert_eq!((near.status, near.sticking), (far.status, far.sticking), "{name} {place:?}");
                 let close =

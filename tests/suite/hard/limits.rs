@@ -5,8 +5,8 @@ use vibrissa::status::Status;
 
 #[test]
 fn neo_hookean_becomes_hooke_as_the_angle_vanishes() {
-    let hooke = scene(common::all_effects(Material::Hooke(3.2)), Side::Contact);
-    let neo = scene(rubber(Contact::Frictionless), Side::Contact);
+    let hooke = setup(common::all_effects(Material::Hooke(3.2)), Side::Contact);
+    let neo = setup(rubber(Contact::Frictionless), Side::Contact);
     for place in ALL {
         let apart = |degrees: f64| {
             let tuples = grid(&[4.0, 10.0], &[21.0, 45.0], &[degrees]);
@@ -29,8 +29,8 @@ fn sides_mirror_each_other_for_hooke() {
     let stretched = common::all_effects(Material::Hooke(3.2));
     for place in ALL {
         for model in [&hooke, &thick] {
-            let near = outcomes(&scene(model.clone(), Side::Contact), place, &tuples);
-            let far = outcomes(&scene(model.clone(), Side::Far), place, &tuples);
+            let near = outcomes(&setup(model.clone(), Side::Contact), place, &tuples);
+            let far = outcomes(&setup(model.clone(), Side::Far), place, &tuples);
             for (near, far) in near.iter().zip(&far) {
                 let mirrored = Outcome { strain: -far.strain, strain_linear: -far.strain_linear, ..*far };
                 assert_eq!(near.strain, mirrored.strain, "{place:?}");
@@ -42,8 +42,8 @@ fn sides_mirror_each_other_for_hooke() {
         }
         // Extension adds the strain of the axial force to both: their mean is that of N, at most (|P| + |T|)/(E A) of the thinnest
         // section of the gauge, and compressive here.
-        let near = outcomes(&scene(stretched.clone(), Side::Contact), place, &tuples);
-        let far = outcomes(&scene(stretched.clone(), Side::Far), place, &tuples);
+        let near = outcomes(&setup(stretched.clone(), Side::Contact), place, &tuples);
+        let far = outcomes(&setup(stretched.clone(), Side::Far), place, &tuples);
         for ((near, far), t) in near.iter().zip(&far).zip(&tuples) {
             assert!((near.arc / far.arc - 1.0).abs() <= bound(place));
             assert!((near.normal_force / far.normal_force - 1.0).abs() <= 5.0 * bound(place));
@@ -78,7 +78,7 @@ fn softening_materials_end_with_a_status_on_every_backend() {
     let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
     for (material, name) in materials {
         let model = common::all_effects(material);
-        let exact = agree(name, &scene(model, Side::Contact), &tuples);
+        let exact = agree(name, &setup(model, Side::Contact), &tuples);
         let ended = exact.iter().filter(|o| o.status.has(Status::MATERIAL_LIMIT)).count();
         let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
         println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());

@@ -15,7 +15,7 @@ use crate::common::cases::{Kind, evaluate};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
 use vibrissa::evaluate::Outcome;
 use vibrissa::scene::model::{Contact, Material, Model, Side};
-use vibrissa::scene::{Precision, Scene, Tuple};
+use vibrissa::scene::{Precision, Setup, Tuple};
 
 /// The fast backends.
 const FAST: [Place; 4] = [CPU, CPU_F64, GPU, GPU_F64];
@@ -28,11 +28,11 @@ fn bound(place: Place) -> f64 {
     if place.precision == Precision::F32 { 1e-5 } else { 2e-8 }
 }
 
-/// A scene of taps of `model`, whose tuples are given apart.
-fn scene(model: Model, side: Side) -> Scene {
-    let mut scene = Kind::Tap.scene();
-    (scene.model, scene.gauge.side) = (model, side);
-    scene
+/// A setup of taps of `model`, whose tuples are given apart.
+fn setup(model: Model, side: Side) -> Setup {
+    let mut setup = Kind::Tap.setup();
+    (setup.model, setup.gauge.side) = (model, side);
+    setup
 }
 
 /// A tap of a whisker with D = 10 mm, L_a = 50 mm, and a gauge of 2 mm at 5 mm.
@@ -51,8 +51,8 @@ fn grid(tips: &[f64], distances: &[f64], angles: &[f64]) -> Vec<Tuple> {
     all
 }
 
-fn outcomes(scene: &Scene, place: Place, tuples: &[Tuple]) -> Vec<Outcome> {
-    evaluate(scene, place.open(scene), tuples).into_iter().map(|(outcome, _)| outcome).collect()
+fn outcomes(setup: &Setup, place: Place, tuples: &[Tuple]) -> Vec<Outcome> {
+    evaluate(setup, place.open(setup), tuples).into_iter().map(|(outcome, _)| outcome).collect()
 }
 
 /// The models of the reference cases.
@@ -62,12 +62,12 @@ const CONFIGURATIONS: [&str; 8] =
 /// Compares every backend with the reference: the same status and, where there is a strain, strain within its bound, P and
 /// contact arc within five times that, and no value where there is none. The outcomes of the reference.
 #[track_caller]
-fn agree(name: &str, scene: &Scene, tuples: &[Tuple]) -> Vec<Outcome> {
+fn agree(name: &str, setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
     assert!(!tuples.is_empty());
-    let exact = evaluate(scene, REFERENCE.open(scene), tuples);
+    let exact = evaluate(setup, REFERENCE.open(setup), tuples);
     let mut faults = Vec::new();
     for place in FAST {
-        let found = evaluate(scene, place.open(scene), tuples);
+        let found = evaluate(setup, place.open(setup), tuples);
         let (mut worst, mut compared) = (0.0_f64, 0);
         for (i, ((fast, _), (exact, least))) in found.iter().zip(&exact).enumerate() {
             let mut fault = |what: String| faults.push(format!("{place:?} {:?}: {what}", tuples[i]));
@@ -121,7 +121,7 @@ fn agree(name: &str, scene: &Scene, tuples: &[Tuple]) -> Vec<Outcome> {
 #[track_caller]
 fn configuration_agrees(name: &str, tuples: &[Tuple]) -> Vec<Outcome> {
     let (model, side) = common::configuration(name);
-    agree(name, &scene(model, side), tuples)
+    agree(name, &setup(model, side), tuples)
 }
 
 /// A model with all effects, the material neo-hookean, and `contact`.

@@ -34,12 +34,12 @@ fn tuples() -> Vec<Tuple> {
     all
 }
 
-fn at(place: Place, tolerance: f64, scene: &Scene, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
+fn at(place: Place, tolerance: f64, setup: &Setup, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
     let (backend, precision) = (Some(place.backend), Some(place.precision));
     let options = RunOptions { backend, precision, tolerance: Some(tolerance), ..RunOptions::default() };
     let method =
-        Choice::new(&options).and_then(|c| c.open(&scene.model)).unwrap_or_else(|e| panic!("{place:?}: {e}"));
-    evaluate(scene, method, tuples)
+        Choice::new(&options).and_then(|c| c.open(&setup.model)).unwrap_or_else(|e| panic!("{place:?}: {e}"));
+    evaluate(setup, method, tuples)
 }
 
 /// Sample standard deviation.
@@ -55,16 +55,16 @@ fn theta(t: &Tuple) -> f64 {
 
 #[test]
 fn frictionless_hooke_keeps_its_deviations_and_their_spread() {
-    let (tuples, scene) = (tuples(), scene(common::model(Material::Hooke(3.2)), Side::Contact));
-    let yardstick = at(CPU_F64, 1e-10, &scene, &tuples);
+    let (tuples, setup) = (tuples(), setup(common::model(Material::Hooke(3.2)), Side::Contact));
+    let yardstick = at(CPU_F64, 1e-10, &setup, &tuples);
     // The yardstick against the reference: K − 1 of the reference has lost digits at small angles.
-    for (i, (exact, _)) in evaluate(&scene, REFERENCE.open(&scene), &tuples).iter().enumerate().step_by(7) {
+    for (i, (exact, _)) in evaluate(&setup, REFERENCE.open(&setup), &tuples).iter().enumerate().step_by(7) {
         let yardstick = yardstick[i].0;
         assert!((yardstick.strain / exact.strain - 1.0).abs() < 1e-10, "{:?}", tuples[i]);
         assert!((yardstick.deviation - exact.deviation).abs() < 1e-10, "{:?}", tuples[i]);
     }
     for place in [CPU, GPU] {
-        let found = at(place, 1e-6, &scene, &tuples);
+        let found = at(place, 1e-6, &setup, &tuples);
         let (mut strain, mut deviation, mut sd) = ((0.0_f64, 0), (0.0_f64, 0), (0.0_f64, 0));
         let worse = |worst: &mut (f64, usize), error: f64, i: usize| {
             assert!(error.is_finite(), "{place:?} {:?}: {error}", tuples[i]);
@@ -105,16 +105,16 @@ fn other_effects_keep_their_deviations() {
     let mut faults = Vec::new();
     for name in CONFIGURATIONS {
         let (model, side) = configuration(name);
-        let scene = scene(model, side);
+        let setup = setup(model, side);
         let vanishing: Vec<Tuple> = tuples.iter().map(|t| Tuple { drive: 1e-5, ..*t }).collect();
-        let limit = at(CPU_F64, 1e-10, &scene, &vanishing);
-        let yardstick = at(CPU_F64, 1e-10, &scene, &tuples);
-        let exact = evaluate(&scene, REFERENCE.open(&scene), &tuples);
+        let limit = at(CPU_F64, 1e-10, &setup, &vanishing);
+        let yardstick = at(CPU_F64, 1e-10, &setup, &tuples);
+        let exact = evaluate(&setup, REFERENCE.open(&setup), &tuples);
         for (i, (exact, _)) in exact.iter().enumerate().step_by(11) {
             assert!((yardstick[i].0.strain / exact.strain - 1.0).abs() < 1e-9, "{name} {:?}", tuples[i]);
         }
         for place in [CPU, GPU] {
-            let found = at(place, 1e-6, &scene, &tuples);
+            let found = at(place, 1e-6, &setup, &tuples);
             let (mut worst, mut compared) = ((0.0_f64, 0), 0);
             for (i, ((fast, _), (exact, _))) in found.iter().zip(&yardstick).enumerate() {
                 assert!(exact.strain.is_finite(), "{name} {:?}: {}", tuples[i], exact.status);

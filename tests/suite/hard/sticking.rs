@@ -29,7 +29,7 @@ fn every_sticking_tap_of_the_reference_is_solved() {
     for (name, model) in
         [("hooke", hooke), ("neo-hookean", rubber(Contact::Stick)), ("on the centreline", on_centreline)]
     {
-        let exact = agree(name, &scene(model, Side::Contact), &tuples);
+        let exact = agree(name, &setup(model, Side::Contact), &tuples);
         assert!(exact.iter().all(|o| o.strain.is_finite()), "{name}");
     }
 }
@@ -39,16 +39,16 @@ fn fine_tips_stick_up_to_their_end() {
     let tuples = grid(&[2.0, 4.0], &[36.0, 39.0, 42.0, 45.0, 48.0, 49.5], &[5.0, 7.5, 10.0]);
     for material in [Material::Hooke(3.2), Material::NeoHookean(3.2)] {
         let model = Model { contact: Contact::Stick, ..common::all_effects(material.clone()) };
-        agree(&format!("{material:?}"), &scene(model, Side::Contact), &tuples);
+        agree(&format!("{material:?}"), &setup(model, Side::Contact), &tuples);
     }
 }
 
 #[test]
 fn hubs_at_large_angles_slide() {
-    let mut scene = scene(rubber(Contact::Frictionless), Side::Contact);
+    let mut setup = setup(rubber(Contact::Frictionless), Side::Contact);
     let tuples = grid(&[2.5, 4.0, 8.0], &[20.0, 35.0, 45.0], &[10.0, 15.0, 20.0]);
     for hub in [3.0, 20.0, 60.0] {
-        scene.hub = hub;
-        agree(&format!("hub {hub} mm"), &scene, &tuples);
+        setup.hub = hub;
+        agree(&format!("hub {hub} mm"), &setup, &tuples);
     }
 }

@@ -20,11 +20,11 @@ impl Row {
         Self { tap, hub: 0.0, drive: Drive::Angle, model, strain }
     }
 
-    fn scene(&self) -> Scene {
-        let mut scene =
-            if self.drive == Drive::Displacement { Kind::Passive.scene() } else { Kind::Tap.scene() };
-        (scene.hub, scene.model) = (self.hub, self.model.clone());
-        scene
+    fn setup(&self) -> Setup {
+        let mut setup =
+            if self.drive == Drive::Displacement { Kind::Passive.setup() } else { Kind::Tap.setup() };
+        (setup.hub, setup.model) = (self.hub, self.model.clone());
+        setup
     }
 
     #[allow(non_snake_case)]
@@ -36,7 +36,7 @@ impl Row {
     /// Every backend at its default tolerance, and the CPU at `finer` ones, each within its tolerance; the reference to 1e-9.
     #[track_caller]
     fn is_told(&self, finer: &[(Precision, f64)]) {
-        let (scene, tuple) = (self.scene(), self.tuple());
+        let (setup, tuple) = (self.setup(), self.tuple());
         let check = |name: String, outcome: Outcome, bound: f64| {
             if self.strain.is_nan() {
                 assert_eq!(outcome.status.to_string(), "material_limit", "{name} {tuple:?}");
@@ -52,7 +52,7 @@ impl Row {
             assert!(outcome.status.counts() && outcome.deviation.is_finite(), "{name}: {}", outcome.status);
         };
         for place in ALL {
-            let found = outcomes(&scene, place, &[tuple])[0];
+            let found = outcomes(&setup, place, &[tuple])[0];
             check(format!("{place:?}"), found, if place == REFERENCE { 1e-9 } else { bound(place) });
         }
         for &(precision, tolerance) in finer {
@@ -62,8 +62,8 @@ impl Row {
                 tolerance: Some(tolerance),
                 ..RunOptions::default()
             };
-            let method = vibrissa::backend::Choice::new(&options).unwrap().open(&scene.model).unwrap();
-            let found = evaluate(&scene, method, &[tuple])[0].0;
+            let method = vibrissa::backend::Choice::new(&options).unwrap().open(&setup.model).unwrap();
+            let found = evaluate(&setup, method, &[tuple])[0].0;
             check(format!("{precision:?} at {tolerance:e}"), found, tolerance);
         }
     }
@@ -101,7 +101,7 @@ fn contacts_that_leave_a_short_gauge() {
     Row::new(on, hooke(), 0.0065529336341).is_told(&LOOSE);
     let beyond = [2.15, 1.4, 400.0, 294.0, 0.075, 294.5, 40.0];
     let exact = outcomes(
-        &Row::new(beyond, hooke(), 0.0).scene(),
+        &Row::new(beyond, hooke(), 0.0).setup(),
         REFERENCE,
         &[Row::new(beyond, hooke(), 0.0).tuple()],
     )[0];
@@ -146,11 +146,11 @@ fn a_contact_next_to_the_clamp_of_a_thick_whisker() {
 #[test]
 fn a_pole_and_a_hub_leave_no_row_to_double_precision_alone() {
     let model = Model { pole_radius: 20.0, ..common::all_effects(Material::MooneyRivlin([0.35, 0.15])) };
-    let mut scene = scene(model, Side::Contact);
-    scene.hub = 12.2;
+    let mut setup = setup(model, Side::Contact);
+    setup.hub = 12.2;
     let tuples = grid(&[2.0, 4.0, 7.0, 10.0, 12.0], &[21.0, 33.0, 48.0], &[1.0, 10.0, 20.0, 30.0]);
     let solved = |place: Place| -> Vec<bool> {
-        outcomes(&scene, place, &tuples).iter().map(|o| o.strain.is_finite()).collect()
+        outcomes(&setup, place, &tuples).iter().map(|o| o.strain.is_finite()).collect()
     };
     let double = solved(CPU_F64);
     for place in [CPU, GPU] {
@@ -163,10 +163,10 @@ fn a_pole_and_a_hub_leave_no_row_to_double_precision_alone() {
 /// K is strain_linear/strain to the last digit but one, in any precision.
 #[test]
 fn linear_theory_with_shear_is_one_closed_form() {
-    let mut scene = scene(Model { shear: true, ..hooke() }, Side::Contact);
-    scene.model.geometry = vibrissa::scene::Geometry::Linear;
+    let mut setup = setup(Model { shear: true, ..hooke() }, Side::Contact);
+    setup.model.geometry = vibrissa::scene::Geometry::Linear;
     for place in FAST {
-        for o in outcomes(&scene, place, &grid(&[4.0, 10.0], &[8.0, 21.0, 48.0], &[0.1, 5.0])) {
+        for o in outcomes(&setup, place, &grid(&[4.0, 10.0], &[8.0, 21.0, 48.0], &[0.1, 5.0])) {
             let k = o.strain_linear / o.strain;
             assert!((k - 1.0 - o.deviation).abs() <= 4e-16 * k, "{place:?}: {k} against 1 + {}", o.deviation);
         }

@@ -48,6 +48,18 @@ pub struct Points {
     pub seed: u64,
 }
 
+impl From<f64> for Axis {
+    fn from(value: f64) -> Self {
+        Self::Value(value)
+    }
+}
+
+impl From<Vec<f64>> for Axis {
+    fn from(values: Vec<f64>) -> Self {
+        Self::List(values)
+    }
+}
+
 impl Axis {
     /// `steps` evenly spaced values, both ends included; the last is exactly `to`. The keys of errors are
     /// relative to the axis (`steps`, `to`).

@@ -1,17 +1,19 @@
 //! Model switches. An effect that is off costs nothing: kernels are specialised on these.
 
 /// Linear beam theory (closed forms) or the geometrically exact rod.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Geometry {
     /// Closed forms of the paper, corrected.
     Linear,
     /// Geometrically exact planar rod.
+    #[default]
     Exact,
 }
 
 /// Side of the whisker that carries the gauge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Side {
+    #[default]
     /// Towards the object: strain is positive (tension).
     Contact,
     /// Away from the object: strain is negative.
@@ -19,8 +21,9 @@ pub enum Side {
 }
 
 /// What moves: the base (active whisker) or the object (passive whisker).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Drive {
+    #[default]
     /// The base turns by θ, degrees.
     Angle,
     /// The object moves by δ across the whisker, mm.
@@ -38,8 +41,9 @@ impl Drive {
 }
 
 /// Tangential behaviour of the contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Contact {
+    #[default]
     /// No tangential force; the contact slides along the whisker.
     Frictionless,
     /// The contact point stays at its arc length.
@@ -49,7 +53,7 @@ pub enum Contact {
 }
 
 /// Constitutive law of an incompressible rubber; moduli in MPa.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Material {
     /// Linear in the section strain; Young's modulus E.
     Hooke(f64),
@@ -59,6 +63,13 @@ pub enum Material {
     MooneyRivlin([f64; 2]),
     /// C10, C20, C30.
     Yeoh([f64; 3]),
+}
+
+impl Default for Material {
+    /// Smooth-Sil 960.
+    fn default() -> Self {
+        Self::Hooke(3.2)
+    }
 }
 
 impl Material {
@@ -97,7 +108,7 @@ impl MaterialFit {
 }
 
 /// Which effects are computed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
     /// Linear theory or exact rod.
     pub geometry: Geometry,
@@ -117,6 +128,26 @@ pub struct Model {
     pub material: Material,
 }
 
+impl Model {
+    /// The exact frictionless Hooke rod with every effect off.
+    pub const PLAIN: Self = Self {
+        geometry: Geometry::Exact,
+        shear: false,
+        extension: false,
+        surface: false,
+        pole_radius: 0.0,
+        nu: 0.5,
+        contact: Contact::Frictionless,
+        material: Material::Hooke(3.2),
+    };
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self::PLAIN
+    }
+}
+
 /// The strain gauge, apart from its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gauge {
@@ -130,9 +161,17 @@ pub struct Gauge {
     pub factor: f64,
 }
 
+impl Default for Gauge {
+    /// On the contact side, up to 5 %, gauge factor 2.21, its noise not said.
+    fn default() -> Self {
+        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21 }
+    }
+}
+
 /// Which closed form the estimator inverts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Theory {
+    #[default]
     /// f, the paper.
     EulerBernoulli,
     /// f_T = f/(1 + S/a²), with shear.
@@ -140,8 +179,9 @@ pub enum Theory {
 }
 
 /// What f is per radian.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Convention {
+    #[default]
     /// Mean strain over the grid.
     Mean,
     /// Elongation of the grid, mm, as the paper prints it: f (x2 − x1).
@@ -149,7 +189,7 @@ pub enum Convention {
 }
 
 /// How distance is estimated from strain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Estimate {
     /// f or f_T.
     pub theory: Theory,

@@ -159,3 +159,18 @@ pub struct Output {
     /// Rows or designs.
     pub per: Per,
 }
+
+impl Default for Output {
+    /// All three tables, all rows.
+    fn default() -> Self {
+        Self {
+            tuples: None,
+            designs: true,
+            distances: true,
+            format: TableFormat::Csv,
+            top: None,
+            by: RankBy::KSd,
+            per: Per::Row,
+        }
+    }
+}

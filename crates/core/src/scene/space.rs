@@ -6,6 +6,7 @@
 use super::axis::Axis;
 use super::listed::Listed;
 use super::model::Drive;
+use crate::layout::Layout;
 
 /// Distances, and drives, that one design may have: each keeps its running statistics in memory.
 pub const AXIS_LIMIT: u64 = 1 << 22;
@@ -107,4 +108,57 @@ pub enum Space {
     List(Vec<Tuple>),
     /// The same, left in their file because they are many.
     File(Listed),
+}
+
+impl Space {
+    /// Every combination of these axes, in [`Column`] order: one factor each; all sampled axes, which share their points, are one factor in
+    /// the place of the first. `None` where they have more than 2^64 tuples.
+    pub fn grid(axes: [Axis; 7]) -> Option<Self> {
+        let mut factors: Vec<Factor> = Vec::new();
+        let mut zip = None;
+        for (column, axis) in Column::ALL.into_iter().zip(axes) {
+            match (axis.points(), zip) {
+                (Some(_), Some(place)) => {
+                    let factor: &mut Factor = &mut factors[place];
+                    factor.axes.push((column, axis));
+                }
+                (points, _) => {
+                    zip = zip.or(points.map(|_| factors.len()));
+                    factors.push(Factor { len: axis.len(), axes: vec![(column, axis)] });
+                }
+            }
+        }
+        factors.iter().try_fold(1u64, |n, f| n.checked_mul(f.len))?;
+        Some(Self::Grid(factors))
+    }
+
+    /// Indices and tuples of a grid; `None` where the tuples are listed.
+    pub fn layout(&self) -> Option<Layout> {
+        match self {
+            Self::Grid(factors) => Some(Layout::new(factors)),
+            Self::List(_) | Self::File(_) => None,
+        }
+    }
+
+    /// The axis of `column`; `None` where the tuples are listed.
+    pub fn axis(&self, column: Column) -> Option<&Axis> {
+        let Self::Grid(factors) = self else { return None };
+        factors.iter().flat_map(|f| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
+    }
+
+    /// The one whisker of the space, with its first distance and drive.
+    ///
+    /// # Errors
+    /// The column that has several values, and how many; or `None` where the tuples are listed.
+    pub fn whisker(&self) -> Result<Tuple, Option<(Column, u64)>> {
+        let Self::Grid(factors) = self else { return Err(None) };
+        let mut values = [1.0; 7];
+        for (column, axis) in factors.iter().flat_map(|f| &f.axes) {
+            if *column < Column::Distance && axis.len() != 1 {
+                return Err(Some((*column, axis.len())));
+            }
+            values[*column as usize] = axis.at(0);
+        }
+        Ok(Tuple::from_array(values))
+    }
 }

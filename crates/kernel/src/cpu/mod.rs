@@ -3,18 +3,15 @@
 // Index loops are what the lanes vectorise on, and they read like their WGSL twins.
 #![allow(clippy::needless_range_loop)]
 
-mod count;
 mod exact;
 pub(crate) mod pack;
 mod peak;
 
 use rayon::prelude::*;
 
-use count::Counted;
-pub use count::{Counter, Operations};
 use exact::Tables;
 pub use exact::series;
-use pack::{Pack, Scalar};
+pub use pack::{Pack, Scalar};
 pub use peak::{bandwidth, flops};
 
 use super::{Job, Solution, Solver, Tap};
@@ -73,12 +70,12 @@ impl Solver for Cpu {
 
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
-    ($name:ident, $t:ty, $lanes:literal, $run:ident, $block:ident, $($n:literal)*) => {
+    ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
             match job.rule.nodes {
                 $($n => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    $run(taps, out, |t, o| $block::<$t, $n, $lanes>(&tables, job, t, o));
+                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(&tables, job, t, o));
                 })*
                 n => return Err(format!("no CPU kernel with {n} nodes")),
             }
@@ -86,13 +83,13 @@ macro_rules! by_nodes {
         }
     };
 }
-by_nodes!(by_nodes_f32, f32, 16, parallel, block, 6 10 16);
-by_nodes!(by_nodes_f64, f64, 8, parallel, block, 10 16 24);
-by_nodes!(by_nodes_counted, Counted, 1, serial, plainly, 6 10 16 24);
+by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
+by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
 
-/// On the calling thread, whose operations are counted.
-fn serial(taps: &[Tap<f64>], out: &mut [Solution<f64>], f: impl Fn(&[Tap<f64>], &mut [Solution<f64>])) {
-    f(taps, out);
+/// Solves `taps` into `out`, one after the other on the calling thread, in numbers of any kind, with fused operations as such. `N` is
+/// the number of nodes of `job`.
+pub fn one_by_one<T: Scalar, const N: usize>(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) {
+    lanes::<T, N, 1, true>(&Tables::new(job.rule, job.chart), job, taps, out);
 }
 
 fn parallel(
@@ -101,16 +98,6 @@ fn parallel(
     f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync,
 ) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
-}
-
-/// Solves one work item, whose operations are counted as the CPU with fused ones would do them.
-fn plainly<T: Scalar, const N: usize, const L: usize>(
-    tables: &Tables<T, N>,
-    job: &Job<'_>,
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
-) {
-    lanes::<T, N, L, true>(tables, job, taps, out);
 }
 
 /// Solves one work item with the best instruction set there is.

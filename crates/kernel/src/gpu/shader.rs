@@ -233,8 +233,8 @@ pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, String> {
 mod tests {
     use super::*;
     use crate::rule::{chart_range, every_rule};
-    use vibrissa_core::scene::Material;
     use std::mem::offset_of;
+    use vibrissa_core::scene::Material;
 
     /// Every combination of effects on every rung, in both precisions.
     fn each_variant(mut f: impl FnMut(&Variant<'_>)) -> usize {

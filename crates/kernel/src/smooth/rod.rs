@@ -13,7 +13,7 @@
 //! X̃ the mean of X over the gauge [s1, s2] with the weight 1/(1 − ps)³. ω, ζ and X are smooth: Chebyshev series in t, 1/(1 − p) and s, of
 //! which only the coefficients that matter are kept. Their values come from the f64 kernel.
 
-use crate::{ Effects, Rung, Solution, Tap, cpu::Cpu};
+use crate::{Effects, Rung, Solution, Tap, cpu::Cpu};
 use vibrissa_core::physics::chebyshev::{basis, coefficients, placed, points, scaled, series};
 use vibrissa_core::reduce::Sweeps;
 use vibrissa_core::scene::{Material, Precision};
@@ -263,15 +263,8 @@ fn solve(wanted: &[(f64, f64)], places: &[f64], sweeps: &mut Sweeps) -> Option<V
     let taps: Vec<Tap<f64>> =
         wanted.iter().flat_map(|&(p, t)| places.iter().map(move |&s| tap(p, t, s))).collect();
     let mut solutions: Vec<Solution<f64>> = Vec::new();
-    crate::solve(
-        &mut Cpu::new(Precision::F64),
-        Effects::default(),
-        &rungs,
-        TOLERANCE,
-        &taps,
-        &mut solutions,
-    )
-    .ok()?;
+    crate::solve(&mut Cpu::new(Precision::F64), Effects::default(), &rungs, TOLERANCE, &taps, &mut solutions)
+        .ok()?;
     solutions.iter().for_each(|s| sweeps.push(s.sweeps));
     if !solutions.iter().all(|s| s.within(TOLERANCE)) {
         return None;

@@ -1,11 +1,11 @@
 //! Which sweeps the chart of the rod can rank, and the tables that all their designs share.
 
 use super::rod::{Range, RodChart};
-use vibrissa_core::estimate::WIDENING;
 use crate::Effects;
 use crate::nodes::gauss;
+use vibrissa_core::estimate::WIDENING;
 use vibrissa_core::layout::Layout;
-use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Scene, Theory, Tuple};
+use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Study, Theory, Tuple};
 
 /// Taps below which a chart does not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -87,32 +87,33 @@ pub enum Case {
 }
 
 impl Scope {
-    /// Whether `scene` is such that a chart may rank it.
-    pub fn fits(scene: &Scene, layout: &Layout) -> bool {
-        let model = &scene.model;
+    /// Whether `study` is such that a chart may rank it.
+    pub fn fits(study: &Study, layout: &Layout) -> bool {
+        let model = &study.setup.model;
         let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
         let plain = model.geometry == Geometry::Exact
             && frictionless
-            && Effects::new(model, scene.gauge.side, false).plain()
-            && scene.hub == 0.0
-            && scene.drive == Drive::Angle
-            && scene.estimate.theory == Theory::EulerBernoulli;
-        let ranked = !matches!(scene.output.by, RankBy::StrainMax | RankBy::ForceMax);
+            && Effects::new(model, study.setup.gauge.side, false).plain()
+            && study.setup.hub == 0.0
+            && study.setup.drive == Drive::Angle
+            && study.setup.estimate.theory == Theory::EulerBernoulli;
+        let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let sizes = (2..=MOST_AXIS).contains(&layout.n_distances) && layout.n_drives <= MOST_AXIS;
-        let few = scene.output.top.is_some_and(|top| top <= 1 << 16);
+        let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         // With elongation a given K has the unit of each design's gauge.
-        let unit = scene.estimate.convention == Convention::Elongation && scene.estimate.k.is_some();
+        let unit =
+            study.setup.estimate.convention == Convention::Elongation && study.setup.estimate.k.is_some();
         plain && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
     }
 
-    /// The scope of `scene` at `tolerance`; `None` where its taps must be solved one by one.
-    pub fn new(scene: &Scene, layout: &Layout, tolerance: f64) -> Option<Self> {
-        if !Self::fits(scene, layout) {
+    /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
+    pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Option<Self> {
+        if !Self::fits(study, layout) {
             return None;
         }
-        let (top, by) = (scene.output.top?, scene.output.by);
+        let (top, by) = (study.output.top?, study.output.by);
         let [near, far] = layout.reach();
-        let [lo, hi] = scene.estimate.range.unwrap_or([near, far]);
+        let [lo, hi] = study.setup.estimate.range.unwrap_or([near, far]);
         let gauge_end = NEAREST * near.min(lo);
         let range = range(layout, gauge_end)?;
         let chart = RodChart::new(range, tolerance)?;
@@ -134,16 +135,16 @@ impl Scope {
         let widest = layout.bounds(4)[1] / near;
         let points = 2 + WIDE_GAUGE.iter().filter(|w| widest > **w).count();
         let (places, weights) = gauss(points);
-        let elongation = scene.estimate.convention == Convention::Elongation;
+        let elongation = study.setup.estimate.convention == Convention::Elongation;
         Some(Self {
             distances: (0..layout.n_distances).map(distance).collect(),
             angles,
             gauge: places.into_iter().zip(weights).collect(),
-            strain_limit: scene.gauge.strain_limit,
-            noise: scene.gauge.noise_strain.unwrap_or(0.0),
-            fixed: scene.estimate.k.map(|k| k - 1.0),
+            strain_limit: study.setup.gauge.strain_limit,
+            noise: study.setup.gauge.noise_strain.unwrap_or(0.0),
+            fixed: study.setup.estimate.k.map(|k| k - 1.0),
             elongation,
-            rank: Rank { by, per: scene.output.per, keep: 2 * top + 64 },
+            rank: Rank { by, per: study.output.per, keep: 2 * top + 64 },
             reach: [near, far],
             chart,
         })

@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 use super::lanes::Words;
 use super::scope::Scope;
 use crate::gpu::{Gpu, shader::validate};
-use vibrissa_core::layout::Layout;
 use shader::{Shader, WORKGROUP};
+use vibrissa_core::layout::Layout;
 
 /// Designs of a batch at most.
 const MOST: u64 = 1 << 20;

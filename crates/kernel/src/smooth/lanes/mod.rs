@@ -17,11 +17,11 @@ mod tap;
 use super::rod::{MOST, squares};
 use super::scope::Scope;
 use crate::cpu::pack::Pack;
-use vibrissa_core::physics::chebyshev::{matrix, scaled};
-use vibrissa_core::scene::{Per, RankBy, Tuple};
 use estimate::Edges;
 use rows::Rows;
 use tap::{Tap, Whisker};
+use vibrissa_core::physics::chebyshev::{matrix, scaled};
+use vibrissa_core::scene::{Per, RankBy, Tuple};
 
 /// Designs that go together.
 pub const LANES: usize = 16;

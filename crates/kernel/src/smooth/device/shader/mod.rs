@@ -6,10 +6,10 @@ mod tap;
 use std::fmt::Write;
 
 use super::tuples::Tuples;
-use vibrissa_core::scene::Per;
 use crate::smooth::scope::Scope;
 use rows::{estimated, spread};
 use tap::{own, tap};
+use vibrissa_core::scene::Per;
 
 /// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;

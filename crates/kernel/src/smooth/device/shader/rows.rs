@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{DISTANCE, KEPT, Sizes, drive, kept, lit, read};
-use vibrissa_core::scene::RankBy;
 use crate::smooth::scope::Scope;
+use vibrissa_core::scene::RankBy;
 
 /// Distances up to which the loop of estimates is unrolled: their numbers then stay in registers.
 const UNROLLED: usize = 16;

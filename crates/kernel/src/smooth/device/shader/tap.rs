@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::{DISTANCE, Sizes, lit, sum};
-use vibrissa_core::physics::chebyshev::{matrix, scaled};
 use crate::smooth::rod::squares;
 use crate::smooth::scope::Scope;
+use vibrissa_core::physics::chebyshev::{matrix, scaled};
 
 /// The chart at the design's own angle.
 pub(super) fn own(scope: &Scope) -> String {
