@@ -117,7 +117,7 @@ impl Choice {
     /// Opens the device and keeps it for [`Self::solver`].
     fn solves(&self) -> Result<(), String> {
         let Some(adapter) = &self.adapter else { return Ok(()) };
-        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision)).flatten()?;
+        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))?.map_err(|e| e.to_string())?;
         self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(gpu);
         Ok(())
     }
@@ -195,7 +195,7 @@ impl Choice {
         Ok(match &self.adapter {
             Some(adapter) => match opened {
                 Some(gpu) => Box::new(gpu),
-                None => Box::new(Gpu::new(adapter.clone(), self.precision).map_err(Error::Run)?),
+                None => Box::new(Gpu::new(adapter.clone(), self.precision)?),
             },
             None => Box::new(Cpu::new(self.precision)),
         })

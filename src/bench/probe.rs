@@ -4,8 +4,10 @@
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use crate::kernel::gpu::Gpu;
+use crate::error::SolveError;
+use crate::layout::Layout;
 use crate::kernel::{Job, Solution, Solver, Tap};
+use crate::smooth::{Ranking, Scope};
 
 /// What a probed solver has spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -51,7 +53,7 @@ impl Solver for Probe {
         job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), String> {
+    ) -> Result<(), SolveError> {
         let job = Job { tolerance: self.alone.unwrap_or(job.tolerance), ..*job };
         let start = Instant::now();
         self.inner.solve(&job, taps, out)?;
@@ -66,8 +68,8 @@ impl Solver for Probe {
         Ok(())
     }
 
-    fn gpu(&self) -> Option<&Gpu> {
-        self.inner.gpu()
+    fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        self.inner.ranking(scope, layout)
     }
 
     fn batch_limit(&self) -> usize {

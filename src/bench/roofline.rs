@@ -88,8 +88,8 @@ pub fn measure(
 fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {
     Ok(match &p.adapter {
         Some(adapter) => {
-            let gpu = Gpu::new(adapter.clone(), p.precision).map_err(Error::Run)?;
-            let found = gpu.peaks(repeats).map_err(Error::Run)?;
+            let gpu = Gpu::new(adapter.clone(), p.precision)?;
+            let found = gpu.peaks(repeats)?;
             Peak { place, flops: found.flops, bytes: found.bytes }
         }
         None => Peak { place, flops: cpu::flops(p.precision, repeats), bytes: cpu::bandwidth(repeats) },
@@ -111,7 +111,7 @@ fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Resu
         spent.push(account.take());
         outcomes
     })
-    .map_err(Error::Run)?;
+    ?;
     let n = taps.tasks.len();
     let kernel = Times::of(spent[1..].iter().map(|s| s.seconds).collect()).per(n);
     let sweeps = spent[1].sweeps / n as f64;
@@ -119,7 +119,7 @@ fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Resu
     let few = Taps::new(c, COUNTED.min(settings.timed))?;
     let counter = Counter::default();
     let method = Method::Fast { solver: Box::new(counter.clone()), rungs, tolerance };
-    Evaluator::new(&few.setup, method).run(&few.designs, &few.tasks).map_err(Error::Run)?;
+    Evaluator::new(&few.setup, method).run(&few.designs, &few.tasks)?;
     // The CPU kernels read and write f64 whatever they compute in; a GPU is sent its own numbers.
     let word = if p.adapter.is_some() && p.precision == Precision::F32 { 4 } else { 8 };
     let bytes = word * (Tap::<f32>::FIELDS.len() + Solution::<f32>::FIELDS.len());

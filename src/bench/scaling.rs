@@ -118,7 +118,7 @@ pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
                 .build()
                 .map_err(|e| Error::Run(e.to_string()))?;
             let mut evaluator = Evaluator::new(&taps.setup, p.choice.open(&taps.setup.model)?);
-            let mut run = || pool.install(|| evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::Run);
+            let mut run = || pool.install(|| evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::from);
             run()?;
             let (_, times) = repeat(settings.repeats, run)?;
             let times = times.per(taps.tasks.len());

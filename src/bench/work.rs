@@ -182,8 +182,7 @@ impl Judge {
         };
         let other = Choice::among(&options, &[])?.open(&judge.compared.setup.model)?;
         let other = Evaluator::new(&judge.compared.setup, other)
-            .run(&judge.compared.designs, &judge.compared.tasks)
-            .map_err(Error::Run)?;
+            .run(&judge.compared.designs, &judge.compared.tasks)?;
         let (taps, unsolved, errors) = judge.compare(&other);
         (judge.point.taps, judge.point.errors) = (taps - unsolved, errors);
         Ok(judge)
@@ -223,7 +222,7 @@ impl Judge {
 fn reference(taps: &Taps, repeats: usize) -> Result<(Vec<Outcome>, Times), Error> {
     let mut evaluator = Evaluator::new(&taps.setup, Method::Reference);
     let (answers, times) =
-        repeat(repeats, || evaluator.run(&taps.designs, &taps.tasks)).map_err(Error::Run)?;
+        repeat(repeats, || evaluator.run(&taps.designs, &taps.tasks))?;
     Ok((answers, times.per(taps.tasks.len())))
 }
 
@@ -255,7 +254,7 @@ fn fast(
     let (probe, account) = Probe::new(solver, alone);
     let method = Method::Fast { solver: Box::new(probe), rungs: rungs(&taps.setup.model)?, tolerance };
     let mut evaluator = Evaluator::new(&taps.setup, method);
-    let mut run = || evaluator.run(&taps.designs, &taps.tasks).map_err(Error::Run);
+    let mut run = || evaluator.run(&taps.designs, &taps.tasks).map_err(Error::from);
     // The first run pays for pipelines and buffers.
     run()?;
     account.take();

@@ -8,10 +8,12 @@ use std::sync::LazyLock;
 use rayon::prelude::*;
 
 use crate::design::Design;
-use crate::kernel::{self, Rung, Solution, Solver, Tap};
+use crate::error::SolveError;
+use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Setup};
-use crate::smooth::drives::DriveAxis;
+use crate::layout::Layout;
+use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
 use outcome::{fast, reference};
 use solve::{Solved, frame};
@@ -112,7 +114,7 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Fails with [`TOO_HARD`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
+    /// Fails with [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
     pub fn sparing(self, most: usize) -> Self {
         Self { spare: most, ..self }
     }
@@ -127,11 +129,11 @@ impl<'a> Evaluator<'a> {
         std::mem::take(&mut self.sweeps)
     }
 
-    /// The GPU that taps are solved on, if they are.
-    pub fn gpu(&self) -> Option<&kernel::gpu::Gpu> {
+    /// What ranks the designs of `scope` on the solver's own device, where it has one.
+    pub fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         match &self.method {
-            Method::Fast { solver, .. } => solver.gpu(),
-            Method::Reference => None,
+            Method::Fast { solver, .. } => solver.ranking(scope, layout),
+            Method::Reference => Ok(None),
         }
     }
 
@@ -151,7 +153,7 @@ impl<'a> Evaluator<'a> {
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: contacts with friction that no rung
     /// solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the material
     /// bears them, or whether they lie on the path from the unloaded whisker.
-    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, String> {
+    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         let setup = self.setup;
         if self.needs_no_kernel() {
             return Ok(tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect());
@@ -166,7 +168,7 @@ impl<'a> Evaluator<'a> {
         designs: &[Design],
         tasks: &[Task],
         expected: &[Outcome],
-    ) -> Result<Vec<Outcome>, String> {
+    ) -> Result<Vec<Outcome>, SolveError> {
         if self.needs_no_kernel() {
             return self.run(designs, tasks);
         }
@@ -181,7 +183,7 @@ impl<'a> Evaluator<'a> {
         designs: &[Design],
         tasks: &[Task],
         drives: &[f64],
-    ) -> Result<(Vec<Outcome>, u64), String> {
+    ) -> Result<(Vec<Outcome>, u64), SolveError> {
         if self.needs_no_kernel() {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
@@ -230,7 +232,7 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
-    ) -> Result<Vec<Outcome>, String> {
+    ) -> Result<Vec<Outcome>, SolveError> {
         let (setup, tolerance) = (self.setup, self.tolerance());
         // A law that softens until its tangent vanishes has no chart up to there.
         let rungs = match &self.method {
@@ -248,7 +250,7 @@ impl<'a> Evaluator<'a> {
         };
         if self.spare < usize::MAX {
             let left = solved.iter().flatten().filter(|s| doubtful(s)).count();
-            self.spare = self.spare.checked_sub(left).ok_or(TOO_HARD)?;
+            self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];

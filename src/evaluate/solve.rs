@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Evaluator, Method, Task};
+use crate::error::SolveError;
 use crate::design::{Design, amount};
 use crate::kernel::{
     self, Effects, Solution,
@@ -33,7 +34,7 @@ impl Evaluator<'_> {
         &mut self,
         designs: &[Design],
         tasks: &[Task],
-    ) -> Result<Vec<Option<Solved>>, String> {
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
         let solved = match self.setup.model.contact {
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0))
@@ -51,7 +52,7 @@ impl Evaluator<'_> {
         designs: &[Design],
         tasks: &[Task],
         grip: &(dyn Fn(usize) -> Grip + Sync),
-    ) -> Result<Vec<Option<Solved>>, String> {
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
         let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok(vec![None; tasks.len()]);
@@ -87,7 +88,7 @@ impl Evaluator<'_> {
         designs: &[Design],
         tasks: &[Task],
         mu: f64,
-    ) -> Result<Vec<Option<Solved>>, String> {
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
         let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
         let decide = |s: &Solved| {
             let Response { tangential, normal, .. } = s.frame.response(&s.solution);

@@ -141,7 +141,7 @@ impl Bench<'_> {
         setup.gauge.side = setting.side;
         let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();
         let method = self.choice.open(&setup.model)?;
-        let outcomes = Evaluator::new(setup, method).run(&designs, &self.sample.tasks).map_err(Error::Run)?;
+        let outcomes = Evaluator::new(setup, method).run(&designs, &self.sample.tasks)?;
         self.known.push((setting.clone(), outcomes));
         Ok(self.known.len() - 1)
     }

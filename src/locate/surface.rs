@@ -189,7 +189,7 @@ impl Solve<'_> {
                 tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(drives, *y) }));
             }
         }
-        let outcomes = self.evaluator.run(&self.designs, &tasks)?;
+        let outcomes = self.evaluator.run(&self.designs, &tasks).map_err(|e| e.to_string())?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
         self.spare = self.spare.checked_sub(unsolved).ok_or(TOO_HARD)?;
         let ratios: Vec<f64> = outcomes

@@ -70,7 +70,7 @@ impl<'a> Scorer<'a> {
         let design = [Design::new(judge.setup, *point)];
         let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
         let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
-        let taps = self.evaluator.run(&design, &tasks).map_err(Error::Run)?;
+        let taps = self.evaluator.run(&design, &tasks)?;
         let estimator = design[0].shared.as_ref().map(|s| Estimator::new(judge.setup, s, judge.reach));
         let own = |row: &DriveRow, e: &Estimator<'_>| e.calibration(row.deviation.n, row.deviation.mean());
         Ok(judge.tally(estimator.as_ref(), &taps, own, point.drive))
@@ -89,7 +89,7 @@ impl<'a> Scorer<'a> {
             Task { design: w as u32, a: judge.distances[t % n], drive: designs[w].tuple.drive }
         };
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
-        let taps = self.evaluator.run(&designs, &tasks).map_err(Error::Run)?;
+        let taps = self.evaluator.run(&designs, &tasks)?;
         let score = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
             judge.score(&designs[first..last], &taps[first * n..last * n])

@@ -175,7 +175,7 @@ pub fn simulate(
             drive: drive + settings.drive_offset,
         };
         let tasks: Vec<Task> = labels.iter().flat_map(|a| drives.iter().map(move |d| task(a, d))).collect();
-        let outcomes = evaluator.run(&designs, &tasks).map_err(Error::Run)?;
+        let outcomes = evaluator.run(&designs, &tasks)?;
         for (k, a) in labels.iter().enumerate() {
             let here = &outcomes[k * drives.len() as usize..][..drives.len() as usize];
             let other = distances.at((from + k as u64 + 1) % distances.len());

@@ -14,7 +14,7 @@ use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
 use crate::sink::table;
-use crate::smooth::{Case, Found, Ranker, Scope, Tables};
+use crate::smooth::{Case, Found, Ranking, Scope, Tables};
 use crate::statistics::Tally;
 use crate::status::Status;
 
@@ -29,10 +29,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize)
     run.counts.solved += scope.chart.sweeps.taps;
     run.counts.sweeps.merge(&scope.chart.sweeps);
     run.counts.chart = Some(scope.chart.summary());
-    let device = match run.evaluator.gpu() {
-        Some(gpu) => Ranker::new(gpu, scope, layout).map_err(Error::Run)?,
-        None => None,
-    };
+    let device = run.evaluator.ranking(scope, layout)?;
     let mut search = Search { layout, scope, all: Found::default(), best: Best::new(top) };
     match device {
         Some(device) => search.on_device(run, device)?,
@@ -90,7 +87,7 @@ impl Search<'_> {
     }
 
     /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
-    fn on_device(&mut self, run: &mut Run<'_>, mut device: Ranker) -> Result<(), Error> {
+    fn on_device(&mut self, run: &mut Run<'_>, mut device: Box<dyn Ranking>) -> Result<(), Error> {
         let tables = Tables::new(self.scope);
         let (mut next, mut done) = (0, 0);
         loop {
@@ -103,7 +100,7 @@ impl Search<'_> {
             }
             let start = Instant::now();
             let Some(batch) = device.finish() else { return Ok(()) };
-            let batch = batch.map_err(Error::Run)?;
+            let batch = batch?;
             let bound = bound(&mut self.all, self.scope.rank.keep);
             let rows = group(self.layout, self.scope, &tables, &batch.best, bound).rows;
             run.solve += start.elapsed();

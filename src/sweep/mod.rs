@@ -149,7 +149,7 @@ impl Run<'_> {
     fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
         self.check_stop()?;
         let start = Instant::now();
-        let outcomes = self.evaluator.run(designs, tasks).map_err(Error::Run)?;
+        let outcomes = self.evaluator.run(designs, tasks)?;
         self.solve += start.elapsed();
         self.counts.solved += outcomes.len() as u64;
         self.note(&outcomes);
@@ -166,7 +166,7 @@ impl Run<'_> {
         self.check_stop()?;
         let start = Instant::now();
         let (outcomes, solved) =
-            self.evaluator.run_over_drives(designs, tasks, drives).map_err(Error::Run)?;
+            self.evaluator.run_over_drives(designs, tasks, drives)?;
         self.solve += start.elapsed();
         self.counts.solved += solved;
         self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;

@@ -88,7 +88,7 @@ pub fn run(
         for start in (0..designs.len()).step_by(PART) {
             let part = start..(start + PART).min(designs.len());
             let taps = tasks(&case.tuples[part.clone()]);
-            expected.extend(reference.run(&designs[part], &taps).map_err(Error::Run)?);
+            expected.extend(reference.run(&designs[part], &taps)?);
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Run("stopped; nothing was written".into()));
             }
@@ -98,7 +98,7 @@ pub fn run(
         for (number, place) in places.iter_mut().enumerate() {
             let mut evaluator = Evaluator::new(setup, place.open(&setup.model)?);
             let found =
-                evaluator.run_beside(&designs, &tasks(&case.tuples), &expected).map_err(Error::Run)?;
+                evaluator.run_beside(&designs, &tasks(&case.tuples), &expected)?;
             place.keep(evaluator.into_method());
             let mut census = Census::default();
             for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {

@@ -88,12 +88,36 @@ impl fmt::Display for InputError {
 
 impl std::error::Error for InputError {}
 
+/// What keeps taps from being solved.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SolveError {
+    /// A device, its driver or its shader failed; the words are the driver's.
+    #[error("{0}")]
+    Device(String),
+    /// A rule of so many nodes, for which no kernel is compiled.
+    #[error("no kernel with {0} nodes")]
+    Nodes(usize),
+    /// More taps would be left to the reference, or have no solution, than were allowed.
+    #[error("too many taps have no solution that the kernels find")]
+    TooHard,
+}
+
+impl SolveError {
+    /// A device that fails as `why` says.
+    pub fn device(why: impl fmt::Display) -> Self {
+        Self::Device(why.to_string())
+    }
+}
+
 /// Anything that ends a command early.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Bad usage or a bad spec: exit code 2.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// Taps cannot be solved: exit code 1.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// The run itself failed: exit code 1.
     #[error("{0}")]
     Run(String),
@@ -117,7 +141,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input(_) => 2,
-            Self::Run(_) | Self::Io { .. } => 1,
+            Self::Solve(_) | Self::Run(_) | Self::Io { .. } => 1,
         }
     }
 }

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use vibrissa_kernel::cpu::{Scalar, one_by_one};
 use vibrissa_kernel::{Job, Solution, Solver, Tap};
+use vibrissa_core::error::SolveError;
 
 /// Arithmetic operations on the numbers of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -126,7 +127,7 @@ impl Solver for Counter {
         job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), String> {
+    ) -> Result<(), SolveError> {
         out.clear();
         out.resize(taps.len(), Solution::FAILED);
         SEEN.set(Operations::default());
@@ -135,7 +136,7 @@ impl Solver for Counter {
             10 => one_by_one::<Counted, 10>(job, taps, out),
             16 => one_by_one::<Counted, 16>(job, taps, out),
             24 => one_by_one::<Counted, 24>(job, taps, out),
-            n => return Err(format!("no counted kernel with {n} nodes")),
+            n => return Err(SolveError::Nodes(n)),
         }
         self.0.lock().unwrap_or_else(|e| e.into_inner()).plus(&SEEN.get());
         Ok(())

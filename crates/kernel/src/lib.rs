@@ -33,10 +33,13 @@ pub use chart::Chart;
 use cpu::Cpu;
 pub use effects::Effects;
 pub use rule::{Rule, ladder};
+use smooth::{Ranking, Scope};
 pub use tap::{Solution, Tap};
 
 use std::sync::OnceLock;
 
+use vibrissa_core::error::SolveError;
+use vibrissa_core::layout::Layout;
 use vibrissa_core::scene::{Material, Precision};
 
 /// What one batch is solved with.
@@ -107,14 +110,14 @@ impl Rung {
 pub trait Solver: Send {
     /// Solves every tap of `taps` into the same place of `out`.
     fn solve(&mut self, job: &Job<'_>, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>)
-    -> Result<(), String>;
+    -> Result<(), SolveError>;
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
 
-    /// The GPU it runs on, if it does.
-    fn gpu(&self) -> Option<&gpu::Gpu> {
-        None
+    /// What ranks the designs of `scope` on this backend's own device; `None` where it has none, or the scope does not fit on it.
+    fn ranking(&self, _scope: &Scope, _layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        Ok(None)
     }
 }
 
@@ -147,7 +150,7 @@ pub fn solve(
     tolerance: f64,
     taps: &[Tap<f64>],
     out: &mut Vec<Solution<f64>>,
-) -> Result<(), String> {
+) -> Result<(), SolveError> {
     out.clear();
     let trusted = trusted(&effects);
     let mut spare = Cpu::new(Precision::F64);

@@ -16,6 +16,7 @@ pub use peak::{bandwidth, flops};
 
 use super::{Job, Solution, Solver, Tap};
 use vibrissa_core::scene::Precision;
+use vibrissa_core::error::SolveError;
 
 /// Taps of one work item: enough to hide scheduling, few enough to balance.
 const GRAIN: usize = 1024;
@@ -54,7 +55,7 @@ impl Solver for Cpu {
         job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), String> {
+    ) -> Result<(), SolveError> {
         out.clear();
         out.resize(taps.len(), Solution::FAILED);
         match self.precision {
@@ -71,13 +72,13 @@ impl Solver for Cpu {
 /// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
-        fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), String> {
+        fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), SolveError> {
             match job.rule.nodes {
                 $($n => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
                     parallel(taps, out, |t, o| block::<$t, $n, $lanes>(&tables, job, t, o));
                 })*
-                n => return Err(format!("no CPU kernel with {n} nodes")),
+                n => return Err(SolveError::Nodes(n)),
             }
             Ok(())
         }

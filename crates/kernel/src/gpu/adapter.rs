@@ -1,5 +1,7 @@
 //! Which adapters there are and which one to take.
 
+use vibrissa_core::error::SolveError;
+
 /// An adapter and what a user wants to know of it.
 #[derive(Debug, Clone)]
 pub struct Adapter {
@@ -46,7 +48,7 @@ impl Adapter {
     }
 
     /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.
-    pub(super) fn open(&self, f64: bool) -> Result<(wgpu::Device, wgpu::Queue), String> {
+    pub(super) fn open(&self, f64: bool) -> Result<(wgpu::Device, wgpu::Queue), SolveError> {
         let required_features = if f64 { wgpu::Features::SHADER_F64 } else { wgpu::Features::empty() };
         let request = self.inner.request_device(&wgpu::DeviceDescriptor {
             label: Some("vibrissa"),
@@ -54,7 +56,7 @@ impl Adapter {
             required_limits: self.inner.limits(),
             ..Default::default()
         });
-        pollster::block_on(request).map_err(|e| format!("adapter {}: {e}", self.name))
+        pollster::block_on(request).map_err(|e| SolveError::Device(format!("adapter {}: {e}", self.name)))
     }
 }
 

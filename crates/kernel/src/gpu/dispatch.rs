@@ -8,6 +8,9 @@ use super::{
 };
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::scene::Precision;
+use vibrissa_core::error::SolveError;
+use vibrissa_core::layout::Layout;
+use crate::smooth::{Ranker, Ranking, Scope};
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
@@ -36,7 +39,7 @@ struct Buffers {
 
 impl Gpu {
     /// Opens `adapter`; fails where `precision` is f64 and its shaders have none.
-    pub fn new(adapter: Adapter, precision: Precision) -> Result<Self, String> {
+    pub fn new(adapter: Adapter, precision: Precision) -> Result<Self, SolveError> {
         let (device, queue) = adapter.open(precision == Precision::F64)?;
         Ok(Self { adapter, precision, device, queue, pipelines: HashMap::new(), buffers: None })
     }
@@ -73,7 +76,7 @@ impl Gpu {
     }
 
     /// The pipeline of `variant`, compiled on first use.
-    fn pipeline(&mut self, variant: &Variant<'_>) -> Result<wgpu::ComputePipeline, String> {
+    fn pipeline(&mut self, variant: &Variant<'_>) -> Result<wgpu::ComputePipeline, SolveError> {
         let (name, wgsl) = (variant.name(), variant.wgsl());
         if let Some(found) = self.pipelines.get(&wgsl) {
             return Ok(found.clone());
@@ -84,7 +87,7 @@ impl Gpu {
     }
 
     /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
-    pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, String> {
+    pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, SolveError> {
         validate(name, wgsl)?;
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let source =
@@ -102,7 +105,7 @@ impl Gpu {
             cache: None,
         });
         if let Some(e) = pollster::block_on(scope.pop()) {
-            return Err(format!("shader {name} on {}: {e}", self.adapter.name));
+            return Err(SolveError::Device(format!("shader {name} on {}: {e}", self.adapter.name)));
         }
         Ok(pipeline)
     }
@@ -143,7 +146,7 @@ impl Solver for Gpu {
         job: &Job<'_>,
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), String> {
+    ) -> Result<(), SolveError> {
         out.clear();
         if taps.is_empty() {
             return Ok(());
@@ -176,11 +179,11 @@ impl Solver for Gpu {
         encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
         self.queue.submit([encoder.finish()]);
         read(&self.device, &buffers.readback, bytes, precision, out)
-            .map_err(|e| format!("{}: {e}", self.adapter.name))
+            .map_err(|e| SolveError::Device(format!("{}: {e}", self.adapter.name)))
     }
 
-    fn gpu(&self) -> Option<&Gpu> {
-        Some(self)
+    fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        Ok(Ranker::new(self, scope, layout)?.map(|ranker| Box::new(ranker) as Box<dyn Ranking>))
     }
 
     fn batch_limit(&self) -> usize {
@@ -198,15 +201,15 @@ fn read(
     bytes: u64,
     precision: Precision,
     out: &mut Vec<Solution<f64>>,
-) -> Result<(), String> {
+) -> Result<(), SolveError> {
     let (send, receive) = std::sync::mpsc::channel();
     readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
         let _ = send.send(r);
     });
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
-    receive.recv().map_err(|e| e.to_string())?.map_err(|e| e.to_string())?;
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(SolveError::device)?;
+    receive.recv().map_err(SolveError::device)?.map_err(SolveError::device)?;
     {
-        let view = readback.get_mapped_range(0..bytes).map_err(|e| e.to_string())?;
+        let view = readback.get_mapped_range(0..bytes).map_err(SolveError::device)?;
         match precision {
             Precision::F32 => {
                 out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.map(f64::from)))

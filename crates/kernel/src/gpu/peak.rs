@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::dispatch::{Gpu, entry};
 use vibrissa_core::scene::Precision;
+use vibrissa_core::error::SolveError;
 
 /// Independent chains of one invocation.
 const CHAINS: usize = 8;
@@ -34,7 +35,7 @@ impl Gpu {
     ///
     /// # Errors
     /// What the device says.
-    pub fn peaks(&self, repeats: usize) -> Result<Peaks, String> {
+    pub fn peaks(&self, repeats: usize) -> Result<Peaks, SolveError> {
         let real = self.real();
         let (word, copied) = (real.1 as u64, COPY.min(self.adapter().max_binding) / 16 * 16);
         let numbers = self.buffer(u64::from(INVOCATIONS) * word, wgpu::BufferUsages::STORAGE);
@@ -84,13 +85,13 @@ impl Gpu {
         work: f64,
         repeats: usize,
         encode: &dyn Fn(&mut wgpu::CommandEncoder, u32),
-    ) -> Result<f64, String> {
-        let timed = |times: u32| -> Result<f64, String> {
+    ) -> Result<f64, SolveError> {
+        let timed = |times: u32| -> Result<f64, SolveError> {
             let mut encoder = self.device().create_command_encoder(&Default::default());
             encode(&mut encoder, times);
             let start = Instant::now();
             self.queue().submit([encoder.finish()]);
-            self.device().poll(wgpu::PollType::wait_indefinitely()).map_err(|e| e.to_string())?;
+            self.device().poll(wgpu::PollType::wait_indefinitely()).map_err(SolveError::device)?;
             Ok(start.elapsed().as_secs_f64())
         };
         // The first time may pay for compilation and for pages of memory.

@@ -8,8 +8,10 @@ use std::collections::VecDeque;
 
 use super::lanes::Words;
 use super::scope::Scope;
+use super::{Batch, Ranking};
 use crate::gpu::{Gpu, shader::validate};
 use shader::{Shader, WORKGROUP};
+use vibrissa_core::error::SolveError;
 use vibrissa_core::layout::Layout;
 
 /// Designs of a batch at most.
@@ -48,20 +50,6 @@ struct Slot {
     readback: wgpu::Buffer,
 }
 
-/// What a finished batch brings.
-pub struct Batch {
-    /// Its designs.
-    pub range: std::ops::Range<u64>,
-    /// Rows that are complete; designs that have one where designs compete.
-    pub complete: u64,
-    /// Taps per status word.
-    pub words: Words,
-    /// Designs with a row below the bound.
-    pub best: Vec<u64>,
-    /// Designs that must be solved tap by tap.
-    pub hard: Vec<u64>,
-}
-
 /// Designs of a batch at most, of `block` taps each.
 fn most(block: u64) -> u64 {
     MOST.min((MOST_TAPS / block).max(1))
@@ -69,7 +57,7 @@ fn most(block: u64) -> u64 {
 
 impl Ranker {
     /// The pipeline of `scope` over `layout` on the device of `gpu`; `None` where the scope does not fit a device.
-    pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, String> {
+    pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, SolveError> {
         let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
         let (device, queue) = gpu.handles();
         validate("smooth", &shader.wgsl)?;
@@ -120,18 +108,75 @@ impl Ranker {
         }))
     }
 
-    /// Designs of a batch at most.
-    pub fn most(&self) -> u64 {
+    fn collect(&self, at: usize, range: std::ops::Range<u64>) -> Result<Batch, SolveError> {
+        let slot = &self.slots[at];
+        let tally = self.read(&slot.readback, COUNTERS)?;
+        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete] = tally[..9] else {
+            return Err(SolveError::device("the tally is too short"));
+        };
+        let word = u64::from;
+        let words = Words {
+            ok: word(ok),
+            slipped: word(slipped),
+            strain: word(strain),
+            rootless: word(rootless),
+            ambiguous: word(ambiguous),
+            invalid: word(invalid),
+        };
+        let list = |from: &wgpu::Buffer, count: u32| -> Result<Vec<u64>, SolveError> {
+            let mut ks: Vec<u64> =
+                self.copy(slot, from, count as usize)?.into_iter().map(|i| range.start + word(i)).collect();
+            ks.sort_unstable();
+            Ok(ks)
+        };
+        let (best, hard) = (list(&slot.best, best)?, list(&slot.hard, hard)?);
+        Ok(Batch { range, complete: word(complete), words, best, hard })
+    }
+
+    /// The first `count` words of a buffer of `slot`.
+    fn copy(&self, slot: &Slot, from: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, SolveError> {
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(from, 0, &slot.readback, 0, 4 * count as u64);
+        self.queue.submit([encoder.finish()]);
+        self.read(&slot.readback, count)
+    }
+
+    fn read(&self, readback: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, SolveError> {
+        let bytes = 4 * count as u64;
+        let (send, receive) = std::sync::mpsc::channel();
+        readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
+            let _ = send.send(r);
+        });
+        loop {
+            self.device.poll(wgpu::PollType::Poll).map_err(SolveError::device)?;
+            match receive.recv_timeout(std::time::Duration::from_micros(200)) {
+                Ok(done) => break done.map_err(SolveError::device)?,
+                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
+                Err(e) => return Err(SolveError::device(e)),
+            }
+        }
+        let words = {
+            let view = readback.get_mapped_range(0..bytes).map_err(SolveError::device)?;
+            bytemuck::cast_slice(&view).to_vec()
+        };
+        readback.unmap();
+        Ok(words)
+    }
+}
+
+impl Ranking for Ranker {
+    fn most(&self) -> u64 {
         self.most
     }
 
-    /// Whether another batch can start.
-    pub fn free(&self) -> bool {
+    fn free(&self) -> bool {
         self.flying.len() < self.slots.len()
     }
 
-    /// Starts a batch that looks for rows below `bound`.
-    pub fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
+    fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
         let used: Vec<usize> = self.flying.iter().map(|(slot, _)| *slot).collect();
         let at = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
         let slot = &self.slots[at];
@@ -168,67 +213,8 @@ impl Ranker {
         self.flying.push_back((at, range));
     }
 
-    /// Waits for the oldest batch; `None` when none is in flight.
-    pub fn finish(&mut self) -> Option<Result<Batch, String>> {
+    fn finish(&mut self) -> Option<Result<Batch, SolveError>> {
         let (at, range) = self.flying.pop_front()?;
         Some(self.collect(at, range))
-    }
-
-    fn collect(&self, at: usize, range: std::ops::Range<u64>) -> Result<Batch, String> {
-        let slot = &self.slots[at];
-        let tally = self.read(&slot.readback, COUNTERS)?;
-        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete] = tally[..9] else {
-            return Err("the tally is too short".into());
-        };
-        let word = u64::from;
-        let words = Words {
-            ok: word(ok),
-            slipped: word(slipped),
-            strain: word(strain),
-            rootless: word(rootless),
-            ambiguous: word(ambiguous),
-            invalid: word(invalid),
-        };
-        let list = |from: &wgpu::Buffer, count: u32| -> Result<Vec<u64>, String> {
-            let mut ks: Vec<u64> =
-                self.copy(slot, from, count as usize)?.into_iter().map(|i| range.start + word(i)).collect();
-            ks.sort_unstable();
-            Ok(ks)
-        };
-        let (best, hard) = (list(&slot.best, best)?, list(&slot.hard, hard)?);
-        Ok(Batch { range, complete: word(complete), words, best, hard })
-    }
-
-    /// The first `count` words of a buffer of `slot`.
-    fn copy(&self, slot: &Slot, from: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, String> {
-        if count == 0 {
-            return Ok(Vec::new());
-        }
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(from, 0, &slot.readback, 0, 4 * count as u64);
-        self.queue.submit([encoder.finish()]);
-        self.read(&slot.readback, count)
-    }
-
-    fn read(&self, readback: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, String> {
-        let bytes = 4 * count as u64;
-        let (send, receive) = std::sync::mpsc::channel();
-        readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
-            let _ = send.send(r);
-        });
-        loop {
-            self.device.poll(wgpu::PollType::Poll).map_err(|e| e.to_string())?;
-            match receive.recv_timeout(std::time::Duration::from_micros(200)) {
-                Ok(done) => break done.map_err(|e| e.to_string())?,
-                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
-                Err(e) => return Err(e.to_string()),
-            }
-        }
-        let words = {
-            let view = readback.get_mapped_range(0..bytes).map_err(|e| e.to_string())?;
-            bytemuck::cast_slice(&view).to_vec()
-        };
-        readback.unmap();
-        Ok(words)
     }
 }
