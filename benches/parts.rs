@@ -2,15 +2,14 @@
 
 use divan::{Bencher, black_box, counter::ItemsCount};
 use vibrissa::bench::taps::{Taps, exact, linear};
-use vibrissa::design::{Design, amount};
-use vibrissa::estimate::Estimator;
+use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::Precision;
 use vibrissa::sink::{csv::Text, table};
-use vibrissa::statistics::Tally;
+use vibrissa::statistics::Reduction;
 use vibrissa::verify::configuration::Configuration;
 
 fn main() {
@@ -74,22 +73,20 @@ mod reduction {
     }
 
     #[divan::bench]
-    fn tally(bencher: Bencher<'_, '_>) {
+    fn both_passes(bencher: Bencher<'_, '_>) {
         let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
         let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
-        let shared = design.shared.as_ref().expect("a whisker");
-        let estimator = Estimator::new(&taps.setup, shared, [20.0, 48.0]);
         bencher.counter(ItemsCount::new(1000usize)).bench(|| {
-            let mut tally = Tally::new(10, 100);
+            let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (10, 100));
             for (k, o) in outcomes.iter().enumerate() {
-                tally.count(k % 10, k / 10, black_box(o));
+                reduced.count((k % 10, k / 10), black_box(o));
             }
-            tally.calibrate(Some(&estimator));
+            reduced.calibrate();
             for (k, o) in outcomes.iter().enumerate() {
-                let tap = (taps.tasks[k].a, taps.setup.drive, taps.tasks[k].drive);
-                black_box(tally.estimate((k % 10, k / 10), tap, o, Some(&estimator)));
+                let tap = (taps.tasks[k].a, taps.tasks[k].drive);
+                black_box(reduced.estimate((k % 10, k / 10), tap, o));
             }
-            tally
+            reduced.drives
         });
     }
 }
@@ -126,15 +123,11 @@ mod inverse {
 fn csv(bencher: Bencher<'_, '_>) {
     let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
-    let shared = design.shared.as_ref().expect("a whisker");
-    let estimator = Estimator::new(&taps.setup, shared, [20.0, 48.0]);
-    let mut tally = Tally::new(1, 1);
-    outcomes.iter().for_each(|o| tally.count(0, 0, o));
-    tally.calibrate(Some(&estimator));
+    let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (1, 1));
+    outcomes.iter().for_each(|o| reduced.count((0, 0), o));
+    reduced.calibrate();
     let task = &taps.tasks[0];
-    let tap = (task.a, taps.setup.drive, task.drive);
-    assert!(amount(taps.setup.drive, task.drive) > 0.0);
-    let estimated = tally.estimate((0, 0), tap, &outcomes[0], Some(&estimator));
+    let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0]);
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
         let (mut text, mut fields) = (Text::default(), Vec::new());
         for (o, t) in outcomes.iter().zip(&taps.tasks) {

@@ -1,13 +1,14 @@
-//! Rows of one design: K and its spread per drive and per distance, distance errors, extremes (model §4).
+//! Rows of one design: K and its spread per drive and per distance, distance errors, extremes (model §4). The one reduction: sweeps over
+//! grids, lists and charts, searches and calibrations all go through it.
 //!
-//! Two passes over the taps of a design, in any order: [`Tally::count`] gathers K, then every row has its K̄, and
-//! [`Tally::estimate`] gathers the errors of the distances estimated with it.
+//! Two passes over the taps of a design, in any order: [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, and
+//! [`Reduction::estimate`] gathers the errors of the distances estimated with it.
 
-use crate::design::amount;
+use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
 use crate::reduce::{Errors, Largest, Spread};
-use crate::scene::Drive;
+use crate::scene::{Drive, RankBy, Setup};
 use crate::status::Status;
 
 /// Statistics of a design at one drive, over its distances: a row of designs.csv.
@@ -38,6 +39,25 @@ impl DriveRow {
     /// Largest contact force of the counting taps, N.
     pub fn force_max(&self) -> Option<f64> {
         self.force.get()
+    }
+
+    /// Whether every distance asked counts.
+    pub fn complete(&self) -> bool {
+        self.deviation.n == self.asked
+    }
+
+    /// The value by which `top` ranks, K in `unit`; `None` of a row that is not complete or has no such value.
+    pub fn rank(&self, by: RankBy, unit: f64) -> Option<f64> {
+        let value = match by {
+            RankBy::KSd => self.deviation.sd().map(|s| s * unit),
+            RankBy::ErrorRms => self.error_rms(),
+            RankBy::ErrorMax => self.error_max(),
+            RankBy::NoiseRms => self.noise_rms(),
+            RankBy::TotalRms => self.total_rms(),
+            RankBy::StrainMax => self.strain_max(),
+            RankBy::ForceMax => self.force_max(),
+        };
+        value.filter(|_| self.complete())
     }
 
     fn whole<T>(&self, value: Option<T>) -> Option<T> {
@@ -79,23 +99,50 @@ pub struct DistanceRow {
     pub status: Status,
 }
 
-/// All rows of one design.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tally {
+/// A design on its way from taps to rows.
+#[derive(Debug, Clone)]
+pub struct Reduction<'a> {
+    /// Reads distances; none of a design that is no whisker.
+    estimator: Option<Estimator<'a>>,
+    kind: Drive,
+    /// Length by which K is multiplied in the tables, where it has one, mm.
+    pub elongation: Option<f64>,
     /// One per drive.
     pub drives: Vec<DriveRow>,
     /// One per distance.
     pub distances: Vec<DistanceRow>,
 }
 
-impl Tally {
-    /// Of a design with so many distances and drives.
-    pub fn new(distances: usize, drives: usize) -> Self {
-        Self { drives: vec![DriveRow::default(); drives], distances: vec![DistanceRow::default(); distances] }
+impl<'a> Reduction<'a> {
+    /// Of `design` at so many (distances, drives); `reach`: smallest and largest distance asked of it, mm.
+    pub fn new(setup: &Setup, design: &'a Design, reach: [f64; 2], n: (usize, usize)) -> Self {
+        let estimator = design.shared.as_ref().map(|s| Estimator::new(setup, s, reach));
+        Self::with(setup, design, estimator, n)
+    }
+
+    /// As [`Self::new`], with readings turned into distances by `estimator`.
+    pub fn with(
+        setup: &Setup,
+        design: &Design,
+        estimator: Option<Estimator<'a>>,
+        (distances, drives): (usize, usize),
+    ) -> Self {
+        Self {
+            estimator,
+            kind: setup.drive,
+            elongation: design.elongation(setup),
+            drives: vec![DriveRow::default(); drives],
+            distances: vec![DistanceRow::default(); distances],
+        }
+    }
+
+    /// Unit of K in the tables.
+    pub fn unit(&self) -> f64 {
+        self.elongation.unwrap_or(1.0)
     }
 
     /// First pass: the tap at distance `i`, drive `j`.
-    pub fn count(&mut self, i: usize, j: usize, tap: &Outcome) {
+    pub fn count(&mut self, (i, j): (usize, usize), tap: &Outcome) {
         let (row, distance) = (&mut self.drives[j], &mut self.distances[i]);
         row.asked += 1;
         row.status |= tap.status;
@@ -108,25 +155,25 @@ impl Tally {
         }
     }
 
-    /// Between the passes: K̄ of every row; none for a design that is no whisker.
-    pub fn calibrate(&mut self, estimator: Option<&Estimator<'_>>) {
+    /// Between the passes: K̄ of every row, its own; none for a design that is no whisker.
+    pub fn calibrate(&mut self) {
+        let estimator = self.estimator;
         for row in &mut self.drives {
             row.k = estimator.and_then(|e| e.calibration(row.deviation.n, row.deviation.mean()));
         }
     }
 
+    /// In place of [`Self::calibrate`]: this K̄ for every row, without unit.
+    pub fn calibrate_as(&mut self, k: Option<f64>) {
+        self.drives.iter_mut().for_each(|row| row.k = k);
+    }
+
     /// Second pass: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
-    pub fn estimate(
-        &mut self,
-        (i, j): (usize, usize),
-        (a, kind, drive): (f64, Drive, f64),
-        tap: &Outcome,
-        estimator: Option<&Estimator<'_>>,
-    ) -> Estimated {
+    pub fn estimate(&mut self, (i, j): (usize, usize), (a, drive): (f64, f64), tap: &Outcome) -> Estimated {
         let row = &mut self.drives[j];
         let readable = tap.strain != 0.0 && tap.strain.is_finite() && !tap.status.has(Status::NO_STRAIN);
-        let estimated = match (row.k, estimator) {
-            (Some(k), Some(e)) if readable => e.estimate(k, tap.strain.abs(), amount(kind, drive)),
+        let estimated = match (row.k, &self.estimator) {
+            (Some(k), Some(e)) if readable => e.estimate(k, tap.strain.abs(), amount(self.kind, drive)),
             _ => Estimated { distance: f64::NAN, sigma: f64::NAN, status: Status::OK },
         };
         row.status |= estimated.status;
@@ -140,5 +187,10 @@ impl Tally {
             }
         }
         estimated
+    }
+
+    /// The value by which `top` ranks the row of drive `j`; `None` of an incomplete row.
+    pub fn rank(&self, j: usize, by: RankBy) -> Option<f64> {
+        self.drives[j].rank(by, self.unit())
     }
 }

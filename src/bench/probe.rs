@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::SolveError;
-use crate::layout::Layout;
 use crate::kernel::{Job, Solution, Solver, Tap};
+use crate::layout::Layout;
 use crate::smooth::{Ranking, Scope};
 
 /// What a probed solver has spent.

@@ -110,8 +110,7 @@ fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Resu
         let outcomes = evaluator.run(&taps.designs, &taps.tasks);
         spent.push(account.take());
         outcomes
-    })
-    ?;
+    })?;
     let n = taps.tasks.len();
     let kernel = Times::of(spent[1..].iter().map(|s| s.seconds).collect()).per(n);
     let sweeps = spent[1].sweeps / n as f64;

@@ -221,8 +221,7 @@ impl Judge {
 /// Answers of the reference to `taps`, and nanoseconds per tap.
 fn reference(taps: &Taps, repeats: usize) -> Result<(Vec<Outcome>, Times), Error> {
     let mut evaluator = Evaluator::new(&taps.setup, Method::Reference);
-    let (answers, times) =
-        repeat(repeats, || evaluator.run(&taps.designs, &taps.tasks))?;
+    let (answers, times) = repeat(repeats, || evaluator.run(&taps.designs, &taps.tasks))?;
     Ok((answers, times.per(taps.tasks.len())))
 }
 

@@ -107,7 +107,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
         let held =
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {
-            drive_row(&rig.design.tuple, *drive, &side.table.tally.drives[j], rig.k_unit(), &mut row);
+            drive_row(&rig.design.tuple, *drive, &side.table.by_drive[j], rig.k_unit(), &mut row);
             let status = row.pop();
             row.push(held[j].into());
             row.push(Field::Word(side_name(side.gauge)));
@@ -127,9 +127,9 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     text.header(&columns)?;
     let mut row = Vec::new();
     for side in &found.sides {
-        let KTable { tally, .. } = &side.table;
+        let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
-            distance_row(&rig.design, *a, &tally.distances[i], rig.k_unit(), &mut row);
+            distance_row(&rig.design, *a, &by_distance[i], rig.k_unit(), &mut row);
             let status = row.pop();
             row.push(Field::Word(side_name(side.gauge)));
             row.extend(status);

@@ -98,7 +98,7 @@ struct AtDrive {
 
 fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
     let at = |(j, drive): (usize, &f64)| {
-        let row = &t.tally.drives[j];
+        let row = &t.by_drive[j];
         let cells = || t.cells.iter().filter(|c| c.j == j);
         let m = cells().count() as f64;
         // What the noise of the cells' means does to the spread of K and to the estimates.
@@ -146,7 +146,7 @@ fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
         })
         .collect();
     let row = |(j, d): (usize, AtDrive)| {
-        let row = &t.tally.drives[j];
+        let row = &t.by_drive[j];
         let mut v = json!({
             "n": row.deviation.n,
             "K_mean": row.deviation.mean().map(|m| (1.0 + m) * unit),
@@ -173,7 +173,7 @@ fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
 fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let row = |(i, a): (usize, &f64)| {
-        let row = &t.tally.distances[i].deviation;
+        let row = &t.by_distance[i].deviation;
         json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) })
     };
     t.levels[0].centres.iter().enumerate().map(row).collect()

@@ -5,7 +5,7 @@ use super::held_out::{HeldOut, Side as Held, held_out};
 use super::taps::{Cell, Levels, Tap, cells};
 use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
-use crate::estimate::{Estimated, Estimator as Classic};
+use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
 use crate::locate::Estimator;
 use crate::locate::calibration::{CurveRecord, ExactRecord, FactorRecord, SideRecord, TableRecord};
@@ -13,7 +13,7 @@ use crate::locate::exact::{Opener, Parameter, spec_values};
 use crate::locate::paper::Factors;
 use crate::measure::{Data, Rig};
 use crate::scene::{Side, Theory};
-use crate::statistics::Tally;
+use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
 
 /// What one side is calibrated from.
@@ -74,8 +74,10 @@ pub struct KTable {
     pub levels: [Levels; 2],
     /// The cells.
     pub cells: Vec<Cell>,
-    /// Statistics per drive and per distance.
-    pub tally: Tally,
+    /// Statistics per drive.
+    pub by_drive: Vec<DriveRow>,
+    /// Statistics per distance.
+    pub by_distance: Vec<DistanceRow>,
     /// Estimate of each cell.
     pub estimates: Vec<Estimated>,
 }
@@ -89,18 +91,17 @@ impl KTable {
         }
         let cells = cells(ask.taps, ask.rig, &distances, &drives, wanted);
         let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
-        let classic = Classic::new(&ask.rig.setup, ask.rig.shared(), ends);
-        let mut tally = Tally::new(distances.len(), drives.len());
+        let n = (distances.len(), drives.len());
+        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, ends, n);
         let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
-            tally.count(c.i, c.j, o);
+            reduced.count((c.i, c.j), o);
         }
-        tally.calibrate(Some(&classic));
-        let kind = ask.rig.setup.drive;
-        let estimate =
-            |(c, o): (&Cell, &Outcome)| tally.estimate((c.i, c.j), (c.a, kind, c.drive), o, Some(&classic));
+        reduced.calibrate();
+        let estimate = |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o);
         let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
-        Some(Self { levels: [distances, drives], cells, tally, estimates })
+        let Reduction { drives: by_drive, distances: by_distance, .. } = reduced;
+        Some(Self { levels: [distances, drives], cells, by_drive, by_distance, estimates })
     }
 }
 

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::{Evaluator, Method, Task};
-use crate::error::SolveError;
 use crate::design::{Design, amount};
+use crate::error::SolveError;
 use crate::kernel::{
     self, Effects, Solution,
     rule::limits::ASTRAY,

@@ -11,7 +11,7 @@ use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
 use crate::scene::{Convention, Setup, Tuple};
-use crate::statistics::{DriveRow, Tally};
+use crate::statistics::{DriveRow, Reduction};
 use crate::status::Status;
 
 /// Taps that go to the backend together.
@@ -71,9 +71,7 @@ impl<'a> Scorer<'a> {
         let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
         let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
         let taps = self.evaluator.run(&design, &tasks)?;
-        let estimator = design[0].shared.as_ref().map(|s| Estimator::new(judge.setup, s, judge.reach));
-        let own = |row: &DriveRow, e: &Estimator<'_>| e.calibration(row.deviation.n, row.deviation.mean());
-        Ok(judge.tally(estimator.as_ref(), &taps, own, point.drive))
+        Ok(judge.reduce(&design[0], &taps, None))
     }
 
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
@@ -134,23 +132,28 @@ impl Judge<'_> {
         gather(robust, &nominal.score, &samples)
     }
 
-    /// Statistics of one whisker; `k` gives its calibration.
-    fn tally(
-        &self,
-        estimator: Option<&Estimator<'_>>,
-        taps: &[Outcome],
-        k: impl Fn(&DriveRow, &Estimator<'_>) -> Option<f64>,
-        drive: f64,
-    ) -> DriveRow {
-        let mut tally = Tally::new(taps.len(), 1);
+    /// The designs row of one whisker; `given`: the calibration of another one.
+    fn reduce(&self, design: &Design, taps: &[Outcome], given: Option<&Calibration<'_>>) -> DriveRow {
+        let n = (taps.len(), 1);
+        let mut reduced = match given {
+            Some((estimator, ..)) => Reduction::with(self.setup, design, Some(*estimator), n),
+            None => Reduction::new(self.setup, design, self.reach, n),
+        };
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        let drive = match given {
+            Some((_, k, drive)) => {
+                reduced.calibrate_as(Some(*k));
+                *drive
+            }
+            None => {
+                reduced.calibrate();
+                design.tuple.drive
+            }
+        };
         for (i, tap) in taps.iter().enumerate() {
-            tally.count(i, 0, tap);
+            reduced.estimate((i, 0), (self.distances[i], drive), tap);
         }
-        tally.drives[0].k = estimator.and_then(|e| k(&tally.drives[0], e));
-        for (i, tap) in taps.iter().enumerate() {
-            tally.estimate((i, 0), (self.distances[i], self.setup.drive, drive), tap, estimator);
-        }
-        tally.drives[0]
+        reduced.drives[0]
     }
 }
 
@@ -186,15 +189,9 @@ impl Read {
         let taps: Vec<Outcome> =
             taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
         let own = Estimator::new(setup, shared, judge.reach);
-        let (estimator, drive, given) = match other {
-            Some((e, k, drive)) => (e, *drive, Some(*k)),
-            None => (&own, drive, None),
-        };
-        let calibrate = |row: &DriveRow, e: &Estimator<'_>| {
-            given.or_else(|| e.calibration(row.deviation.n, row.deviation.mean()))
-        };
-        let row = judge.tally(Some(estimator), &taps, calibrate, drive);
-        if row.deviation.n == row.asked {
+        let (estimator, drive) = other.map_or((&own, drive), |(e, _, drive)| (e, *drive));
+        let row = judge.reduce(design, &taps, other);
+        if row.complete() {
             score.figures = figures(judge, &row, &own, L_a);
         }
 

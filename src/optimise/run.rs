@@ -264,7 +264,5 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
 
 /// Unit of K of a design in the tables.
 fn unit(setup: &Setup, point: &Tuple) -> f64 {
-    let design = crate::design::Design::new(setup, *point);
-    let estimator = design.shared.as_ref().map(|s| crate::estimate::Estimator::new(setup, s, [0.0; 2]));
-    crate::sink::table::elongation(setup, estimator.as_ref()).unwrap_or(1.0)
+    crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }

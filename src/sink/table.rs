@@ -1,9 +1,9 @@
 //! The columns of every table: names, order, values. The one place that knows them.
 
 use crate::design::Design;
-use crate::estimate::{Estimated, Estimator};
+use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::scene::{Convention, Drive, RankBy, Setup, Tuple};
+use crate::scene::{Convention, Drive, Setup, Tuple};
 use crate::statistics::{DistanceRow, DriveRow};
 use crate::status::Status;
 
@@ -163,24 +163,6 @@ pub fn distance_row(design: &Design, a: f64, row: &DistanceRow, unit: f64, out: 
     out.push(Field::Number(a));
     out.extend(k_fields(&row.deviation, unit));
     out.push(Field::Status(row.status));
-}
-
-/// The value by which `top` ranks a row; `None` makes the row incomplete.
-pub fn rank(row: &DriveRow, by: RankBy, unit: f64) -> Option<f64> {
-    match by {
-        RankBy::KSd => row.deviation.sd().map(|s| s * unit),
-        RankBy::ErrorRms => row.error_rms(),
-        RankBy::ErrorMax => row.error_max(),
-        RankBy::NoiseRms => row.noise_rms(),
-        RankBy::TotalRms => row.total_rms(),
-        RankBy::StrainMax => row.strain_max(),
-        RankBy::ForceMax => row.force_max(),
-    }
-}
-
-/// Unit of K in the tables, where it has one.
-pub fn elongation(setup: &Setup, estimator: Option<&Estimator<'_>>) -> Option<f64> {
-    (setup.estimate.convention == Convention::Elongation).then(|| estimator.map_or(f64::NAN, |e| e.k_unit))
 }
 
 /// Name of the drive with unit, for people.

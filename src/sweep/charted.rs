@@ -9,13 +9,11 @@ use super::grid::{rank, task};
 use super::select::{Best, Kept};
 use crate::design::Design;
 use crate::error::Error;
-use crate::estimate::Estimator;
 use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
-use crate::sink::table;
 use crate::smooth::{Case, Found, Ranking, Scope, Tables};
-use crate::statistics::Tally;
+use crate::statistics::Reduction;
 use crate::status::Status;
 
 /// Designs between two looks at the clock and at the bound.
@@ -181,22 +179,15 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
         let one = |at: usize| {
             let (design, (_, k, j)) = (&designs[at], rows[at]);
             let drive = layout.drive(&design.tuple, u64::from(j));
-            let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, layout.reach()));
             let taps = &outcomes[at * n..(at + 1) * n];
-            let mut tally = Tally::new(n, 1);
-            taps.iter().enumerate().for_each(|(i, tap)| tally.count(i, 0, tap));
-            tally.calibrate(estimator.as_ref());
+            let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
+            taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+            reduced.calibrate();
             for (i, tap) in taps.iter().enumerate() {
-                tally.estimate(
-                    (i, 0),
-                    (layout.distance(i as u64), study.setup.drive, drive),
-                    tap,
-                    estimator.as_ref(),
-                );
+                reduced.estimate((i, 0), (layout.distance(i as u64), drive), tap);
             }
-            let (row, unit) =
-                (tally.drives[0], table::elongation(&study.setup, estimator.as_ref()).unwrap_or(1.0));
-            let rank = table::rank(&row, study.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+            let (row, unit) = (reduced.drives[0], reduced.unit());
+            let rank = reduced.rank(0, study.output.by)?;
             Some(Kept { rank, index: (k, j), design: design.tuple, drive, row, unit })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));

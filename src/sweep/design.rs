@@ -3,7 +3,6 @@
 use super::select::Kept;
 use crate::design::Design;
 use crate::error::Error;
-use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
 use crate::scene::{Per, Study};
 use crate::sink::{
@@ -11,7 +10,7 @@ use crate::sink::{
     run_json::Counts,
     table::{self, Table},
 };
-use crate::statistics::Tally;
+use crate::statistics::Reduction;
 
 /// A tap's place in its design: distance and drive.
 pub(super) type Place = (usize, usize);
@@ -60,22 +59,20 @@ pub(super) fn render(
     tuples: &mut dyn FnMut(Vec<u8>) -> Result<(), Error>,
 ) -> Result<Rendered, Error> {
     let fail = |e: csv::Error| Error::Run(e.to_string());
-    let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, axes.reach));
-    let estimator = estimator.as_ref();
-    let elongation = table::elongation(&study.setup, estimator);
-    let mut tally = Tally::new(axes.n.0, axes.n.1);
-    taps(&mut |(i, j), tap| {
-        tally.count(i, j, tap);
+    let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
+    let elongation = reduced.elongation;
+    taps(&mut |place, tap| {
+        reduced.count(place, tap);
         Ok(())
     })?;
-    tally.calibrate(estimator);
+    reduced.calibrate();
 
     let mut out = Rendered::default();
     let (mut text, mut fields, mut waiting) = (Text::default(), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
-        let estimated = tally.estimate((i, j), (a, study.setup.drive, drive), tap, estimator);
+        let estimated = reduced.estimate((i, j), (a, drive), tap);
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
@@ -92,16 +89,16 @@ pub(super) fn render(
     })?;
     tuples(text.into_bytes())?;
 
-    let unit = elongation.unwrap_or(1.0);
+    let unit = reduced.unit();
     let (mut designs, mut distances) = (Text::default(), Text::default());
-    for (j, row) in tally.drives.iter().enumerate() {
+    for (j, row) in reduced.drives.iter().enumerate() {
         let drive = (axes.drive)(j);
         if (wanted.tables)(Table::Designs) {
             table::drive_row(&design.tuple, drive, row, unit, &mut fields);
             designs.row(&mut fields).map_err(fail)?;
             out.rows[1] += 1;
         }
-        let rank = table::rank(row, study.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        let rank = row.rank(study.output.by, unit);
         out.candidates.extend(rank.map(|rank| Kept {
             rank,
             index: (k, j as u32),
@@ -112,7 +109,7 @@ pub(super) fn render(
         }));
     }
     if (wanted.tables)(Table::Distances) {
-        for (i, row) in tally.distances.iter().enumerate() {
+        for (i, row) in reduced.distances.iter().enumerate() {
             table::distance_row(design, (axes.distance)(i), row, unit, &mut fields);
             distances.row(&mut fields).map_err(fail)?;
             out.rows[2] += 1;

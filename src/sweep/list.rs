@@ -10,7 +10,7 @@ use super::select::{Best, Kept};
 use super::{CHUNK, Run, key};
 use crate::design::Design;
 use crate::error::Error;
-use crate::estimate::{Estimated, Estimator};
+use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::Tuple;
 use crate::sink::{
@@ -18,7 +18,7 @@ use crate::sink::{
     run_json::Counts,
     table::{self, Table},
 };
-use crate::statistics::Tally;
+use crate::statistics::Reduction;
 
 /// Values in order of first appearance.
 #[derive(Default)]
@@ -67,25 +67,22 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     }
 
     let mut estimates = vec![None; tuples.len()];
-    let mut tallies = Vec::with_capacity(groups.len());
+    let mut all = Vec::with_capacity(groups.len());
     let mut best_rows = study.output.top.map(Best::new);
-    for ((k, design), group) in designs.iter().enumerate().zip(&groups) {
-        let estimator =
-            design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, reach(&group.distances.values)));
-        let mut tally = Tally::new(group.distances.values.len(), group.drives.values.len());
+    for (design, group) in designs.iter().zip(&groups) {
+        let n = (group.distances.values.len(), group.drives.values.len());
+        let mut reduced = Reduction::new(&study.setup, design, reach(&group.distances.values), n);
         for &(row, i, j) in &group.rows {
-            tally.count(i, j, &outcomes[row]);
+            reduced.count((i, j), &outcomes[row]);
         }
-        tally.calibrate(estimator.as_ref());
+        reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let tap = (t.a, study.setup.drive, t.drive);
-            estimates[row] = Some(tally.estimate((i, j), tap, &outcomes[row], estimator.as_ref()));
+            estimates[row] = Some(reduced.estimate((i, j), (t.a, t.drive), &outcomes[row]));
         }
-        let elongation = table::elongation(&study.setup, estimator.as_ref());
-        let complete = tally.drives.iter().enumerate().filter_map(|(j, row)| {
-            let unit = elongation.unwrap_or(1.0);
-            let rank = table::rank(row, study.output.by, unit).filter(|_| row.deviation.n == row.asked)?;
+        let unit = reduced.unit();
+        let complete = reduced.drives.iter().enumerate().filter_map(|(j, row)| {
+            let rank = row.rank(study.output.by, unit)?;
             let drive = group.drives.values[j];
             // Ties go to the row that stood first in the file.
             Some(Kept {
@@ -104,7 +101,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             }
             None => run.highlight(super::design::best(&complete)),
         }
-        tallies.push((k, tally, elongation));
+        all.push(reduced);
     }
     let estimates: Vec<Estimated> = estimates.into_iter().flatten().collect();
     let mut counts = Counts { taps: tuples.len() as u64, ..Counts::default() };
@@ -125,12 +122,12 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let of_designs = kept.as_ref().map(|rows| rows.iter().map(|r| key(&r.design)).collect::<HashSet<_>>());
     let wants_design = |t: &Tuple| of_designs.as_ref().is_none_or(|c| c.contains(&key(t)));
 
-    write_tuples(run, tuples, (&designs, &of_row, &tallies), &outcomes, &estimates, &wants_row)?;
+    write_tuples(run, tuples, (&designs, &of_row, &all), &outcomes, &estimates, &wants_row)?;
     match &kept {
         Some(rows) => write_kept(run, rows)?,
-        None => write_rows(run, Table::Designs, &designs, &groups, &tallies, &|_| true)?,
+        None => write_rows(run, Table::Designs, &designs, &groups, &all, &|_| true)?,
     }
-    write_rows(run, Table::Distances, &designs, &groups, &tallies, &wants_design)
+    write_rows(run, Table::Distances, &designs, &groups, &all, &wants_design)
 }
 
 /// Designs in order of first appearance, the design of every row, and the rows of every design.
@@ -156,12 +153,12 @@ fn reach(distances: &[f64]) -> [f64; 2] {
     distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &a| [lo.min(a), hi.max(a)])
 }
 
-type Tallies = [(usize, Tally, Option<f64>)];
+type Reduced<'a> = [Reduction<'a>];
 
 fn write_tuples(
     run: &mut Run<'_>,
     tuples: &[Tuple],
-    (designs, of_row, tallies): (&[Design], &[u32], &Tallies),
+    (designs, of_row, reduced): (&[Design], &[u32], &Reduced<'_>),
     outcomes: &[Outcome],
     estimates: &[Estimated],
     wanted: &(dyn Fn(&Tuple) -> bool + Sync),
@@ -180,7 +177,7 @@ fn write_tuples(
                     (t.a, t.drive),
                     &outcomes[r],
                     &estimates[r],
-                    tallies[d].2,
+                    reduced[d].elongation,
                     &mut fields,
                 );
                 text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
@@ -202,7 +199,7 @@ fn write_rows(
     which: Table,
     designs: &[Design],
     groups: &[Group],
-    tallies: &Tallies,
+    reduced: &Reduced<'_>,
     wanted: &dyn Fn(&Tuple) -> bool,
 ) -> Result<(), Error> {
     let mut order: Vec<(usize, usize, usize)> = Vec::new();
@@ -213,16 +210,16 @@ fn write_rows(
     order.sort_unstable();
     let (mut text, mut fields) = (Text::default(), Vec::new());
     for &(_, d, place) in &order {
-        let (_, tally, elongation) = &tallies[d];
-        let unit = elongation.unwrap_or(1.0);
+        let reduced = &reduced[d];
+        let unit = reduced.unit();
         match which {
             Table::Designs => {
                 let drive = groups[d].drives.values[place];
-                table::drive_row(&designs[d].tuple, drive, &tally.drives[place], unit, &mut fields);
+                table::drive_row(&designs[d].tuple, drive, &reduced.drives[place], unit, &mut fields);
             }
             _ => {
                 let a = groups[d].distances.values[place];
-                table::distance_row(&designs[d], a, &tally.distances[place], unit, &mut fields);
+                table::distance_row(&designs[d], a, &reduced.distances[place], unit, &mut fields);
             }
         }
         text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;

@@ -165,8 +165,7 @@ impl Run<'_> {
     ) -> Result<Vec<Outcome>, Error> {
         self.check_stop()?;
         let start = Instant::now();
-        let (outcomes, solved) =
-            self.evaluator.run_over_drives(designs, tasks, drives)?;
+        let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
         self.solve += start.elapsed();
         self.counts.solved += solved;
         self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;

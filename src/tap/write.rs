@@ -4,13 +4,12 @@ use serde_json::{Value, json};
 
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
-use crate::estimate::Estimator;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Setup, Spec, Study};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
-use crate::sink::table::{Field, drive_unit, elongation};
+use crate::sink::table::{Field, drive_unit};
 
 /// Name of the drive and its unit.
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
@@ -21,9 +20,7 @@ pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
 /// Unit of K in the tables.
 fn k_unit(study: &Study) -> f64 {
     let Ok(whisker) = study.space.whisker() else { return 1.0 };
-    let design = crate::design::Design::new(&study.setup, whisker);
-    let estimator = design.shared.as_ref().map(|s| Estimator::new(&study.setup, s, [0.0; 2]));
-    elongation(&study.setup, estimator.as_ref()).unwrap_or(1.0)
+    crate::design::Design::new(&study.setup, whisker).elongation(&study.setup).unwrap_or(1.0)
 }
 
 /// Names of K̄ and SD.

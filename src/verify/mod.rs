@@ -97,8 +97,7 @@ pub fn run(
         done += expected.len() as u64;
         for (number, place) in places.iter_mut().enumerate() {
             let mut evaluator = Evaluator::new(setup, place.open(&setup.model)?);
-            let found =
-                evaluator.run_beside(&designs, &tasks(&case.tuples), &expected)?;
+            let found = evaluator.run_beside(&designs, &tasks(&case.tuples), &expected)?;
             place.keep(evaluator.into_method());
             let mut census = Census::default();
             for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {

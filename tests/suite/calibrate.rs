@@ -25,7 +25,7 @@ fn the_papers_procedure_gives_the_rows_of_a_sweep() {
         let swept = sweep(&spec, REFERENCE);
         let found = calibrated(&swept.tuples.text, &spec, &[]);
         assert!(found.taps.iter().all(|t| t.reason.is_none()), "clean data have no suspects");
-        let rows = &found.sides[0].table.tally.drives;
+        let rows = &found.sides[0].table.by_drive;
         assert_eq!(rows.len(), swept.designs.rows.len());
         for (row, expected) in rows.iter().zip(&swept.designs.rows) {
             let same = |value: Option<f64>, column: &str| {

@@ -5,7 +5,7 @@ use crate::physics::{
     linear::{StrainCurve, shear_length2},
     taper::Taper,
 };
-use crate::scene::{Drive, Geometry, Setup, Theory, Tuple};
+use crate::scene::{Convention, Drive, Geometry, Setup, Theory, Tuple};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -34,13 +34,17 @@ pub struct Shared {
     pub theory: Inverse,
 }
 
+/// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are not asked for.
+pub fn is_whisker(t: &Tuple) -> bool {
+    let positive = [t.D, t.d, t.L_a, t.l].iter().all(|x| x.is_finite() && *x > 0.0);
+    positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
+}
+
 impl Design {
     /// The design of `tuple` in `setup`.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
-        let positive = [D, d, L_a, l].iter().all(|x| x.is_finite() && *x > 0.0);
-        let valid = positive && x_ss >= 0.0 && x_ss + l <= L_a * (1.0 + ROUNDING);
-        let shared = valid.then(|| {
+        let shared = is_whisker(&tuple).then(|| {
             let taper = Taper::new(D, d, L_a);
             let gauge = taper.gauge(x_ss, l);
             let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
@@ -51,6 +55,14 @@ impl Design {
             Shared { taper, gauge, model, peak: Inverse::new(model).peak().1, theory: Inverse::new(theory) }
         });
         Self { tuple, shared }
+    }
+
+    /// Length by which K is multiplied in the tables where the convention is elongation, mm: x2 − x1, NaN of no whisker. `None` where K has
+    /// no unit.
+    pub fn elongation(&self, setup: &Setup) -> Option<f64> {
+        let length = |s: &Shared| s.gauge[1] - s.gauge[0];
+        (setup.estimate.convention == Convention::Elongation)
+            .then(|| self.shared.as_ref().map_or(f64::NAN, length))
     }
 
     /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.

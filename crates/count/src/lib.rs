@@ -6,9 +6,9 @@ use std::cell::Cell;
 use std::cmp::Ordering;
 use std::sync::{Arc, Mutex};
 
+use vibrissa_core::error::SolveError;
 use vibrissa_kernel::cpu::{Scalar, one_by_one};
 use vibrissa_kernel::{Job, Solution, Solver, Tap};
-use vibrissa_core::error::SolveError;
 
 /// Arithmetic operations on the numbers of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

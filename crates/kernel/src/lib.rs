@@ -109,8 +109,12 @@ impl Rung {
 /// A backend that solves batches of dimensionless taps.
 pub trait Solver: Send {
     /// Solves every tap of `taps` into the same place of `out`.
-    fn solve(&mut self, job: &Job<'_>, taps: &[Tap<f64>], out: &mut Vec<Solution<f64>>)
-    -> Result<(), SolveError>;
+    fn solve(
+        &mut self,
+        job: &Job<'_>,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<(), SolveError>;
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;

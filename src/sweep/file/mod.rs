@@ -10,10 +10,10 @@ mod write;
 use super::{KEEP, Run};
 use crate::design::Design;
 use crate::error::Error;
-use crate::estimate::Estimator;
 use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::table::Table;
+use crate::statistics::Reduction;
 use read::{Reader, failed, last_run, longest, order, solve};
 use reduce::Reduced;
 use write::{write_distances, write_tuples};
@@ -57,7 +57,7 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
     Ok(())
 }
 
-/// The estimator of design `number`.
-fn estimator<'a>(setup: &Setup, groups: &Groups, design: &'a Design, number: u32) -> Option<Estimator<'a>> {
-    design.shared.as_ref().map(|s| Estimator::new(setup, s, groups.reach[number as usize]))
+/// The reduction of one designs row of design `number`.
+fn reduction<'a>(setup: &Setup, groups: &Groups, design: &'a Design, number: u32) -> Reduction<'a> {
+    Reduction::new(setup, design, groups.reach[number as usize], (1, 1))
 }

@@ -6,7 +6,7 @@ use super::super::grid::write_kept;
 use super::super::select::{Best, Kept};
 use super::super::{HIGHLIGHTS, Run};
 use super::read::Tap;
-use super::{estimator, failed};
+use super::{failed, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
@@ -16,7 +16,6 @@ use crate::sink::{
     csv::Text,
     table::{self, Table},
 };
-use crate::statistics::Tally;
 use crate::status::Status;
 
 /// Designs rows of one work item.
@@ -167,31 +166,28 @@ impl Part {
     ) -> csv::Result<()> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
-        let estimator = estimator(&study.setup, groups, design, number);
-        let elongation = table::elongation(&study.setup, estimator.as_ref());
-        let mut tally = Tally::new(1, 1);
-        taps.iter().for_each(|tap| tally.count(0, 0, &tap.outcome));
-        tally.calibrate(estimator.as_ref());
+        let mut reduced = reduction(&study.setup, groups, design, number);
+        taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
+        reduced.calibrate();
         let mut fields = Vec::new();
         for Tap { row, a, drive, outcome, .. } in taps {
-            let estimated =
-                tally.estimate((0, 0), (*a, study.setup.drive, *drive), outcome, estimator.as_ref());
+            let estimated = reduced.estimate((0, 0), (*a, *drive), outcome);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
             self.left.push((*row, outcome.deviation, outcome.status | estimated.status));
             if tuples {
-                table::tuple_row(design, (*a, *drive), outcome, &estimated, elongation, &mut fields);
+                table::tuple_row(design, (*a, *drive), outcome, &estimated, reduced.elongation, &mut fields);
                 self.tuples.row(&mut fields)?;
             }
         }
-        let (row, unit) = (tally.drives[0], elongation.unwrap_or(1.0));
+        let (row, unit) = (reduced.drives[0], reduced.unit());
         if row_too {
             table::drive_row(&design.tuple, first.drive, &row, unit, &mut fields);
             self.designs.row(&mut fields)?;
             self.rows += 1;
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
-        let rank = table::rank(&row, study.output.by, unit).filter(|_| row.deviation.n == row.asked);
+        let rank = reduced.rank(0, study.output.by);
         self.complete.extend(rank.map(|rank| {
             let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
             (number, Kept { rank, index, design, drive, row, unit })

@@ -6,15 +6,16 @@ use super::super::Run;
 use super::super::select::Kept;
 use super::read::{Reader, Tap, solve};
 use super::reduce::Left;
-use super::{estimator, failed};
+use super::{failed, reduction};
 use crate::design::Design;
 use crate::error::Error;
+use crate::scene::Convention;
 use crate::scene::listed::Listed;
 use crate::sink::{
     csv::Text,
     table::{self, Table},
 };
-use crate::statistics::{DistanceRow, Tally};
+use crate::statistics::DistanceRow;
 
 /// Solves the rows again in file order and writes them; only those of the `kept` designs rows, if some were.
 pub(super) fn write_tuples(
@@ -38,13 +39,11 @@ pub(super) fn write_tuples(
             let (mut text, mut fields) = (Text::default(), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
-                let estimator = estimator(&study.setup, groups, design, groups.designs[row]);
-                let mut tally = Tally::new(1, 1);
-                tally.drives[0].k = Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan());
-                let place = (tap.a, study.setup.drive, tap.drive);
-                let estimated = tally.estimate((0, 0), place, &tap.outcome, estimator.as_ref());
-                let elongation = table::elongation(&study.setup, estimator.as_ref());
+                let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
+                reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
                 let place = (tap.a, tap.drive);
+                let estimated = reduced.estimate((0, 0), place, &tap.outcome);
+                let elongation = reduced.elongation;
                 table::tuple_row(design, place, &tap.outcome, &estimated, elongation, &mut fields);
                 text.row(&mut fields)?;
             }
@@ -94,12 +93,10 @@ pub(super) fn write_distances(
         }
         // Only a K with a unit needs the curves of the whisker.
         let mut design = Design { tuple, shared: None };
-        let mut unit = None;
-        if table::elongation(&study.setup, None).is_some() {
+        if study.setup.estimate.convention == Convention::Elongation {
             design = Design::new(&study.setup, tuple);
-            let estimator = estimator(&study.setup, groups, &design, groups.designs[row as usize]);
-            unit = table::elongation(&study.setup, estimator.as_ref());
         }
+        let unit = design.elongation(&study.setup);
         table::distance_row(&design, tuple.a, &reduced, unit.unwrap_or(1.0), &mut fields);
         text.row(&mut fields).map_err(failed)?;
         rows += 1;

@@ -15,8 +15,8 @@ pub use pack::{Pack, Scalar};
 pub use peak::{bandwidth, flops};
 
 use super::{Job, Solution, Solver, Tap};
-use vibrissa_core::scene::Precision;
 use vibrissa_core::error::SolveError;
+use vibrissa_core::scene::Precision;
 
 /// Taps of one work item: enough to hide scheduling, few enough to balance.
 const GRAIN: usize = 1024;

@@ -6,11 +6,11 @@ use super::{
     adapter::Adapter,
     shader::{Variant, WORKGROUP, validate},
 };
+use crate::smooth::{Ranker, Ranking, Scope};
 use crate::{Job, Solution, Solver, Tap};
-use vibrissa_core::scene::Precision;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::layout::Layout;
-use crate::smooth::{Ranker, Ranking, Scope};
+use vibrissa_core::scene::Precision;
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use super::dispatch::{Gpu, entry};
-use vibrissa_core::scene::Precision;
 use vibrissa_core::error::SolveError;
+use vibrissa_core::scene::Precision;
 
 /// Independent chains of one invocation.
 const CHAINS: usize = 8;

@@ -9,8 +9,8 @@ use crate::{
     nodes::{Nodes, gauss},
     rule::limits,
 };
-use vibrissa_core::scene::Precision;
 use vibrissa_core::error::SolveError;
+use vibrissa_core::scene::Precision;
 
 /// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;
@@ -222,8 +222,8 @@ fn primitive(n: usize, lit: &dyn Fn(f64) -> String) -> String {
 /// Parses and validates a shader text; the error names the variant and shows the place.
 pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, SolveError> {
     let refused = |why: &str| SolveError::Device(format!("shader {name}: {why}"));
-    let module = naga::front::wgsl::parse_str(wgsl)
-        .map_err(|e| refused(&e.emit_to_string_with_path(wgsl, name)))?;
+    let module =
+        naga::front::wgsl::parse_str(wgsl).map_err(|e| refused(&e.emit_to_string_with_path(wgsl, name)))?;
     let capabilities = naga::valid::Capabilities::FLOAT64;
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
         .validate(&module)

@@ -3,6 +3,7 @@
 use super::rod::{Range, RodChart};
 use crate::Effects;
 use crate::nodes::gauss;
+use vibrissa_core::design::is_whisker;
 use vibrissa_core::estimate::WIDENING;
 use vibrissa_core::layout::Layout;
 use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Study, Theory, Tuple};
@@ -153,8 +154,7 @@ impl Scope {
     /// How the design `t` is dealt with.
     pub fn case(&self, t: &Tuple) -> Case {
         let Tuple { D, d, L_a, x_ss, l, .. } = *t;
-        let positive = [D, d, L_a, l].iter().all(|x| x.is_finite() && *x > 0.0);
-        if !positive || x_ss < 0.0 || x_ss + l > L_a * (1.0 + 1e-12) {
+        if !is_whisker(t) {
             return Case::Void;
         }
         let [near, far] = self.reach;
