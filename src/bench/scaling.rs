@@ -8,6 +8,7 @@ use super::taps::{Taps, exact, gridded, independent};
 use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::Evaluator;
+use crate::plan::Plan;
 use crate::scene::Spec;
 use crate::sweep::{self, Progress, Target};
 
@@ -82,14 +83,14 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
                     Shape::Independent => independent(&hooke, taps / super::taps::DISTANCES as u64)?,
                     Shape::Gridded => gridded(&hooke, taps)?,
                 };
-                let spec = Spec::of(shape.name(), study);
+                let (spec, plan) = (Spec::of(shape.name(), study.clone()), Plan::new(&study, &p.choice)?);
                 // Long runs vary little; short ones are repeated.
                 let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
                 let never = AtomicBool::new(false);
                 let (report, seconds) = repeat(repeats, || {
                     let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
                     let target = Target { out: &folder.path().join("sweep"), force: false, stop: &never };
-                    sweep::run(&spec, &p.choice, &target, &mut Silent)
+                    sweep::run(&spec, &plan, &p.choice, &target, &mut Silent)
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);

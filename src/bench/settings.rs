@@ -111,7 +111,7 @@ impl Settings {
     /// Seconds to expect on `places`, to the order of magnitude.
     pub fn seconds(&self, places: &[Place]) -> f64 {
         let of = |p: &Place| {
-            let rate = crate::plan::cost::rate(&p.choice.backend);
+            let rate = rate(&p.choice.backend);
             let scaled: u64 = self.sizes(p).iter().map(|n| 2 * n).sum();
             let points = self.tolerances(p.precision).len() + self.nodes(p).len() + 2;
             let work = match p.is_reference() {
@@ -143,4 +143,15 @@ impl Settings {
         let names: Vec<_> = places.iter().map(|p| &p.name).collect();
         format!("{}\n", json!({ "bench": self.json(), "places": names }))
     }
+}
+
+/// Taps a second to expect of mixed work, to the order of magnitude.
+fn rate(backend: &crate::backend::Backend) -> f64 {
+    let each = match (backend.name, backend.precision) {
+        ("reference", _) => 1e4,
+        ("gpu", _) if !backend.software => return 2e7,
+        (_, "f32") => 2e6,
+        _ => 1e6,
+    };
+    each * backend.threads as f64
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::error::Error;
-use vibrissa::plan::{Plan, Way, cost};
+use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
@@ -33,18 +33,18 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         return explain::run(&spec, &options, &args.leave_off);
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
-    let plan = Plan::new(&spec.study)?;
     let choice = Choice::new(&options)?;
+    let plan = Plan::new(&spec.study, &choice)?;
     backend::settle(&mut spec, &options, &choice.backend, &out);
     if options.plan == Some(true) {
-        return Ok(planned(&spec, &plan, &choice, out));
+        return planned(&spec, &plan, &choice, out);
     }
     if !quiet {
         say::line(headline(&spec, &plan, &choice.backend));
     }
     let mut progress = Shown::new(plan.taps, quiet);
     let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
-    let report = vibrissa::sweep::run(&spec, &choice, &target, &mut progress);
+    let report = vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress);
     progress.finish();
     let report = report?;
     if !quiet && let Some(warning) = beyond_curve(&spec, &report) {
@@ -97,9 +97,9 @@ pub(super) fn where_and_why(b: &Backend) -> String {
     format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
 }
 
-fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
-    let (b, way) = (&choice.backend, Way::of(&spec.study, choice));
-    let seconds = cost::seconds(&spec.study, choice, plan.taps, plan.bytes);
+fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Reply, Error> {
+    let (b, way) = (&choice.backend, plan.way);
+    let seconds = vibrissa::sweep::seconds(&spec.study, plan, choice)?;
     let mut text = headline(spec, plan, b) + "\n";
     let names = ["tuples.csv", "designs.csv", "distances.csv"];
     for (name, rows) in names.iter().zip(plan.rows) {
@@ -131,7 +131,7 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
     for (key, value, written) in &spec.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
     }
-    Reply {
+    Ok(Reply {
         text,
         out: Some(out),
         files: Vec::new(),
@@ -140,7 +140,7 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Reply {
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None) }),
         ..Reply::default()
-    }
+    })
 }
 
 /// What to expect of a tuple file that is not held in memory: some 45 bytes a row are, and every reading of it takes time.

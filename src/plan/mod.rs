@@ -1,12 +1,14 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
-pub mod cost;
+mod way;
 
 pub use crate::layout::Layout;
-pub use cost::Way;
+pub use way::Way;
 
+use crate::backend::Choice;
 use crate::error::InputError;
 use crate::scene::{Space, Study, Tuple};
+use crate::smooth::Scope;
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
@@ -14,8 +16,8 @@ pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
 /// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
 const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
 
-/// Sizes of a sweep.
-#[derive(Debug, Clone, PartialEq)]
+/// Sizes of a sweep, and how it goes.
+#[derive(Debug, Clone)]
 pub struct Plan {
     /// Taps to evaluate.
     pub taps: u64,
@@ -27,11 +29,17 @@ pub struct Plan {
     pub bytes: f64,
     /// Whether tuples are written.
     pub tuples: bool,
+    /// How its rows are found.
+    pub way: Way,
+    /// How the taps of designs outside the chart, and of the rows kept, are found; the same as `way` without a chart.
+    pub solved: Way,
+    /// What ranks the rows, with [`Way::Charted`].
+    pub scope: Option<Scope>,
 }
 
 impl Plan {
-    /// Sizes of `study`; an error where its default tables would be too large to write or to reduce.
-    pub fn new(study: &Study) -> Result<Self, InputError> {
+    /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
+    pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
         let (taps, designs, full) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
@@ -74,7 +82,11 @@ impl Plan {
             .value("true (by default)")
             .allowed("tuples = true or tuples = false in [output], or top = N"));
         }
-        Ok(Self { taps, designs, rows, bytes, tuples })
+        let layout = study.space.layout();
+        let solved = Way::solved(study, layout.as_ref(), choice);
+        let scope = layout.and_then(|layout| Way::charted(study, &layout, choice));
+        let way = if scope.is_some() { Way::Charted } else { solved };
+        Ok(Self { taps, designs, rows, bytes, tuples, way, solved, scope })
     }
 }
 

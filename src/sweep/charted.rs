@@ -124,7 +124,7 @@ impl Search<'_> {
 }
 
 /// Cuts the rows down to the `keep` best; the worst of them, once there are as many.
-fn bound(found: &mut Found, keep: usize) -> f32 {
+pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
     let order = |a: &(f32, u64, u32), b: &(f32, u64, u32)| {
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
     };
@@ -137,7 +137,7 @@ fn bound(found: &mut Found, keep: usize) -> f32 {
 }
 
 /// Rows of the designs `ks`, those that rank no worse than `bound`.
-fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
+pub(super) fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
         let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());

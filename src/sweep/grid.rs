@@ -8,7 +8,7 @@ use super::{CHUNK, KEEP, Run, charted};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
-use crate::plan::Layout;
+use crate::plan::{Layout, Way};
 use crate::sink::{
     csv::Text,
     table::{self, Table},
@@ -26,8 +26,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
             Ok(())
         });
     };
-    let kept = match run.scope.take() {
-        Some(scope) => charted::run(run, layout, &scope, top)?,
+    let kept = match &run.plan.scope {
+        Some(scope) => charted::run(run, layout, scope, top)?,
         None => {
             let mut best_rows = Best::new(top);
             rank(run, layout, &mut (0..layout.n_designs), &mut best_rows)?;
@@ -126,10 +126,10 @@ fn finish(
 }
 
 /// A rendered design and the text of its tuple rows.
-type Part = (Vec<Vec<u8>>, Rendered);
+pub(super) type Part = (Vec<Vec<u8>>, Rendered);
 
 /// Designs that fit into one chunk together: evaluated at once, reduced in parallel.
-fn small(
+pub(super) fn small(
     run: &mut Run<'_>,
     layout: &Layout,
     group: &[u64],
@@ -144,7 +144,7 @@ fn small(
         .into_par_iter()
         .map(|t| task(layout, &designs[t / block], (t / block) as u32, (t % block) as u64))
         .collect();
-    let outcomes = match layout.drives() {
+    let outcomes = match layout.drives().filter(|_| run.plan.solved == Way::OverDrives) {
         Some(axis) => run.evaluate_over(&designs, &tasks, &axis.iter().collect::<Vec<_>>())?,
         None => run.evaluate(&designs, &tasks)?,
     };

@@ -63,7 +63,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             .map(|(t, x)| Task { design: of_row[from + t], a: x.a, drive: x.drive })
             .collect();
         outcomes.extend(run.evaluate(&designs, &tasks)?);
-        run.progress.at(outcomes.len() as u64, run.total);
+        run.progress.at(outcomes.len() as u64, run.plan.taps);
     }
 
     let mut estimates = vec![None; tuples.len()];

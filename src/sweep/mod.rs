@@ -10,6 +10,7 @@ mod design;
 mod file;
 mod grid;
 mod list;
+mod probe;
 mod select;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +21,7 @@ use serde_json::Value;
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::{Layout, Plan};
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
@@ -29,8 +30,8 @@ use crate::sink::{
     run_json::{self, Counts, Seconds},
     table::Table,
 };
-use crate::smooth::Scope;
 
+pub use probe::seconds;
 pub use select::Kept;
 
 /// Taps that are evaluated together.
@@ -76,36 +77,24 @@ pub struct Target<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Runs `spec` on `choice` and writes its tables and `run.json`.
+/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`.
 pub fn run(
     spec: &Spec,
+    plan: &Plan,
     choice: &Choice,
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let start = Instant::now();
-    let plan = Plan::new(&spec.study)?;
     let question = Question::of_scene("sweep", spec, Value::Null);
-    let mut folder = Folder::open(target.out, question, &names(&spec.study, &plan), target.force)?;
+    let mut folder = Folder::open(target.out, question, &names(&spec.study, plan), target.force)?;
     let method = choice.open(&spec.study.setup.model)?;
     let open = start.elapsed();
-    let mut run = Run {
-        study: &spec.study,
-        evaluator: Evaluator::new(&spec.study.setup, method),
-        writers: Writers::new(&spec.study, &plan, &mut folder)?,
-        counts: Counts::default(),
-        highlights: Vec::new(),
-        solve: Duration::ZERO,
-        scope: None,
-        total: plan.taps,
-        stop: target.stop,
-        progress,
-    };
+    let writers = Writers::new(&spec.study, plan, &mut folder)?;
+    let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
     match &spec.study.space {
         Space::Grid(factors) => {
-            let layout = Layout::new(factors);
-            run.scope = choice.chart_tolerance().and_then(|t| Scope::new(&spec.study, &layout, t));
-            grid::run(&mut run, &layout)?;
+            grid::run(&mut run, &Layout::new(factors))?;
         }
         Space::List(tuples) => list::run(&mut run, tuples)?,
         Space::File(listed) => file::run(&mut run, listed)?,
@@ -137,14 +126,23 @@ struct Run<'a> {
     counts: Counts,
     highlights: Vec<Kept>,
     solve: Duration,
-    /// What the designs share, where a chart can rank them.
-    scope: Option<Scope>,
-    total: u64,
+    plan: &'a Plan,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    fn new(
+        (study, plan): (&'a Study, &'a Plan),
+        method: Method,
+        writers: Writers,
+        (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
+    ) -> Self {
+        let evaluator = Evaluator::new(&study.setup, method);
+        let (counts, highlights, solve) = (Counts::default(), Vec::new(), Duration::ZERO);
+        Self { study, plan, evaluator, writers, counts, highlights, solve, stop, progress }
+    }
+
     /// Outcomes of `tasks`; `Err` when asked to stop.
     fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
         self.check_stop()?;
@@ -195,12 +193,12 @@ impl Run<'_> {
         for (word, n) in &status.status {
             *self.counts.status.entry(word).or_default() += n;
         }
-        self.progress.at(self.counts.taps, self.total);
+        self.progress.at(self.counts.taps, self.plan.taps);
     }
 
     /// Shows that `more` taps than the finished ones are done.
     fn show(&mut self, more: u64) {
-        self.progress.at(self.counts.taps + more, self.total);
+        self.progress.at(self.counts.taps + more, self.plan.taps);
     }
 
     /// Notes the best row of a design for the summary.
@@ -227,6 +225,11 @@ struct Writers {
 }
 
 impl Writers {
+    /// Writes nothing.
+    fn none() -> Self {
+        Self { files: [None, None, None] }
+    }
+
     fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
         let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
             if !wanted {

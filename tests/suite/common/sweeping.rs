@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
+use vibrissa::plan::Plan;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Progress, Report, Target};
@@ -101,9 +102,9 @@ pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> R
     if let Some(list) = list {
         std::fs::write(folder.path().join("list.csv"), list).expect("a tuple file");
     }
-    let setup = spec::parse("spec.toml", text, folder.path())?;
-    let stop = AtomicBool::new(false);
-    sweep::run(&setup, &place.choice(), &Target { out, force: false, stop: &stop }, &mut Silent)
+    let (spec, choice) = (spec::parse("spec.toml", text, folder.path())?, place.choice());
+    let (plan, stop) = (Plan::new(&spec.study, &choice)?, AtomicBool::new(false));
+    sweep::run(&spec, &plan, &choice, &Target { out, force: false, stop: &stop }, &mut Silent)
 }
 
 /// Sweeps the spec `text` and reads all tables.

@@ -1,0 +1,152 @@
+//! About how long a sweep takes: a few of its taps go its way, on its backend, and are timed.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::grid::small;
+use super::{CHUNK, Progress, Run, Writers, charted};
+use crate::backend::Choice;
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::Task;
+use crate::layout::Layout;
+use crate::plan::Plan;
+use crate::scene::{Space, Study, Tuple};
+use crate::sink::table::Table;
+use crate::smooth::{Case, Found, Ranking, Scope, Tables};
+
+/// A helping that takes so long is large enough to tell, s.
+const ENOUGH: f64 = 0.03;
+/// Longest look, s.
+const LOOK: f64 = 0.5;
+/// Bytes a second of tables, hashed and written.
+const WRITTEN: f64 = 4e8;
+/// Rows a second of a tuple file that is read twice or more.
+const READ: f64 = 1e6;
+
+struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
+
+/// Seconds that a sweep of `study` by `plan` on `choice` will take, about.
+///
+/// # Errors
+/// A backend that does not open or fails.
+pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error> {
+    let start = Instant::now();
+    let method = choice.open(&study.setup.model)?;
+    let opened = start.elapsed().as_secs_f64();
+    let (never, mut silent) = (AtomicBool::new(false), Silent);
+    let mut run = Run::new((study, plan), method, Writers::none(), (&never, &mut silent));
+    let work = match (&study.space, &plan.scope) {
+        (Space::Grid(factors), Some(scope)) => ranked(&mut run, &Layout::new(factors), scope)?,
+        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors))?,
+        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])?,
+        (Space::File(file), _) => {
+            let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
+            let first: Vec<Tuple> = (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
+            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])?;
+            (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
+        }
+    };
+    Ok(opened + work + plan.bytes / WRITTEN)
+}
+
+/// Serves ever more of `most` things until a helping takes long enough to tell; seconds of all of them.
+fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f64, Error> {
+    let mut timed = |n: u64| -> Result<f64, Error> {
+        let start = Instant::now();
+        serve(n)?;
+        Ok(start.elapsed().as_secs_f64())
+    };
+    if most == 0 {
+        return Ok(0.0);
+    }
+    // The first one compiles shaders and makes charts.
+    let first = timed(1)?;
+    let (mut n, mut spent, mut each) = (1, 0.0, first);
+    while n < most && spent < LOOK {
+        n = (4 * n).min(most);
+        let seconds = timed(n)?;
+        (spent, each) = (spent + seconds, seconds / n as f64);
+        if seconds > ENOUGH {
+            break;
+        }
+    }
+    Ok((first - each).max(0.0) + each * most as f64)
+}
+
+/// The `i`-th of some places among `n`, without a period.
+fn place(i: u64, n: u64) -> u64 {
+    (((i as f64 + 1.0) * 0.618_033_988_749_894_9).fract() * n as f64) as u64
+}
+
+/// Whole designs, or rows of large ones, solved, reduced and made into text.
+fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
+    let tables: Vec<Table> = match run.study.output.top {
+        Some(_) => Vec::new(),
+        None => [(Table::Tuples, 0), (Table::Designs, 1), (Table::Distances, 2)]
+            .into_iter()
+            .filter(|(_, at)| run.plan.rows[*at] > 0)
+            .map(|(table, _)| table)
+            .collect(),
+    };
+    let passes = if layout.block() > super::KEEP { 2.0 } else { 1.0 };
+    if layout.block() > CHUNK / 8 {
+        let tuple = |i: u64| layout.tuple(place(i, layout.len()));
+        return Ok(passes * listed(run, layout.len(), &tuple)?);
+    }
+    let together = CHUNK / layout.block();
+    paced(layout.n_designs, &mut |n| {
+        let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
+        ks.chunks(together as usize).try_for_each(|ks| small(run, layout, ks, &tables, &|_| None).map(drop))
+    })
+}
+
+/// Taps on their own.
+fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
+    paced(n, &mut |some| {
+        let tuples: Vec<Tuple> = (0..some.min(CHUNK)).map(|i| tuple(place(i, n))).collect();
+        let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
+        let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+        let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
+        run.evaluate(&designs, &tasks).map(drop)
+    })
+}
+
+/// Designs ranked from the chart, those outside it and the rows kept solved.
+fn ranked(run: &mut Run<'_>, layout: &Layout, scope: &Scope) -> Result<f64, Error> {
+    let sample: Vec<u64> = (0..layout.n_designs.min(4096)).map(|i| place(i, layout.n_designs)).collect();
+    let hard = sample.iter().filter(|k| scope.case(&layout.design(**k)) == Case::Hard).count();
+    let share = hard as f64 / sample.len().max(1) as f64;
+    let mut limit = f32::INFINITY;
+    let easy = match run.evaluator.ranking(scope, layout)? {
+        Some(mut device) => device_seconds(&mut *device, layout.n_designs)?,
+        None => {
+            let tables = Tables::new(scope);
+            paced(layout.n_designs, &mut |n| {
+                let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
+                let mut found: Found = charted::group(layout, scope, &tables, &ks, limit);
+                limit = limit.min(charted::bound(&mut found, scope.rank.keep));
+                Ok(())
+            })?
+        }
+    };
+    let kept = (scope.rank.keep as u64).saturating_mul(layout.n_distances).min(layout.len());
+    let beside = kept as f64 + share * layout.len() as f64;
+    let tuple = |i: u64| layout.tuple(place(i, layout.len()));
+    let tap = listed(run, beside.ceil() as u64, &tuple)?;
+    Ok(easy + tap)
+}
+
+/// The same on a device.
+fn device_seconds(device: &mut dyn Ranking, designs: u64) -> Result<f64, Error> {
+    paced(designs, &mut |n| {
+        let n = n.min(device.most());
+        device.start(0..n, 0.0);
+        device.finish().transpose()?;
+        Ok(())
+    })
+}
