@@ -8,7 +8,8 @@ use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::Precision;
-use vibrissa::sink::{csv::Text, table};
+use vibrissa::sink::csv::Text;
+use vibrissa::sink::table::{TapRow, fields};
 use vibrissa::statistics::Reduction;
 use vibrissa::verify::configuration::Configuration;
 
@@ -129,10 +130,12 @@ fn csv(bencher: Bencher<'_, '_>) {
     let task = &taps.tasks[0];
     let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0]);
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
-        let (mut text, mut fields) = (Text::default(), Vec::new());
+        let (mut text, mut values) = (Text::default(), Vec::new());
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
-            table::tuple_row(design, (t.a, t.drive), black_box(o), &estimated, None, &mut fields);
-            text.row(&mut fields).expect("memory");
+            let (design, tap, estimated) = (&design.tuple, black_box(o), &estimated);
+            let row = TapRow { design, a: t.a, drive: t.drive, tap, estimated, elongation: None };
+            fields(&TapRow::COLUMNS, &row, &mut values);
+            text.row(&mut values).expect("memory");
         }
         text.into_bytes()
     });

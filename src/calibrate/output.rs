@@ -10,7 +10,7 @@ use crate::measure::Data;
 use crate::scene::{Setup, Side};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
-use crate::sink::table::{Field, Table, distance_row, drive_row};
+use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
 
 /// Names of the files beside run.json.
 pub const FILES: [&str; 5] = ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv"];
@@ -107,7 +107,12 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
         let held =
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {
-            drive_row(&rig.design.tuple, *drive, &side.table.by_drive[j], rig.k_unit(), &mut row);
+            let (design, unit) = (&rig.design.tuple, rig.k_unit());
+            fields(
+                &AtDrive::COLUMNS,
+                &AtDrive { design, drive: *drive, row: &side.table.by_drive[j], unit },
+                &mut row,
+            );
             let status = row.pop();
             row.push(held[j].into());
             row.push(Field::Word(side_name(side.gauge)));
@@ -129,7 +134,8 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     for side in &found.sides {
         let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
-            distance_row(&rig.design, *a, &by_distance[i], rig.k_unit(), &mut row);
+            let (design, unit) = (&rig.design.tuple, rig.k_unit());
+            fields(&AtDistance::COLUMNS, &AtDistance { design, a: *a, row: &by_distance[i], unit }, &mut row);
             let status = row.pop();
             row.push(Field::Word(side_name(side.gauge)));
             row.extend(status);

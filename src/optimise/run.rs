@@ -18,6 +18,7 @@ use crate::error::{Error, InputError};
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question};
+use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
 
 /// Strain tolerance of the polish.
@@ -51,6 +52,13 @@ pub struct Design {
     pub score: Score,
     /// Unit of K in the tables.
     pub unit: f64,
+}
+
+impl Design {
+    /// Its row of designs.csv.
+    pub fn at_drive(&self) -> AtDrive<'_> {
+        AtDrive { design: &self.point, drive: self.point.drive, row: &self.row, unit: self.unit }
+    }
 }
 
 /// What a finished search tells.

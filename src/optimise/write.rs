@@ -11,7 +11,7 @@ use crate::scene::{Column, Convention, Material, Setup, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
-use crate::sink::table::{self, Field, Table};
+use crate::sink::table::{AtDrive, Field, Objects, Sink, Table, fields};
 
 /// Their names.
 pub fn names(objective: Objective) -> Vec<&'static str> {
@@ -77,21 +77,11 @@ pub fn seconds(report: &Report) -> Value {
 
 /// A designs row as JSON; missing is null.
 pub fn row(spec: &Spec, design: &Design) -> Value {
-    let mut fields = Vec::new();
-    table::drive_row(&design.point, design.point.drive, &design.row, design.unit, &mut fields);
-    let value = |field: &Field| match field {
-        Field::Number(x) => json!(x),
-        Field::Count(n) => json!(n),
-        Field::Word(w) => json!(w),
-        Field::Text(t) => json!(t),
-        Field::Status(s) => json!(s.to_string()),
-    };
-    Table::Designs
-        .columns(&spec.study.setup)
-        .into_iter()
-        .map(str::to_owned)
-        .zip(fields.iter().map(value))
-        .collect()
+    let names = Table::Designs.columns(&spec.study.setup);
+    let (mut objects, mut values) = (Objects::new(&names), Vec::new());
+    fields(&AtDrive::COLUMNS, &design.at_drive(), &mut values);
+    let Ok(()) = objects.row(&mut values);
+    objects.rows.remove(0)
 }
 
 /// Name of a column without its unit, as in a spec.
@@ -258,11 +248,11 @@ fn sensitivity(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
 }
 
 fn pareto(spec: &Spec, points: &[Design]) -> csv::Result<Vec<u8>> {
-    let (mut text, mut fields) = (Text::default(), Vec::new());
+    let (mut text, mut values) = (Text::default(), Vec::new());
     text.header(&Table::Designs.columns(&spec.study.setup))?;
     for d in points {
-        table::drive_row(&d.point, d.point.drive, &d.row, d.unit, &mut fields);
-        text.row(&mut fields)?;
+        fields(&AtDrive::COLUMNS, &d.at_drive(), &mut values);
+        text.row(&mut values)?;
     }
     Ok(text.into_bytes())
 }

@@ -10,6 +10,12 @@ use crate::error::InputError;
 use crate::scene::{Space, Study, Tuple};
 use crate::smooth::Scope;
 
+/// Taps that are evaluated together.
+pub const CHUNK: u64 = 1 << 17;
+
+/// Largest design whose outcomes are kept between the two passes, taps.
+pub const KEEP: u64 = 1 << 20;
+
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
 

@@ -1,10 +1,10 @@
 //! How the taps of a sweep are found.
 
+use super::CHUNK;
 use crate::backend::Choice;
 use crate::layout::Layout;
 use crate::scene::{Geometry, Study};
 use crate::smooth::{Scope, drives::DriveAxis};
-use crate::sweep::CHUNK;
 
 /// How taps are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -147,17 +147,7 @@ pub fn counts(lines: &[Line]) -> Value {
 
 /// One line of the census as JSON, by the names of the columns.
 pub fn line_json(line: &Line, backend: &Backend) -> Value {
-    let value = |field: Field| match field {
-        Field::Number(x) if x.is_finite() => json!(x),
-        Field::Number(_) => Value::Null,
-        Field::Count(n) => json!(n),
-        Field::Word("") => Value::Null,
-        Field::Word(w) => json!(w),
-        Field::Text(t) if t.is_empty() => Value::Null,
-        Field::Text(t) => json!(t),
-        Field::Status(s) => json!(s.to_string()),
-    };
-    COLUMNS.into_iter().map(str::to_owned).zip(fields(line, backend).into_iter().map(value)).collect()
+    COLUMNS.into_iter().map(str::to_owned).zip(fields(line, backend).into_iter().map(Value::from)).collect()
 }
 
 /// The whole of `run.json`.

@@ -1,8 +1,10 @@
-//! The columns of every table: names, order, values. The one place that knows them.
+//! The columns of a sweep's tables: name, meaning and value, each in one place; and what takes rows.
 
-use crate::design::Design;
+use serde_json::Value;
+
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
+use crate::reduce::Spread;
 use crate::scene::{Convention, Drive, Setup, Tuple};
 use crate::statistics::{DistanceRow, DriveRow};
 use crate::status::Status;
@@ -51,118 +53,255 @@ impl Table {
 
     /// Column names for `setup`.
     pub fn columns(self, setup: &Setup) -> Vec<&'static str> {
-        let drive = setup.drive.column();
-        let mm = setup.estimate.convention == Convention::Elongation;
-        let (k, mean, sd) = if mm { ("K_mm", "K_mean_mm", "K_sd_mm") } else { ("K", "K_mean", "K_sd") };
-        let mut names = vec!["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
-        let rest: &[&str] = match self {
-            Self::Tuples => &[
-                "a_mm",
-                drive,
-                "strain",
-                "strain_linear",
-                k,
-                "K_deviation",
-                "distance_mm",
-                "error_mm",
-                "sigma_mm",
-                "normal_force_N",
-                "tangential_force_N",
-                "contact_arc_mm",
-                "contact_state",
-                "status",
-            ],
-            Self::Designs => &[
-                drive,
-                "n",
-                mean,
-                sd,
-                "error_rms_mm",
-                "error_max_mm",
-                "error_mean_mm",
-                "noise_rms_mm",
-                "total_rms_mm",
-                "strain_max",
-                "force_max_N",
-                "status",
-            ],
-            Self::Distances => &["a_mm", "n", mean, sd, "status"],
-        };
-        names.extend(rest);
-        names
+        match self {
+            Self::Tuples => names(&TapRow::COLUMNS, setup),
+            Self::Designs => names(&AtDrive::COLUMNS, setup),
+            Self::Distances => names(&AtDistance::COLUMNS, setup),
+        }
     }
 }
 
-fn design_fields(t: &Tuple) -> [Field; 5] {
-    [t.D, t.d, t.L_a, t.x_ss, t.l].map(Field::Number)
+/// What a column is called.
+#[derive(Debug, Clone, Copy)]
+pub enum Name {
+    /// Always this.
+    Is(&'static str),
+    /// `theta_deg` or `delta_mm`, as the whisker is driven.
+    Drive,
+    /// A figure of K: its names without unit, and with the convention `elongation` in mm.
+    K(&'static str, &'static str),
 }
 
-/// K̄ and SD in the unit of the table.
-fn k_fields(row: &crate::reduce::Spread, unit: f64) -> [Field; 3] {
-    let mean = row.mean().map(|m| (1.0 + m) * unit);
-    [Field::Count(row.n), mean.into(), row.sd().map(|s| s * unit).into()]
+impl Name {
+    /// The name for `setup`.
+    pub fn of(self, setup: &Setup) -> &'static str {
+        match self {
+            Self::Is(name) => name,
+            Self::Drive => setup.drive.column(),
+            Self::K(plain, mm) => match setup.estimate.convention {
+                Convention::Mean => plain,
+                Convention::Elongation => mm,
+            },
+        }
+    }
 }
 
-/// Row of tuples.csv.
-pub fn tuple_row(
-    design: &Design,
-    (a, drive): (f64, f64),
-    tap: &Outcome,
-    e: &Estimated,
-    mm: Option<f64>,
-    out: &mut Vec<Field>,
-) {
-    let unit = mm.unwrap_or(1.0);
-    let solved = tap.arc.is_finite();
-    out.extend(design_fields(&design.tuple));
-    out.extend(
-        [
-            a,
-            drive,
-            tap.strain,
-            tap.strain_linear,
-            (1.0 + tap.deviation) * unit,
-            if mm.is_some() { f64::NAN } else { tap.deviation },
-            e.distance,
-            e.distance - a,
-            e.sigma,
-            tap.normal_force,
-            tap.tangential_force,
-            tap.arc,
-        ]
-        .map(Field::Number),
-    );
-    let state = if tap.sticking { "stick" } else { "slide" };
-    out.push(Field::Word(if solved { state } else { "" }));
-    out.push(Field::Status(tap.status | e.status));
+/// A column of a table whose rows are made of `R`: the one place that knows it. The unit is the end of its name (`_mm`, `_deg`, `_N`);
+/// without one it has none.
+pub struct Column<R> {
+    /// What it is called.
+    pub name: Name,
+    /// What it says.
+    pub meaning: &'static str,
+    /// Its value in a row.
+    pub read: fn(&R) -> Field,
 }
 
-/// Row of designs.csv.
-pub fn drive_row(design: &Tuple, drive: f64, row: &DriveRow, unit: f64, out: &mut Vec<Field>) {
-    out.extend(design_fields(design));
-    out.push(Field::Number(drive));
-    out.extend(k_fields(&row.deviation, unit));
-    out.extend(
-        [
-            row.error_rms(),
-            row.error_max(),
-            row.error_mean(),
-            row.noise_rms(),
-            row.total_rms(),
-            row.strain_max(),
-            row.force_max(),
-        ]
-        .map(Field::from),
-    );
-    out.push(Field::Status(row.status));
+const fn column<R>(name: Name, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
+    Column { name, meaning, read }
 }
 
-/// Row of distances.csv.
-pub fn distance_row(design: &Design, a: f64, row: &DistanceRow, unit: f64, out: &mut Vec<Field>) {
-    out.extend(design_fields(&design.tuple));
-    out.push(Field::Number(a));
-    out.extend(k_fields(&row.deviation, unit));
-    out.push(Field::Status(row.status));
+/// Names of `columns`, in order.
+pub fn names<R>(columns: &[Column<R>], setup: &Setup) -> Vec<&'static str> {
+    columns.iter().map(|c| c.name.of(setup)).collect()
+}
+
+/// Values of `columns` in `row`, after what `out` holds.
+pub fn fields<R>(columns: &[Column<R>], row: &R, out: &mut Vec<Field>) {
+    out.extend(columns.iter().map(|c| (c.read)(row)));
+}
+
+/// A row of tuples.csv: one tap.
+#[derive(Debug, Clone, Copy)]
+pub struct TapRow<'a> {
+    /// Its whisker.
+    pub design: &'a Tuple,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// Tap angle, degrees, or displacement, mm.
+    pub drive: f64,
+    /// What the rod gives.
+    pub tap: &'a Outcome,
+    /// The distance read from it.
+    pub estimated: &'a Estimated,
+    /// Length by which K is multiplied, where it has a unit, mm.
+    pub elongation: Option<f64>,
+}
+
+/// A row of designs.csv: a design at one drive, over its distances.
+#[derive(Debug, Clone, Copy)]
+pub struct AtDrive<'a> {
+    /// The whisker.
+    pub design: &'a Tuple,
+    /// Tap angle, degrees, or displacement, mm.
+    pub drive: f64,
+    /// Its statistics.
+    pub row: &'a DriveRow,
+    /// Unit of K.
+    pub unit: f64,
+}
+
+/// A row of distances.csv: a design at one distance, over its drives.
+#[derive(Debug, Clone, Copy)]
+pub struct AtDistance<'a> {
+    /// The whisker.
+    pub design: &'a Tuple,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// Its statistics.
+    pub row: &'a DistanceRow,
+    /// Unit of K.
+    pub unit: f64,
+}
+
+use Field::{Count, Number, Word};
+use Name::{Drive as DriveName, Is, K};
+
+const DIAMETER: &str = "base diameter D";
+const TIP: &str = "tip diameter d";
+const LENGTH: &str = "length L_a";
+const PLACE: &str = "place of the gauge's near end x_ss";
+const GRID: &str = "length of the gauge's grid l";
+const DISTANCE: &str = "contact distance a";
+const DRIVE: &str = "tap angle θ, or displacement δ of the object";
+const COUNTED: &str = "taps that count";
+const MEAN: &str = "mean of K over the taps that count";
+const SPREAD: &str = "sample standard deviation of K (n − 1)";
+const WORDS: &str = "ok, or words joined by +";
+
+/// Mean of K in the unit of the table.
+fn mean(deviation: &Spread, unit: f64) -> Field {
+    deviation.mean().map(|m| (1.0 + m) * unit).into()
+}
+
+/// Its standard deviation.
+fn sd(deviation: &Spread, unit: f64) -> Field {
+    deviation.sd().map(|s| s * unit).into()
+}
+
+impl TapRow<'_> {
+    /// Columns of tuples.csv.
+    pub const COLUMNS: [Column<Self>; 19] = [
+        column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
+        column(Is("d_mm"), TIP, |r| Number(r.design.d)),
+        column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
+        column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
+        column(Is("l_mm"), GRID, |r| Number(r.design.l)),
+        column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
+        column(DriveName, DRIVE, |r| Number(r.drive)),
+        column(Is("strain"), "mean strain over the grid, tension positive", |r| Number(r.tap.strain)),
+        column(Is("strain_linear"), "the same of the estimator's theory, ±θ f", |r| {
+            Number(r.tap.strain_linear)
+        }),
+        column(K("K", "K_mm"), "strain_linear/strain", |r| {
+            Number((1.0 + r.tap.deviation) * r.elongation.unwrap_or(1.0))
+        }),
+        column(Is("K_deviation"), "K − 1 at full relative precision; empty where K has a unit", |r| {
+            Number(if r.elongation.is_some() { f64::NAN } else { r.tap.deviation })
+        }),
+        column(Is("distance_mm"), "estimated distance â", |r| Number(r.estimated.distance)),
+        column(Is("error_mm"), "â − a", |r| Number(r.estimated.distance - r.a)),
+        column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge", |r| {
+            Number(r.estimated.sigma)
+        }),
+        column(Is("normal_force_N"), "contact force across the whisker P", |r| Number(r.tap.normal_force)),
+        column(Is("tangential_force_N"), "contact force along the whisker T", |r| {
+            Number(r.tap.tangential_force)
+        }),
+        column(Is("contact_arc_mm"), "arc length of the contact c", |r| Number(r.tap.arc)),
+        column(Is("contact_state"), "slide or stick", |r| {
+            let state = if r.tap.sticking { "stick" } else { "slide" };
+            Word(if r.tap.arc.is_finite() { state } else { "" })
+        }),
+        column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
+    ];
+}
+
+impl AtDrive<'_> {
+    /// Columns of designs.csv.
+    pub const COLUMNS: [Column<Self>; 17] = [
+        column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
+        column(Is("d_mm"), TIP, |r| Number(r.design.d)),
+        column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
+        column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
+        column(Is("l_mm"), GRID, |r| Number(r.design.l)),
+        column(DriveName, DRIVE, |r| Number(r.drive)),
+        column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
+        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
+        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
+        column(Is("error_rms_mm"), "root mean square of â − a", |r| r.row.error_rms().into()),
+        column(Is("error_max_mm"), "largest |â − a|", |r| r.row.error_max().into()),
+        column(Is("error_mean_mm"), "mean of â − a", |r| r.row.error_mean().into()),
+        column(Is("noise_rms_mm"), "root mean square of sigma_mm", |r| r.row.noise_rms().into()),
+        column(Is("total_rms_mm"), "errors and noise in quadrature", |r| r.row.total_rms().into()),
+        column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max().into()),
+        column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max().into()),
+        column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
+    ];
+}
+
+impl AtDistance<'_> {
+    /// Columns of distances.csv.
+    pub const COLUMNS: [Column<Self>; 10] = [
+        column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
+        column(Is("d_mm"), TIP, |r| Number(r.design.d)),
+        column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
+        column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
+        column(Is("l_mm"), GRID, |r| Number(r.design.l)),
+        column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
+        column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
+        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
+        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
+        column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
+    ];
+}
+
+/// What takes the rows of a table, one after the other.
+pub trait Sink {
+    /// Why a row cannot be taken.
+    type Error;
+
+    /// Takes one row and leaves `fields` empty for the next.
+    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error>;
+}
+
+/// Rows as JSON objects: missing is null.
+pub struct Objects<'a> {
+    names: &'a [&'static str],
+    /// The rows so far.
+    pub rows: Vec<Value>,
+}
+
+impl<'a> Objects<'a> {
+    /// Of rows whose columns have these names.
+    pub fn new(names: &'a [&'static str]) -> Self {
+        Self { names, rows: Vec::new() }
+    }
+}
+
+impl Sink for Objects<'_> {
+    type Error = std::convert::Infallible;
+
+    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error> {
+        let names = self.names.iter().map(|name| (*name).to_owned());
+        self.rows.push(names.zip(fields.drain(..).map(Value::from)).collect());
+        Ok(())
+    }
+}
+
+impl From<Field> for Value {
+    fn from(field: Field) -> Self {
+        match field {
+            Number(x) if x.is_finite() => x.into(),
+            Number(_) => Self::Null,
+            Count(n) => n.into(),
+            Word("") => Self::Null,
+            Word(w) => w.into(),
+            Field::Text(t) if t.is_empty() => Self::Null,
+            Field::Text(t) => t.into(),
+            Field::Status(s) => s.to_string().into(),
+        }
+    }
 }
 
 /// Name of the drive with unit, for people.

@@ -8,7 +8,7 @@ use crate::scene::{Per, Study};
 use crate::sink::{
     csv::Text,
     run_json::Counts,
-    table::{self, Table},
+    table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Reduction;
 
@@ -68,7 +68,7 @@ pub(super) fn render(
     reduced.calibrate();
 
     let mut out = Rendered::default();
-    let (mut text, mut fields, mut waiting) = (Text::default(), Vec::new(), 0);
+    let (mut text, mut values, mut waiting) = (Text::default(), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
@@ -76,8 +76,9 @@ pub(super) fn render(
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
-            table::tuple_row(design, (a, drive), tap, &estimated, elongation, &mut fields);
-            text.row(&mut fields).map_err(fail)?;
+            let row = TapRow { design: &design.tuple, a, drive, tap, estimated: &estimated, elongation };
+            fields(&TapRow::COLUMNS, &row, &mut values);
+            text.row(&mut values).map_err(fail)?;
             out.rows[0] += 1;
             waiting += 1;
             if waiting == 1 << 14 {
@@ -94,8 +95,8 @@ pub(super) fn render(
     for (j, row) in reduced.drives.iter().enumerate() {
         let drive = (axes.drive)(j);
         if (wanted.tables)(Table::Designs) {
-            table::drive_row(&design.tuple, drive, row, unit, &mut fields);
-            designs.row(&mut fields).map_err(fail)?;
+            fields(&AtDrive::COLUMNS, &AtDrive { design: &design.tuple, drive, row, unit }, &mut values);
+            designs.row(&mut values).map_err(fail)?;
             out.rows[1] += 1;
         }
         let rank = row.rank(study.output.by, unit);
@@ -110,8 +111,9 @@ pub(super) fn render(
     }
     if (wanted.tables)(Table::Distances) {
         for (i, row) in reduced.distances.iter().enumerate() {
-            table::distance_row(design, (axes.distance)(i), row, unit, &mut fields);
-            distances.row(&mut fields).map_err(fail)?;
+            let row = AtDistance { design: &design.tuple, a: (axes.distance)(i), row, unit };
+            fields(&AtDistance::COLUMNS, &row, &mut values);
+            distances.row(&mut values).map_err(fail)?;
             out.rows[2] += 1;
         }
     }

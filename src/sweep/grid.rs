@@ -9,10 +9,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
-use crate::sink::{
-    csv::Text,
-    table::{self, Table},
-};
+use crate::sink::{csv::Text, table::Table};
 
 /// Evaluates `layout` and writes its tables.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
@@ -75,10 +72,10 @@ pub(super) fn rank(
 /// Writes designs.csv of the kept rows, best first.
 pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
-    let (mut text, mut fields) = (Text::default(), Vec::new());
+    let (mut text, mut values) = (Text::default(), Vec::new());
     for row in kept {
-        table::drive_row(&row.design, row.drive, &row.row, row.unit, &mut fields);
-        text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+        row.fields(&mut values);
+        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
         run.highlight(Some(row.clone()));
     }
     run.write(Table::Designs, &text.into_bytes(), kept.len() as u64)

@@ -16,7 +16,7 @@ use crate::scene::Tuple;
 use crate::sink::{
     csv::Text,
     run_json::Counts,
-    table::{self, Table},
+    table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Reduction;
 
@@ -169,18 +169,19 @@ fn write_tuples(
     let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
     for part in rows.chunks(CHUNK as usize) {
         let format = |rows: &[usize]| {
-            let (mut text, mut fields) = (Text::default(), Vec::new());
+            let (mut text, mut values) = (Text::default(), Vec::new());
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
-                table::tuple_row(
-                    &designs[d],
-                    (t.a, t.drive),
-                    &outcomes[r],
-                    &estimates[r],
-                    reduced[d].elongation,
-                    &mut fields,
-                );
-                text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+                let row = TapRow {
+                    design: &designs[d].tuple,
+                    a: t.a,
+                    drive: t.drive,
+                    tap: &outcomes[r],
+                    estimated: &estimates[r],
+                    elongation: reduced[d].elongation,
+                };
+                fields(&TapRow::COLUMNS, &row, &mut values);
+                text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
             }
             Ok(text.into_bytes())
         };
@@ -208,21 +209,23 @@ fn write_rows(
         order.extend(seen.first.iter().enumerate().map(|(place, &row)| (row, d, place)));
     }
     order.sort_unstable();
-    let (mut text, mut fields) = (Text::default(), Vec::new());
+    let (mut text, mut values) = (Text::default(), Vec::new());
     for &(_, d, place) in &order {
         let reduced = &reduced[d];
         let unit = reduced.unit();
         match which {
             Table::Designs => {
                 let drive = groups[d].drives.values[place];
-                table::drive_row(&designs[d].tuple, drive, &reduced.drives[place], unit, &mut fields);
+                let row = AtDrive { design: &designs[d].tuple, drive, row: &reduced.drives[place], unit };
+                fields(&AtDrive::COLUMNS, &row, &mut values);
             }
             _ => {
                 let a = groups[d].distances.values[place];
-                table::distance_row(&designs[d], a, &reduced.distances[place], unit, &mut fields);
+                let row = AtDistance { design: &designs[d].tuple, a, row: &reduced.distances[place], unit };
+                fields(&AtDistance::COLUMNS, &row, &mut values);
             }
         }
-        text.row(&mut fields).map_err(|e| Error::Run(e.to_string()))?;
+        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
     }
     run.write(which, &text.into_bytes(), order.len() as u64)
 }

@@ -22,7 +22,7 @@ use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::plan::{Layout, Plan};
+use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
     csv::Text,
@@ -33,12 +33,6 @@ use crate::sink::{
 
 pub use probe::seconds;
 pub use select::Kept;
-
-/// Taps that are evaluated together.
-pub const CHUNK: u64 = 1 << 17;
-
-/// Largest design whose outcomes are kept between the two passes, taps.
-pub const KEEP: u64 = 1 << 20;
 
 /// Designs whose best row the summary shows.
 const HIGHLIGHTS: usize = 8;

@@ -46,7 +46,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
         (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])?,
         (Space::File(file), _) => {
             let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
-            let first: Vec<Tuple> = (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
+            let first: Vec<Tuple> =
+                (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
             let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])?;
             (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
         }

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::scene::Tuple;
+use crate::sink::table::{AtDrive, Field, fields};
 use crate::statistics::DriveRow;
 
 /// A designs row that was kept.
@@ -24,6 +25,12 @@ pub struct Kept {
 }
 
 impl Kept {
+    /// Its row of designs.csv, after what `out` holds.
+    pub fn fields(&self, out: &mut Vec<Field>) {
+        let row = AtDrive { design: &self.design, drive: self.drive, row: &self.row, unit: self.unit };
+        fields(&AtDrive::COLUMNS, &row, out);
+    }
+
     /// Better first: smaller value, then smaller index.
     fn order(&self, other: &Self) -> Ordering {
         self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))

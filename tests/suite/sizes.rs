@@ -9,8 +9,8 @@ use std::io::{BufRead, BufReader};
 use crate::common::cases::{Kind, evaluate, random};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, sweep_into, sweep_with};
 use tempfile::TempDir;
+use vibrissa::plan::{CHUNK, KEEP};
 use vibrissa::scene::{Precision, Tuple};
-use vibrissa::sweep::{CHUNK, KEEP};
 
 /// Backends that work in batches.
 const BATCHED: [Place; 3] = [CPU, CPU_F64, GPU];

@@ -14,7 +14,7 @@ use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
     csv::Text,
-    table::{self, Table},
+    table::{AtDrive, Table, TapRow, fields},
 };
 use crate::status::Status;
 
@@ -169,21 +169,34 @@ impl Part {
         let mut reduced = reduction(&study.setup, groups, design, number);
         taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
         reduced.calibrate();
-        let mut fields = Vec::new();
+        let mut values = Vec::new();
         for Tap { row, a, drive, outcome, .. } in taps {
             let estimated = reduced.estimate((0, 0), (*a, *drive), outcome);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
             self.left.push((*row, outcome.deviation, outcome.status | estimated.status));
             if tuples {
-                table::tuple_row(design, (*a, *drive), outcome, &estimated, reduced.elongation, &mut fields);
-                self.tuples.row(&mut fields)?;
+                let elongation = reduced.elongation;
+                let row = TapRow {
+                    design: &design.tuple,
+                    a: *a,
+                    drive: *drive,
+                    tap: outcome,
+                    estimated: &estimated,
+                    elongation,
+                };
+                fields(&TapRow::COLUMNS, &row, &mut values);
+                self.tuples.row(&mut values)?;
             }
         }
         let (row, unit) = (reduced.drives[0], reduced.unit());
         if row_too {
-            table::drive_row(&design.tuple, first.drive, &row, unit, &mut fields);
-            self.designs.row(&mut fields)?;
+            fields(
+                &AtDrive::COLUMNS,
+                &AtDrive { design: &design.tuple, drive: first.drive, row: &row, unit },
+                &mut values,
+            );
+            self.designs.row(&mut values)?;
             self.rows += 1;
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));

@@ -13,7 +13,7 @@ use crate::scene::Convention;
 use crate::scene::listed::Listed;
 use crate::sink::{
     csv::Text,
-    table::{self, Table},
+    table::{AtDistance, Table, TapRow, fields},
 };
 use crate::statistics::DistanceRow;
 
@@ -36,16 +36,24 @@ pub(super) fn write_tuples(
         let (mut designs, mut batch) = (Vec::new(), Vec::new());
         more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
         let text = |taps: &[Tap]| -> csv::Result<Vec<u8>> {
-            let (mut text, mut fields) = (Text::default(), Vec::new());
+            let (mut text, mut values) = (Text::default(), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
-                let place = (tap.a, tap.drive);
-                let estimated = reduced.estimate((0, 0), place, &tap.outcome);
+                let Tap { a, drive, outcome, .. } = tap;
+                let estimated = reduced.estimate((0, 0), (*a, *drive), outcome);
                 let elongation = reduced.elongation;
-                table::tuple_row(design, place, &tap.outcome, &estimated, elongation, &mut fields);
-                text.row(&mut fields)?;
+                let row = TapRow {
+                    design: &design.tuple,
+                    a: *a,
+                    drive: *drive,
+                    tap: outcome,
+                    estimated: &estimated,
+                    elongation,
+                };
+                fields(&TapRow::COLUMNS, &row, &mut values);
+                text.row(&mut values)?;
             }
             Ok(text.into_bytes())
         };
@@ -76,7 +84,7 @@ pub(super) fn write_distances(
     let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
     order.par_sort_unstable_by_key(|&row| (numbers[row as usize], row));
     let mut runs = order.chunk_by(|p, q| numbers[*p as usize] == numbers[*q as usize]).peekable();
-    let (mut reader, mut text, mut rows, mut fields) =
+    let (mut reader, mut text, mut rows, mut values) =
         (Reader::new(file, None)?, Text::default(), 0, Vec::new());
     while let Some((row, tuple)) = reader.next()? {
         // Rows are met in the order in which distances first appear.
@@ -97,8 +105,9 @@ pub(super) fn write_distances(
             design = Design::new(&study.setup, tuple);
         }
         let unit = design.elongation(&study.setup);
-        table::distance_row(&design, tuple.a, &reduced, unit.unwrap_or(1.0), &mut fields);
-        text.row(&mut fields).map_err(failed)?;
+        let row = AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
+        fields(&AtDistance::COLUMNS, &row, &mut values);
+        text.row(&mut values).map_err(failed)?;
         rows += 1;
         if text.len() > 1 << 20 {
             run.write(Table::Distances, &std::mem::take(&mut text).into_bytes(), 0)?;
