@@ -13,6 +13,7 @@
 pub use vibrissa_core::{design, error, estimate, excerpt, layout, physics, reduce, scene, status};
 pub use vibrissa_kernel::{self as kernel, smooth};
 
+pub mod api;
 pub mod backend;
 pub mod bench;
 pub mod calibrate;

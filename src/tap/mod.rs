@@ -16,7 +16,7 @@ use crate::error::{Error, InputError};
 use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Setup, Spec};
+use crate::scene::{Setup, Spec, Study};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
@@ -98,10 +98,22 @@ pub fn run(
     choice: &Choice,
     (out, force): (&Path, bool),
 ) -> Result<Report, Error> {
-    let begun = std::time::Instant::now();
     let asked = serde_json::json!({ "objective": objective.word() });
     let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
-    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
+    let mut report = find(&spec.study, ends, objective, choice)?;
+    write::all(spec, &report, &mut folder)?;
+    let written = folder.finish()?;
+    (report.files, report.removed) = (written.files, written.removed);
+    Ok(report)
+}
+
+/// The best drive within `ends` of the one whisker of `study`, over its distances; nothing is written.
+///
+/// # Errors
+/// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails.
+pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
+    let begun = std::time::Instant::now();
+    let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);
     let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?);
     let samples = curve.grid(ends)?;
@@ -116,7 +128,7 @@ pub fn run(
         return Err(overstrained(setup, &samples).into());
     };
     let (limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
-    let mut report = Report {
+    Ok(Report {
         why: write::why(setup, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
         curve: samples,
         optimum,
@@ -128,11 +140,7 @@ pub fn run(
         backend: choice.backend.clone(),
         files: Vec::new(),
         removed: Vec::new(),
-    };
-    write::all(spec, &report, &mut folder)?;
-    let written = folder.finish()?;
-    (report.files, report.removed) = (written.files, written.removed);
-    Ok(report)
+    })
 }
 
 /// A search without variables: what a score of the curve needs.

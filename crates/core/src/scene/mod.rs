@@ -38,6 +38,68 @@ pub struct Setup {
     pub estimate: Estimate,
 }
 
+impl Setup {
+    /// With this law of the material; moduli in MPa.
+    pub fn material(mut self, material: Material) -> Self {
+        self.model.material = material;
+        self
+    }
+
+    /// With contact on the whisker's surface, not on its centreline.
+    pub fn surface(mut self) -> Self {
+        self.model.surface = true;
+        self
+    }
+
+    /// With Timoshenko's shear deformation.
+    pub fn shear(mut self) -> Self {
+        self.model.shear = true;
+        self
+    }
+
+    /// With a centreline that stretches.
+    pub fn extension(mut self) -> Self {
+        self.model.extension = true;
+        self
+    }
+
+    /// With this behaviour of the contact; sticking and Coulomb friction need [`Self::extension`].
+    pub fn contact(mut self, contact: Contact) -> Self {
+        self.model.contact = contact;
+        self
+    }
+
+    /// With an object of this radius ρ, mm.
+    pub fn pole_radius(mut self, radius: f64) -> Self {
+        self.model.pole_radius = radius;
+        self
+    }
+
+    /// With the motor's axis so far behind the clamp, r₀, mm.
+    pub fn hub(mut self, hub: f64) -> Self {
+        self.hub = hub;
+        self
+    }
+
+    /// With the gauge on this side.
+    pub fn side(mut self, side: Side) -> Self {
+        self.gauge.side = side;
+        self
+    }
+
+    /// With this standard deviation of the gauge's noise, in strain.
+    pub fn noise(mut self, strain: f64) -> Self {
+        self.gauge.noise_strain = Some(strain);
+        self
+    }
+
+    /// By the closed forms of the paper.
+    pub fn linear(mut self) -> Self {
+        self.model.geometry = Geometry::Linear;
+        self
+    }
+}
+
 /// What is to be evaluated and reported.
 #[derive(Debug, Clone)]
 pub struct Study {

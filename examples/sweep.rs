@@ -1,0 +1,26 @@
+//! A sweep described in code: 40 tip diameters, 10 distances, 20 tap angles of a rubber whisker, the 5 rows of least K_sd.
+//!
+//!     cargo run --release --example sweep
+
+use vibrissa::api::*;
+
+fn main() -> Result<(), Error> {
+    let setup = Setup::default().material(Material::NeoHookean(3.2)).surface().shear().extension();
+    let axes = [
+        10.0.into(),
+        Axis::steps(2.0, 8.0, 40)?,
+        50.0.into(),
+        5.0.into(),
+        2.0.into(),
+        Axis::steps(21.0, 48.0, 10)?,
+        Axis::steps(0.5, 10.0, 20)?,
+    ];
+    let space = Space::grid(axes).expect("few enough to count");
+    let study = Study { setup, space, output: Output { top: Some(5), ..Output::default() } };
+    let swept = sweep("rubber", &study, &RunOptions::default(), "results/example-rubber".as_ref())?;
+    for best in &swept.highlights {
+        println!("d = {:.2} mm, {:.1}°: K_sd = {:.2e}", best.design.d, best.drive, best.rank);
+    }
+    println!("{} taps on {}", swept.counts.taps, swept.backend.name);
+    Ok(())
+}

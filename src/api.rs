@@ -1,0 +1,71 @@
+//! What is meant to be used from outside: a rig described in code, swept, its best tap angle, its readings answered. Everything else is
+//! public for the program and its tests, and changes with them.
+//!
+//! ```no_run
+//! use vibrissa::api::*;
+//! let setup = Setup::default().material(Material::NeoHookean(3.2)).surface().noise(20e-6);
+//! let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0 };
+//! let tap = strains(&setup, &[whisker])?[0];
+//! println!("{:.6} {}", tap.strain, tap.status);
+//! # Ok::<(), vibrissa::api::Error>(())
+//! ```
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+pub use crate::error::Error;
+pub use crate::evaluate::Outcome;
+pub use crate::locate::{Located, Locator};
+pub use crate::scene::search::Objective;
+pub use crate::scene::{
+    Axis, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup, Side, Space, Spec,
+    Study, Theory, Tuple,
+};
+pub use crate::status::Status;
+pub use crate::sweep::Report as Swept;
+pub use crate::tap::Report as BestTap;
+
+use crate::backend::Choice;
+use crate::design::Design;
+use crate::evaluate::{Evaluator, Task};
+use crate::plan::Plan;
+use crate::sweep::{self, Progress, Target};
+use crate::tap;
+
+struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
+
+/// Strain, forces and contact of each of `taps` (mm, degrees or mm), on the CPU kernels.
+///
+/// # Errors
+/// Threads or kernels that fail; a tap without a solution says so in its status.
+pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
+    let options = RunOptions { backend: Some(crate::scene::BackendChoice::Cpu), ..RunOptions::default() };
+    let method = Choice::new(&options)?.open(&setup.model)?;
+    let designs: Vec<Design> = taps.iter().map(|t| Design::new(setup, *t)).collect();
+    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let tasks: Vec<Task> = taps.iter().enumerate().map(task).collect();
+    Ok(Evaluator::new(setup, method).run(&designs, &tasks)?)
+}
+
+/// Sweeps `study` and writes its tables and `run.json` into the folder `out`, as `vibrissa sweep` does with a spec named `name`.
+///
+/// # Errors
+/// A folder that holds something else, tables that would be too large, a backend that fails.
+pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
+    let choice = Choice::new(options)?;
+    let (plan, never) = (Plan::new(study, &choice)?, AtomicBool::new(false));
+    let target = Target { out, force: options.force == Some(true), stop: &never };
+    sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)
+}
+
+/// The tap angle (degrees; displacement, mm) between `ends` at which the one whisker of `study` tells distance best, over its distances.
+///
+/// # Errors
+/// No drive that keeps the strain limit, no complete row, a backend that fails.
+pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
+    tap::find(study, ends, objective, &Choice::new(&RunOptions::default())?)
+}
