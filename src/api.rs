@@ -29,14 +29,9 @@ use crate::backend::Choice;
 use crate::design::Design;
 use crate::evaluate::{Evaluator, Task};
 use crate::plan::Plan;
-use crate::sweep::{self, Progress, Target};
+use crate::progress::Silent;
+use crate::sweep::{self, Target};
 use crate::tap;
-
-struct Silent;
-
-impl Progress for Silent {
-    fn at(&mut self, _: u64, _: u64) {}
-}
 
 /// Strain, forces and contact of each of `taps` (mm, degrees or mm), on the CPU kernels.
 ///

@@ -1,16 +1,16 @@
 //! Vibrissa sweeps and optimises tapered soft whisker sensors.
 //!
-//! Data goes one way: [`spec`] reads a file into a [`scene`], [`plan`] turns it into sizes and indices, [`evaluate`]
-//! sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them, [`sink`] writes
-//! tables; [`sweep`] drives it all, and [`smooth`] spares it most taps; [`explain`] compares the effects of a model,
-//! [`verify`] the backends with the reference, [`mod@bench`] speed with error. [`optimise`] searches designs, [`tap`] the angle of one
-//! whisker. [`measure`] reads what a rig recorded,
-//! [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones. [`physics`] is pure; wgpu is
-//! used only in `kernel::gpu` and `smooth::device`; files are written only in [`sink`].
+//! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`] (what was asked), [`plan`] says what will run and how,
+//! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
+//! rows; [`sweep`] does what the plan says, and [`smooth`] spares it most taps. [`explain`] compares the effects of a model, [`verify`]
+//! the backends with the reference, [`mod@bench`] speed with error. [`optimise`] searches designs, [`tap`] the angle of one whisker.
+//! [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones.
+//! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
+//! `docs/architecture.md` says where a thing belongs.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
-pub use vibrissa_core::{design, error, estimate, excerpt, layout, physics, reduce, scene, status};
+pub use vibrissa_core::{design, error, estimate, excerpt, physics, reduce, scene, status};
 pub use vibrissa_kernel::{self as kernel, smooth};
 
 pub mod api;
@@ -23,6 +23,7 @@ pub mod locate;
 pub mod measure;
 pub mod optimise;
 pub mod plan;
+pub mod progress;
 pub mod simulate;
 pub mod sink;
 pub mod spec;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::error::SolveError;
 use crate::kernel::{Job, Solution, Solver, Tap};
-use crate::layout::Layout;
+use crate::scene::Layout;
 use crate::smooth::{Ranking, Scope};
 
 /// What a probed solver has spent.

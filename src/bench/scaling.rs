@@ -9,8 +9,9 @@ use super::{Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::Evaluator;
 use crate::plan::Plan;
+use crate::progress::Silent;
 use crate::scene::Spec;
-use crate::sweep::{self, Progress, Target};
+use crate::sweep::{self, Target};
 
 /// What the taps of a sweep share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,12 +62,6 @@ pub struct Threaded {
     pub times: Times,
     /// Best time on one thread over best time on these.
     pub speedup: f64,
-}
-
-struct Silent;
-
-impl Progress for Silent {
-    fn at(&mut self, _: u64, _: u64) {}
 }
 
 /// Sweeps of all sizes, reduced to the best designs.

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use vibrissa::sweep::Progress;
+use vibrissa::progress::Progress;
 
 use super::say;
 

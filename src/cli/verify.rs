@@ -8,9 +8,9 @@ use serde_json::json;
 use vibrissa::backend::Backend;
 use vibrissa::error::{Error, InputError};
 use vibrissa::scene::{RunOptions, Spec, Tuple};
-use vibrissa::sink::census::{self, Verified, other_words, verdict};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
+use vibrissa::verify::write::{self, Verified, other_words, verdict};
 use vibrissa::verify::{self, Case, Line, Place, QUANTITIES, RANDOM, SAMPLES};
 
 use super::args::Verify;
@@ -74,7 +74,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     progress.finish();
     let lines = lines?;
     let backends: Vec<&Backend> = places.iter().map(Place::backend).collect();
-    census::write(&mut folder, &lines, &backends)?;
+    write::write(&mut folder, &lines, &backends)?;
     let seconds = start.elapsed().as_secs_f64();
     let verified = Verified {
         spec: asked.spec.as_ref(),
@@ -84,7 +84,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         lines: &lines,
         seconds,
     };
-    folder.run_json(&census::document(&verified))?;
+    folder.run_json(&write::document(&verified))?;
     let Written { files, removed, .. } = folder.finish()?;
     let mut text = table(&lines, &places);
     let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();
@@ -93,10 +93,10 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         text,
         out: Some(asked.out),
         files,
-        counts: census::counts(&lines),
+        counts: write::counts(&lines),
         seconds: json!({ "total": seconds }),
         backend: json!(backends),
-        result: json!({ "census": lines.iter().map(|l| census::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
+        result: json!({ "census": lines.iter().map(|l| write::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
         quiet,
         broken: broken(&lines, &places),
     }

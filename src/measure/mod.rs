@@ -1,7 +1,7 @@
 //! Measured taps: data files as a rig writes them, units of the signal, the zero of the sensor, the whisker they belong to.
 //!
 //! Nothing here judges a row: a value that is missing stays missing (NaN), a line that cannot be understood is an error
-//! with its number. What a row is worth is decided in [`crate::calibrate`].
+//! with its number. What a row is worth is decided in `calibrate`.
 
 pub mod file;
 pub mod rig;

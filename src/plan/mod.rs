@@ -2,7 +2,7 @@
 
 mod way;
 
-pub use crate::layout::Layout;
+pub use crate::scene::Layout;
 pub use way::Way;
 
 use crate::backend::Choice;

@@ -2,7 +2,7 @@
 
 use super::CHUNK;
 use crate::backend::Choice;
-use crate::layout::Layout;
+use crate::scene::Layout;
 use crate::scene::{Geometry, Study};
 use crate::smooth::{Scope, drives::DriveAxis};
 

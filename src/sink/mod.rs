@@ -1,6 +1,5 @@
 //! Where results go: tables, the result folder, `run.json`.
 
-pub mod census;
 pub mod csv;
 pub mod folder;
 pub mod run_json;

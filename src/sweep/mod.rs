@@ -23,6 +23,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
+use crate::progress::Progress;
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
     csv::Text,
@@ -52,12 +53,6 @@ pub struct Report {
     pub backend: Backend,
     /// Best row of the first designs, or the first kept rows with `top`.
     pub highlights: Vec<Kept>,
-}
-
-/// What a sweep reports while it runs.
-pub trait Progress {
-    /// `done` of `total` taps.
-    fn at(&mut self, done: u64, total: u64);
 }
 
 /// Where and how a sweep writes.

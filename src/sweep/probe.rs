@@ -4,13 +4,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::grid::small;
-use super::{CHUNK, Progress, Run, Writers, charted};
+use super::{Run, Writers, charted};
 use crate::backend::Choice;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
-use crate::layout::Layout;
-use crate::plan::Plan;
+use crate::plan::{CHUNK, KEEP, Plan};
+use crate::progress::Silent;
+use crate::scene::Layout;
 use crate::scene::{Space, Study, Tuple};
 use crate::sink::table::Table;
 use crate::smooth::{Case, Found, Ranking, Scope, Tables};
@@ -23,12 +24,6 @@ const LOOK: f64 = 0.5;
 const WRITTEN: f64 = 4e8;
 /// Rows a second of a tuple file that is read twice or more.
 const READ: f64 = 1e6;
-
-struct Silent;
-
-impl Progress for Silent {
-    fn at(&mut self, _: u64, _: u64) {}
-}
 
 /// Seconds that a sweep of `study` by `plan` on `choice` will take, about.
 ///
@@ -94,7 +89,7 @@ fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
             .map(|(table, _)| table)
             .collect(),
     };
-    let passes = if layout.block() > super::KEEP { 2.0 } else { 1.0 };
+    let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
         return Ok(passes * listed(run, layout.len(), &tuple)?);

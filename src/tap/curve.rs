@@ -3,8 +3,8 @@
 use super::Sample;
 use crate::error::Error;
 use crate::evaluate::Method;
-use crate::layout::Layout;
 use crate::optimise::evaluate::Scorer;
+use crate::scene::Layout;
 use crate::scene::search::Search;
 use crate::scene::{Axis, Setup, Tuple};
 

@@ -9,6 +9,7 @@ mod compare;
 pub mod configuration;
 mod places;
 pub mod taps;
+pub mod write;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -18,8 +19,8 @@ pub use places::{Place, present};
 use crate::design::{Design, amount};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
+use crate::progress::Progress;
 use crate::scene::{Setup, Study, Tuple};
-use crate::sweep::Progress;
 use census::Census;
 use rayon::prelude::*;
 

@@ -4,9 +4,9 @@ use std::sync::atomic::AtomicBool;
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::{configuration, sweeping::Table};
+use vibrissa::progress::Progress;
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::census::COLUMNS;
-use vibrissa::sweep::Progress;
+use vibrissa::verify::write::COLUMNS;
 use vibrissa::verify::{self, Case, Place, configuration::ALL};
 
 struct Silent;

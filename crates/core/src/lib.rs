@@ -6,7 +6,6 @@ pub mod design;
 pub mod error;
 pub mod estimate;
 pub mod excerpt;
-pub mod layout;
 pub mod physics;
 pub mod reduce;
 pub mod scene;

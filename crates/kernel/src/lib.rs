@@ -39,7 +39,7 @@ pub use tap::{Solution, Tap};
 use std::sync::OnceLock;
 
 use vibrissa_core::error::SolveError;
-use vibrissa_core::layout::Layout;
+use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::{Material, Precision};
 
 /// What one batch is solved with.

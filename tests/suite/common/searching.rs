@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use vibrissa::layout::Layout;
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::{Goal, Score};
 use vibrissa::optimise::session::Found;
 use vibrissa::optimise::variables::Variables;
 use vibrissa::optimise::{self, Report, Step, Target, Watch};
+use vibrissa::scene::Layout;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{RunOptions, Search, Spec, Tuple};
 use vibrissa::spec;

@@ -8,9 +8,10 @@ use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
 use vibrissa::plan::Plan;
+use vibrissa::progress::Silent;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
-use vibrissa::sweep::{self, Progress, Report, Target};
+use vibrissa::sweep::{self, Report, Target};
 
 /// A backend in one precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,12 +89,6 @@ pub struct Swept {
     pub tuples: Table,
     pub designs: Table,
     pub distances: Table,
-}
-
-struct Silent;
-
-impl Progress for Silent {
-    fn at(&mut self, _: u64, _: u64) {}
 }
 
 /// Sweeps the spec `text`, whose tuple file may be `tuples.csv` with the text `list`, into `out`.

@@ -6,6 +6,7 @@
 
 pub mod axis;
 pub mod even;
+mod layout;
 pub mod listed;
 pub mod model;
 pub mod run;
@@ -14,6 +15,7 @@ pub mod search;
 pub mod space;
 
 pub use axis::Axis;
+pub use layout::Layout;
 pub use listed::Listed;
 pub use model::{
     Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,

@@ -4,9 +4,9 @@
 //! stands in the place of its first axis. The index of a tuple is its identity on every backend.
 
 use super::axis::Axis;
+use super::layout::Layout;
 use super::listed::Listed;
 use super::model::Drive;
-use crate::layout::Layout;
 
 /// Distances, and drives, that one design may have: each keeps its running statistics in memory.
 pub const AXIS_LIMIT: u64 = 1 << 22;

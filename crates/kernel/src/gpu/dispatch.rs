@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
+use super::ranking::Ranker;
 use super::{
     adapter::Adapter,
     shader::{Variant, WORKGROUP, validate},
 };
-use crate::smooth::{Ranker, Ranking, Scope};
+use crate::smooth::{Ranking, Scope};
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
-use vibrissa_core::layout::Layout;
+use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::Precision;
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.

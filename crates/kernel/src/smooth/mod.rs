@@ -8,13 +8,11 @@
 // Index loops are what the lanes vectorise on, and they read like the shader's.
 #![allow(clippy::needless_range_loop)]
 
-mod device;
 pub mod drives;
 pub mod lanes;
 pub mod rod;
 pub mod scope;
 
-pub(crate) use device::Ranker;
 pub use lanes::{Found, Tables};
 pub use scope::{Case, Scope};
 

@@ -5,7 +5,7 @@ use crate::Effects;
 use crate::nodes::gauss;
 use vibrissa_core::design::is_whisker;
 use vibrissa_core::estimate::WIDENING;
-use vibrissa_core::layout::Layout;
+use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Study, Theory, Tuple};
 
 /// Taps below which a chart does not pay.

@@ -56,7 +56,7 @@ struct Sizes {
 
 impl Shader {
     /// Of `scope` over the designs of `layout`; `None` where an invocation would have to keep too much.
-    pub fn new(scope: &Scope, layout: &vibrissa_core::layout::Layout) -> Option<Self> {
+    pub fn new(scope: &Scope, layout: &vibrissa_core::scene::Layout) -> Option<Self> {
         let own = scope.angles.is_empty();
         let m = if own { 1 } else { scope.chart.values.len() };
         let s = Sizes {

@@ -5,7 +5,8 @@
 
 use std::sync::OnceLock;
 
-use crate::scene::{Axis, Column, Factor, Tuple};
+use super::axis::Axis;
+use super::space::{Column, Factor, Tuple};
 
 /// A grid of taps.
 #[derive(Debug, Clone, PartialEq)]

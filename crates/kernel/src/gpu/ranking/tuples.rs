@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use vibrissa_core::layout::Layout;
 use vibrissa_core::scene::Axis;
+use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::axis::Points;
 use vibrissa_core::scene::sampler::{DIRECTIONS, Sampler};
 

@@ -2,14 +2,14 @@
 
 use serde_json::{Value, json};
 
-use super::csv::Text;
-use super::folder::{Folder, hash};
-use super::run_json::{self, in_force, material_fit};
-use super::table::Field;
+use super::{Figures, Line, QUANTITIES};
 use crate::backend::Backend;
 use crate::error::Error;
 use crate::scene::{Drive, Spec};
-use crate::verify::{Figures, Line, QUANTITIES};
+use crate::sink::csv::Text;
+use crate::sink::folder::{Folder, hash};
+use crate::sink::run_json::{self, in_force, material_fit};
+use crate::sink::table::Field;
 
 /// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
 pub const COLUMNS: [&str; 35] = [

@@ -6,13 +6,12 @@ mod tuples;
 
 use std::collections::VecDeque;
 
-use super::lanes::Words;
-use super::scope::Scope;
-use super::{Batch, Ranking};
 use crate::gpu::{Gpu, shader::validate};
+use crate::smooth::lanes::Words;
+use crate::smooth::{Batch, Ranking, Scope};
 use shader::{Shader, WORKGROUP};
 use vibrissa_core::error::SolveError;
-use vibrissa_core::layout::Layout;
+use vibrissa_core::scene::Layout;
 
 /// Designs of a batch at most.
 const MOST: u64 = 1 << 20;

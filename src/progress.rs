@@ -1,0 +1,15 @@
+//! What long work reports while it runs.
+
+/// Is told how far the work is.
+pub trait Progress {
+    /// `done` of `total` taps.
+    fn at(&mut self, done: u64, total: u64);
+}
+
+/// Tells nobody.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn at(&mut self, _: u64, _: u64) {}
+}
