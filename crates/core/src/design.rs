@@ -75,7 +75,8 @@ impl Design {
     }
 }
 
-/// θ in rad, or δ in mm.
+/// θ in rad, or δ in mm: the one place where angles of users become radians.
+#[inline]
 pub fn amount(kind: Drive, drive: f64) -> f64 {
     match kind {
         Drive::Angle => drive.to_radians(),

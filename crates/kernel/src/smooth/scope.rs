@@ -3,7 +3,7 @@
 use super::rod::{Range, RodChart};
 use crate::Effects;
 use crate::nodes::gauss;
-use vibrissa_core::design::is_whisker;
+use vibrissa_core::design::{amount, is_whisker};
 use vibrissa_core::estimate::WIDENING;
 use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Study, Theory, Tuple};
@@ -126,7 +126,7 @@ impl Scope {
             Some(axis) => (0..)
                 .zip(axis.iter())
                 .map(|(place, degrees)| {
-                    let angle = degrees.to_radians();
+                    let angle = amount(Drive::Angle, degrees);
                     Angle { angle, basis: chart.basis(angle * angle), place }
                 })
                 .collect(),
@@ -201,6 +201,7 @@ fn range(layout: &Layout, gauge_end: f64) -> Option<Range> {
     taper[0] = taper[0].max(-1.0);
     taper[1] = taper[1].min(0.99);
     let place = [place[0] / far, ((place[1] + grid[1]).min(gauge_end)) / near];
-    let angle = layout.drives().map_or(layout.bounds(6)[1], |axis| axis.max()).to_radians();
+    let widest = layout.drives().map_or(layout.bounds(6)[1], |axis| axis.max());
+    let angle = amount(Drive::Angle, widest);
     (taper[0] <= taper[1] && place[0] < place[1]).then_some(Range { taper, place, angle })
 }

@@ -21,7 +21,8 @@ use estimate::Edges;
 use rows::Rows;
 use tap::{Tap, Whisker};
 use vibrissa_core::physics::chebyshev::{matrix, scaled};
-use vibrissa_core::scene::{Per, RankBy, Tuple};
+use vibrissa_core::design::amount;
+use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
 
 /// Designs that go together.
 pub const LANES: usize = 16;
@@ -237,7 +238,7 @@ impl Tables {
             };
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);
-                let angle = tuple.drive.to_radians() as f32;
+                let angle = amount(Drive::Angle, tuple.drive) as f32;
                 let shared = self.angles.iter().find(|a| a.angle == angle);
                 let deviation = match shared {
                     Some(a) => a.square * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),

@@ -3,7 +3,8 @@
 use super::estimate::{Decided, Edges};
 use super::{Found, LANES, Lanes, PAIRS, SQUARES, Scratch, Tables, Tap, Whisker, Words};
 use crate::cpu::pack::Pack;
-use vibrissa_core::scene::{Per, RankBy, Tuple};
+use vibrissa_core::design::amount;
+use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
 
 /// Largest deviation of the strain for which it is taken to grow with the angle.
 const LARGEST: f32 = 0.3;
@@ -60,7 +61,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             let t = &tuples[if lane < live { lane } else { 0 }];
             let slope = 0.5 * (t.D - t.d) / t.L_a;
             let x2 = t.x_ss + t.l / (1.0 + slope * slope).sqrt();
-            let values = [t.D, (t.D - t.d) / (t.D * t.L_a), t.L_a, t.x_ss, x2, t.drive.to_radians()];
+            let values = [t.D, (t.D - t.d) / (t.D * t.L_a), t.L_a, t.x_ss, x2, amount(Drive::Angle, t.drive)];
             for (column, value) in columns.iter_mut().zip(values) {
                 column[lane] = value as f32;
             }
