@@ -270,7 +270,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         let t = &self.task;
         match Exact::new(t.rig, values, self.free.clone(), Vec::new(), t.at, t.open) {
             Ok(exact) => self.exact = exact,
-            Err(e) => self.failed = Some(e),
+            Err(e) => self.failed = Some(e.into()),
         }
     }
 

@@ -1,16 +1,12 @@
 //! Leave one distance out: every estimator is calibrated on the other distances and asked for the one it has not seen.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::fit::Fit;
 use super::taps::{Cell, Tap};
-use crate::locate::paper::{Factors, Paper};
-use crate::locate::table::{Curve, Knot, Table};
 use crate::locate::{Estimator, Found};
 use crate::measure::Rig;
 use crate::reduce::Errors;
-use crate::scene::Theory;
 
 /// Used data of one side.
 #[derive(Clone, Copy)]
@@ -27,47 +23,6 @@ pub struct Side<'a> {
     pub distances: usize,
     /// Standard deviation of one reading.
     pub noise: f64,
-}
-
-impl Side<'_> {
-    /// K̄ and its variance per drive from the cells that `wanted` keeps, for `theory`; `None` where a drive has fewer than
-    /// `least` of them.
-    pub fn factors(&self, theory: Theory, least: usize, wanted: impl Fn(&Cell) -> bool) -> Option<Factors> {
-        let curve = self.rig.curve(theory, self.rig.setup.hub);
-        let kind = self.rig.setup.drive;
-        let mut sums = vec![(0.0, 0.0, 0usize); self.drives.len()];
-        for c in self.cells.iter().filter(|c| wanted(c)) {
-            let spec = self.rig.shared().theory.curve();
-            // Within a level the mean of θ f counts; it is known for the theory of the spec.
-            let linear = if *spec == curve {
-                c.linear
-            } else {
-                crate::design::amount(kind, c.drive) * curve.value(c.a)
-            };
-            let sum = &mut sums[c.j];
-            sum.0 += linear / c.signal;
-            sum.1 += self.noise * self.noise * c.share / (c.signal * c.signal);
-            sum.2 += 1;
-        }
-        if sums.iter().any(|s| s.2 < least) {
-            return None;
-        }
-        Some(Factors {
-            k: sums.iter().map(|s| s.0 / s.2 as f64).collect(),
-            variance: sums.iter().map(|s| s.1 / (s.2 * s.2) as f64).collect(),
-        })
-    }
-
-    /// Curves of the data through the cells that `wanted` keeps; `None` where a drive has fewer than two distances.
-    pub fn table(&self, wanted: impl Fn(&Cell) -> bool) -> Option<Table> {
-        let mut knots: Vec<Vec<Knot>> = vec![Vec::new(); self.drives.len()];
-        for c in self.cells.iter().filter(|c| wanted(c)) {
-            let variance = self.noise * self.noise * c.share / (c.signal * c.signal);
-            knots[c.j].push(Knot { a: c.a, signal: c.signal / c.drive, variance });
-        }
-        let curves: Option<Vec<Curve>> = knots.iter().map(|k| Curve::new(k)).collect();
-        Table::new(self.drives.to_vec(), curves?)
-    }
 }
 
 /// What one estimator makes of distances it has not seen.
@@ -126,8 +81,9 @@ impl HeldOut {
     }
 }
 
-/// Answers of `estimator` for every distance left out in turn; `None` where it cannot be calibrated so. `fit` belongs to `exact`.
-pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
+/// Answers of `estimator` for every distance left out in turn; `None` where it cannot be calibrated so. `fit` is that of the model
+/// to all distances.
+pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
     let groups: Vec<usize> = (0..side.distances).collect();
     let each = |g: &usize| left_out(side, estimator, fit, *g);
     let parts: Vec<Option<Vec<(usize, CellAnswer)>>> = groups.par_iter().map(each).collect();
@@ -155,30 +111,11 @@ struct CellAnswer {
 /// Answers for the cells of distance `g`.
 fn left_out(
     side: &Side<'_>,
-    estimator: Estimator,
+    estimator: &dyn Estimator,
     fit: Option<&Fit>,
     g: usize,
 ) -> Option<Vec<(usize, CellAnswer)>> {
-    let others = |c: &Cell| c.i != g;
-    let find: Box<dyn Fn(usize, f64, f64) -> Option<Found>> = match estimator {
-        Estimator::Paper | Estimator::Timoshenko => {
-            let theory =
-                if estimator == Estimator::Paper { Theory::EulerBernoulli } else { Theory::Timoshenko };
-            let paper = Paper::new(side.rig, theory, side.drives, side.factors(theory, 1, others)?);
-            Box::new(move |_, drive, signal| paper.find(drive, signal))
-        }
-        Estimator::Table => {
-            let table = side.table(others)?;
-            Box::new(move |_, drive, signal| table.find(drive, signal))
-        }
-        Estimator::Exact => {
-            let fit = fit?;
-            let step = step_without(side, fit, g)?;
-            // The model keeps its parameters; the reading is moved by what the step would do to it.
-            let shift = &fit.slopes * step;
-            Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift[k]))
-        }
-    };
+    let find = estimator.without(side, fit, g)?;
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         // The other of two distances is no bias: locate says that it is ambiguous.
@@ -195,25 +132,4 @@ fn left_out(
         (k, CellAnswer { mean, taps: cell.taps.iter().map(of_tap).collect() })
     };
     Some(side.cells.iter().enumerate().filter(|(_, c)| c.i == g).map(answer).collect())
-}
-
-/// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
-fn step_without(side: &Side<'_>, fit: &Fit, g: usize) -> Option<DVector<f64>> {
-    let m = fit.slopes.ncols();
-    let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
-    let mut scale = DVector::<f64>::repeat(m, 0.0);
-    for k in (0..side.cells.len()).filter(|&k| side.cells[k].i != g) {
-        let row = fit.slopes.row(k) / fit.deviations[k];
-        n += row.transpose() * &row;
-        b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
-    }
-    for i in 0..m {
-        scale[i] = n[(i, i)].sqrt();
-        if scale[i] == 0.0 {
-            return None;
-        }
-    }
-    let scaled = DMatrix::from_fn(m, m, |i, j| n[(i, j)] / (scale[i] * scale[j]));
-    let solved = scaled.cholesky()?.solve(&b.component_div(&scale));
-    Some(solved.component_div(&scale))
 }

@@ -27,12 +27,12 @@ pub mod winner;
 pub use reason::Reason;
 pub use side::SideResult;
 
-use crate::error::{Error, InputError};
-use crate::evaluate::TOO_HARD;
+use crate::error::{Error, InputError, SolveError};
 use crate::locate::calibration::{Calibration, FORMAT, Source};
+use crate::locate::estimator::{EXACT, Estimator};
 use crate::locate::exact::{Exact, Extent, HARD, spec_values};
 use crate::locate::locator::opener;
-use crate::locate::{Estimator, Parameter};
+use crate::locate::{ModelError, Parameter};
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side, Theory};
 use taps::{Tap, ZeroReading};
@@ -71,7 +71,7 @@ pub struct Calibrated {
     /// One for each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
-    pub winner: Estimator,
+    pub winner: &'static dyn Estimator,
     /// Things worth telling.
     pub warnings: Vec<String>,
 }
@@ -282,8 +282,8 @@ fn spec_model(
     let model = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open);
     let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
     match (model, usable.max_by(|s, t| s.drive.total_cmp(&t.drive))) {
-        (Err(Error::Run(why)), Some(last)) if why == TOO_HARD => Err(InputError::new(format!(
-            "{TOO_HARD} at distances of {} … {} mm and drives up to this one: is it what was measured?",
+        (Err(why @ ModelError::Solve(SolveError::TooHard)), Some(last)) => Err(InputError::new(format!(
+            "{why} at distances of {} … {} mm and drives up to this one: is it what was measured?",
             at.reach[0], at.reach[1]
         ))
         .at(&data.file, Some(last.line))
@@ -291,12 +291,12 @@ fn spec_model(
         .value(last.drive)
         .allowed("drives that the whisker of the spec can follow; another row's decimal comma makes two fields of one number")
         .into()),
-        (model, _) => model.map(Some),
+        (model, _) => Ok(Some(model?)),
     }
 }
 
 /// What a user should know before trusting the result.
-fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: Estimator) -> Vec<String> {
+fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: &dyn Estimator) -> Vec<String> {
     let mut all = Vec::new();
     let lines = |wanted: &dyn Fn(&Tap) -> bool| {
         let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
@@ -330,7 +330,7 @@ fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: Estimator) -
         }
         if let Some(Fitted { chi2, misfit }) = s.fitted()
             && misfit > 0.01
-            && winner == Estimator::Exact
+            && winner == EXACT
         {
             all.push(format!(
                 "the model of the spec leaves {:.1} % of the strain unexplained (χ² per degree of freedom {chi2:.3}): \

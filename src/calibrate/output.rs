@@ -5,7 +5,8 @@ use serde_json::Value;
 use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
-use crate::locate::{Estimator, Locator};
+use crate::locate::Locator;
+use crate::locate::estimator::PAPER;
 use crate::measure::Data;
 use crate::scene::{Setup, Side};
 use crate::sink::csv::Text;
@@ -103,7 +104,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     text.header(&columns)?;
     let mut row = Vec::new();
     for side in &found.sides {
-        let held = side.held_out(Estimator::Paper);
+        let held = side.held_out(PAPER);
         let held =
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
-use crate::locate::{Estimator, Parameter};
+use crate::locate::Parameter;
+use crate::locate::estimator::{ALL, Estimator};
 use crate::measure::{Data, Rig};
 use crate::scene::Drive;
 
@@ -56,9 +57,8 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
 
 fn side(s: &SideResult, rig: &Rig) -> Value {
     let kind = rig.setup.drive;
-    let one = |e: Estimator| {
-        let candidates: Vec<Estimator> =
-            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+    let one = |e: &dyn Estimator| {
+        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let held = s.held_out(e);
         let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
         let shared = s.answered_by_all(&candidates);
@@ -68,7 +68,7 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
                 "held_out_rms_common_mm": common, "common": n })
     };
     let estimators: serde_json::Map<String, Value> =
-        Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
+        ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
     let best = if s.drives.len() > 1 { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
@@ -138,7 +138,7 @@ fn best(s: &SideResult, kind: Drive) -> Value {
 fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let noise = of.map_or(0.0, |s| s.noise);
-    let held: Vec<(&str, Vec<Option<f64>>)> = Estimator::ALL
+    let held: Vec<(&str, Vec<Option<f64>>)> = ALL
         .into_iter()
         .filter_map(|e| {
             let s = of?;
@@ -236,15 +236,14 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
             s.drives.centres[0],
             s.drives.centres[s.drives.len() - 1],
         );
-        let candidates: Vec<Estimator> =
-            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let shared = s.answered_by_all(&candidates);
         let n = shared.iter().filter(|x| **x).count();
         let _ = writeln!(
             t,
             "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
         );
-        for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
+        for e in ALL.into_iter().filter(|e| s.has(*e)) {
             let Some(held) = s.held_out(e) else {
                 let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
                 continue;

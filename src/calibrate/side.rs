@@ -7,12 +7,10 @@ use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::locate::Estimator;
-use crate::locate::calibration::{CurveRecord, ExactRecord, FactorRecord, SideRecord, TableRecord};
-use crate::locate::exact::{Opener, Parameter, spec_values};
-use crate::locate::paper::Factors;
+use crate::locate::estimator::{ALL, Estimator, Judged, SideRecord};
+use crate::locate::exact::{Opener, Parameter};
 use crate::measure::{Data, Rig};
-use crate::scene::{Side, Theory};
+use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
 
@@ -64,7 +62,7 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
-    held: Vec<(Estimator, HeldOut)>,
+    held: Vec<(&'static dyn Estimator, HeldOut)>,
 }
 
 /// K and distances by the paper's procedure, in the terms of a sweep.
@@ -164,41 +162,19 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         }
         false => None,
     };
+    let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
+    record.end_stop = end_stop(ask);
     let mut held = Vec::new();
-    for e in Estimator::ALL {
-        if e != Estimator::Timoshenko || ask.recorded {
-            held.extend(held_out(&held_side, e, fit.as_ref()).map(|h| (e, h)));
-        }
+    for e in ALL.into_iter().filter(|e| ask.recorded || !e.needs_drive()) {
+        let unseen = held_out(&held_side, e, fit.as_ref());
+        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
+        let judged = Judged {
+            rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
+            bias_mm: bias.into_iter().map(|b| b * e.share_of_bias()).collect(),
+        };
+        e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
+        held.extend(unseen.map(|h| (e, h)));
     }
-    let judged = |e: Estimator| held.iter().find(|(x, _)| *x == e).map(|(_, h)| h);
-    // Where a distance is left out, the knots of the table are twice as far apart; the error of its interpolation falls with the
-    // square of their distance or faster.
-    let share = |e: Estimator| if e == Estimator::Table { 0.25 } else { 1.0 };
-    let bias = |e: Estimator| {
-        let known = judged(e).map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
-        known.into_iter().map(|b| b * share(e)).collect::<Vec<_>>()
-    };
-    let rms = |e: Estimator| judged(e).and_then(|h| h.rms(|_| true).0);
-    let factors = |e: Estimator, theory: Theory| {
-        let Factors { k, variance } = held_side.factors(theory, 1, |_| true)?;
-        Some(FactorRecord { held_out_rms_mm: rms(e), K: k, K_variance: variance, bias_mm: bias(e) })
-    };
-    let curves = held_side.table(|_| true).map(|t| TableRecord {
-        held_out_rms_mm: rms(Estimator::Table),
-        bias_mm: bias(Estimator::Table),
-        curves: t.curves().map(|(drive, c)| CurveRecord::new(drive, c)).collect(),
-    });
-    let record = SideRecord {
-        sign: ask.sign as i8,
-        gauge_side: if ask.gauge == Side::Far { "far" } else { "contact" }.to_owned(),
-        distances_mm: ends(&distances),
-        drives: drives.centres.clone(),
-        end_stop: end_stop(ask),
-        paper: factors(Estimator::Paper, Theory::EulerBernoulli),
-        timoshenko: if ask.recorded { factors(Estimator::Timoshenko, Theory::Timoshenko) } else { None },
-        exact: fit.as_ref().map(|f| exact_record(ask.rig, f, rms(Estimator::Exact), bias(Estimator::Exact))),
-        table: curves,
-    };
     let used = cells.iter().map(|c| c.taps.len()).sum();
     Ok(SideResult {
         sign: ask.sign,
@@ -223,37 +199,19 @@ fn end_stop(ask: &Ask<'_>) -> Option<f64> {
     ask.taps.iter().filter(stopped).map(|t| t.signal.abs()).reduce(f64::min)
 }
 
-fn exact_record(rig: &Rig, fit: &Fit, rms: Option<f64>, bias: Vec<f64>) -> ExactRecord {
-    let kind = rig.setup.drive;
-    let known = |p: &Parameter| spec_values(&rig.setup)[*p as usize].is_finite();
-    let value = |p: Parameter| (p.name(kind).to_owned(), toml::Value::from(fit.exact.values[p as usize]));
-    ExactRecord {
-        held_out_rms_mm: rms,
-        bias_mm: bias,
-        fitted: fit.exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
-        values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
-        covariance: fit.exact.covariance.clone(),
-    }
-}
-
 impl SideResult {
     /// Whether `estimator` is calibrated.
-    pub fn has(&self, estimator: Estimator) -> bool {
-        match estimator {
-            Estimator::Paper => self.record.paper.is_some(),
-            Estimator::Timoshenko => self.record.timoshenko.is_some(),
-            Estimator::Exact => self.record.exact.is_some(),
-            Estimator::Table => self.record.table.is_some(),
-        }
+    pub fn has(&self, estimator: &dyn Estimator) -> bool {
+        estimator.is_in(&self.record)
     }
 
     /// What `estimator` makes of distances it has not seen.
-    pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
-        self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
+    pub fn held_out(&self, estimator: &dyn Estimator) -> Option<&HeldOut> {
+        self.held.iter().find(|(e, _)| e.name() == estimator.name()).map(|(_, h)| h)
     }
 
     /// For each tap of the file, whether all of `candidates` answer it when it is held out.
-    pub fn answered_by_all(&self, candidates: &[Estimator]) -> Vec<bool> {
+    pub fn answered_by_all(&self, candidates: &[&dyn Estimator]) -> Vec<bool> {
         let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
         let n = held.first().map_or(0, |h| h.taps.len());
         (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()

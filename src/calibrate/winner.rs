@@ -4,27 +4,23 @@ use std::collections::HashMap;
 
 use super::held_out::HeldOut;
 use super::side::SideResult;
-use crate::locate::Estimator;
-
-/// Of estimators that the data cannot tell apart the first is taken: the model needs the fewest numbers, and knows both sides and
-/// all drives between.
-const PREFERENCE: [Estimator; 4] =
-    [Estimator::Exact, Estimator::Timoshenko, Estimator::Paper, Estimator::Table];
+use crate::locate::estimator::{ALL, Estimator, PAPER};
 
 /// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
 const TOLD_APART: f64 = 2.0;
 
 /// The winner. Candidates are compared on the held-out taps that all of them answer; one that answers less than half of what
-/// another does is none.
-pub fn winner(sides: &[SideResult]) -> Estimator {
-    let answered = |e: Estimator| -> usize {
+/// another does is none. Of those that the data cannot tell apart the preferred one is taken.
+pub fn winner(sides: &[SideResult]) -> &'static dyn Estimator {
+    let answered = |e: &dyn Estimator| -> usize {
         let on = |s: &SideResult| s.held_out(e).map_or(0, HeldOut::answered);
         sides.iter().map(on).sum()
     };
-    let everywhere = |e: &Estimator| sides.iter().all(|s| s.has(*e));
-    let known: Vec<Estimator> = PREFERENCE.into_iter().filter(everywhere).collect();
+    let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e));
+    let mut known: Vec<&'static dyn Estimator> = ALL.into_iter().filter(everywhere).collect();
+    known.sort_by_key(|e| e.preference());
     let most = known.iter().map(|e| answered(*e)).max().unwrap_or(0);
-    let candidates: Vec<Estimator> =
+    let candidates: Vec<&dyn Estimator> =
         known.iter().copied().filter(|e| answered(*e) > 0 && 2 * answered(*e) >= most).collect();
     let squares: Vec<HashMap<(usize, usize), (f64, f64)>> =
         candidates.iter().map(|e| per_distance(sides, *e, &candidates)).collect();
@@ -33,7 +29,7 @@ pub fn winner(sides: &[SideResult]) -> Estimator {
         sum / n
     };
     let Some(best) = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b))) else {
-        return known.first().copied().unwrap_or(Estimator::Paper);
+        return known.first().copied().unwrap_or(PAPER);
     };
     let as_good = |k: &usize| *k == best || !worse(&squares[*k], &squares[best]);
     (0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k])
@@ -42,8 +38,8 @@ pub fn winner(sides: &[SideResult]) -> Estimator {
 /// Sum of squared errors and number of taps at each (side, distance).
 fn per_distance(
     sides: &[SideResult],
-    estimator: Estimator,
-    candidates: &[Estimator],
+    estimator: &dyn Estimator,
+    candidates: &[&dyn Estimator],
 ) -> HashMap<(usize, usize), (f64, f64)> {
     let mut sums = HashMap::new();
     for (k, side) in sides.iter().enumerate() {

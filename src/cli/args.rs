@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
+use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
 /// Sweeps and optimises tapered soft whisker sensors.
@@ -116,8 +117,8 @@ pub struct Locate {
     /// the header may be missing and every line is answered at once on stdout
     pub readings: Option<PathBuf>,
     /// Answer by this instead of the one that won on distances left out
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub estimator: Option<vibrissa::locate::Estimator>,
+    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
+    pub estimator: Option<&'static dyn Estimator>,
     #[command(flatten)]
     pub common: Common,
 }

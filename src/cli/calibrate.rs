@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::calibrate::{self, Options, output, report};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::{Estimator, Locator, locator::opener};
+use vibrissa::locate::{Locator, locator::opener};
 use vibrissa::measure::{Data, Rig};
 use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash};
@@ -65,7 +65,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         found.warnings.iter().for_each(say::warning);
     }
     let label = out.join("calibration.toml").display().to_string();
-    let locator = Locator::new(&found.calibration, &label, None::<Estimator>, &opener(&options))?;
+    let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
     let result = report::result(&found, &rig);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });

@@ -98,9 +98,6 @@ pub enum Method {
     Reference,
 }
 
-/// What is said where too many taps are left to the reference.
-pub const TOO_HARD: &str = "too many taps have no solution that the kernels find";
-
 impl<'a> Evaluator<'a> {
     /// Evaluates taps of `setup` by `method`.
     pub fn new(setup: &'a Setup, method: Method) -> Self {

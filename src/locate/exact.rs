@@ -3,7 +3,9 @@
 //! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10). E is no parameter: strain does not depend on it.
 
 use super::Found;
-use super::surface::{Slice, Surface};
+use super::error::ModelError;
+use super::slice::Slice;
+use super::surface::Surface;
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::measure::Rig;
@@ -155,10 +157,13 @@ impl Extent {
 }
 
 /// The surface of `values`.
-pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, Error> {
+///
+/// # Errors
+/// As [`Surface::build`]; a backend that cannot be opened.
+pub fn surface(rig: &Rig, values: &Values, at: Extent, open: Opener<'_>) -> Result<Surface, ModelError> {
     let setup = scene_with(&rig.setup, values);
     let method = open(&setup.model)?;
-    Surface::build(rig, &setup, at, method).map_err(Error::Run)
+    Surface::build(rig, &setup, at, method)
 }
 
 /// The model with fitted parameters, solved over the range of interest.
@@ -176,7 +181,10 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Solves the model. A run error where the backend fails.
+    /// Solves the model.
+    ///
+    /// # Errors
+    /// As [`surface`].
     pub fn new(
         rig: &Rig,
         values: Values,
@@ -184,8 +192,8 @@ impl Exact {
         covariance: Vec<Vec<f64>>,
         at: Extent,
         open: Opener<'_>,
-    ) -> Result<Self, Error> {
-        let beside = |p: &Parameter| -> Result<_, Error> {
+    ) -> Result<Self, ModelError> {
+        let beside = |p: &Parameter| -> Result<_, ModelError> {
             if !p.is_physical() {
                 return Ok(None);
             }

@@ -1,20 +1,17 @@
 //! What answers readings.
 
-use std::cell::RefCell;
 use std::path::Path;
 
-use super::calibration::{Calibration, SideRecord};
-use super::exact::{Exact, Extent, HARD, Opener, Parameter, Values, spec_values};
-use super::paper::{Factors, Paper};
-use super::surface::Slice;
-use super::table::{Curve, Table};
-use super::{Estimator, Found, SAME, between, bracket};
+use super::calibration::Calibration;
+use super::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
+use super::exact::Opener;
+use super::{SAME, between, bracket};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
-use crate::evaluate::{Method, TOO_HARD};
+use crate::evaluate::Method;
 use crate::measure::{Rig, Unit};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Theory};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use crate::status::Status;
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
@@ -56,7 +53,8 @@ struct Opened {
     /// Distances within which a second one is ambiguous.
     interest: [f64; 2],
     drives: Vec<f64>,
-    method: Answering,
+    answers: Box<dyn Answers>,
+    /// Per drive, mm.
     bias: Vec<f64>,
     /// Reading per strain, where it is known.
     factor: f64,
@@ -64,10 +62,26 @@ struct Opened {
     end_stop: f64,
 }
 
-enum Answering {
-    Paper(Box<Paper>),
-    Table(Table),
-    Exact(Box<Exact>),
+impl Opened {
+    /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
+    fn new(estimator: &dyn Estimator, of: &Opening<'_>) -> Result<Option<Self>, Error> {
+        let Opening { rig, record, side, .. } = *of;
+        let (Some(answers), Some(bias)) = (estimator.open(of)?, estimator.bias_mm(record)) else {
+            return Ok(None);
+        };
+        let calibrated = side == record.gauge();
+        let sign = f64::from(record.sign);
+        Ok(Some(Self {
+            sign: if calibrated { sign } else { -sign },
+            distances: record.distances_mm,
+            interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
+            drives: record.drives.clone(),
+            answers,
+            bias: bias.to_vec(),
+            factor: record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(f64::NAN),
+            end_stop: record.end_stop.filter(|_| calibrated).unwrap_or(f64::INFINITY),
+        }))
+    }
 }
 
 /// Answers readings of one calibrated whisker.
@@ -79,10 +93,9 @@ pub struct Locator {
     /// Whether drives mean something.
     pub drive_recorded: bool,
     /// Estimator in use.
-    pub estimator: Estimator,
+    pub estimator: &'static dyn Estimator,
     noise: f64,
     sides: Vec<Opened>,
-    slice: RefCell<Option<(usize, f64, Slice)>>,
 }
 
 impl Locator {
@@ -103,25 +116,25 @@ impl Locator {
     pub fn new(
         calibration: &Calibration,
         label: &str,
-        asked: Option<Estimator>,
+        asked: Option<&'static dyn Estimator>,
         open: Opener<'_>,
     ) -> Result<Self, Error> {
         let c = calibration;
         let rig = Rig::from_table(label, &c.spec)?;
-        let named = |name: &str| Estimator::ALL.into_iter().find(|e| e.name() == name);
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
-        let estimator = asked.or(named(&c.estimator)).unwrap_or(Estimator::Paper);
+        let estimator = asked.or(named(&c.estimator)).unwrap_or(PAPER);
         let at = |e: Error| match e {
             Error::Input(e) if e.file.is_none() => e.at(label, None).into(),
             other => other,
         };
         let mut sides = Vec::new();
         for record in &c.sides {
-            match opened(&rig, record, estimator, open).map_err(at)? {
+            let of = Opening { rig: &rig, record, side: record.gauge(), open };
+            match Opened::new(estimator, &of).map_err(at)? {
                 Some(side) => sides.push(side),
                 None => {
-                    let held = Estimator::ALL.into_iter().filter(|e| holds(record, *e)).map(Estimator::name);
+                    let held = ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
                     return Err(InputError::new("this calibration does not hold this estimator")
                         .at(label, None)
                         .key("--estimator")
@@ -131,18 +144,18 @@ impl Locator {
                 }
             }
         }
-        if let ([record], true) = (c.sides.as_slice(), asked.is_none_or(|e| e == Estimator::Exact)) {
-            sides.extend(other_side(&rig, record, open).map_err(at)?);
+        // The side that was not calibrated is answered by what knows both.
+        if let [record] = c.sides.as_slice() {
+            let of = Opening { rig: &rig, record, side: record.other_gauge(), open };
+            let both = |e: &&'static dyn Estimator| e.answers_both_sides() && asked.is_none_or(|a| a == *e);
+            for e in ALL.into_iter().filter(both) {
+                if let Some(side) = Opened::new(e, &of).map_err(at)? {
+                    sides.push(side);
+                    break;
+                }
+            }
         }
-        Ok(Self {
-            rig,
-            unit,
-            drive_recorded: c.drive_recorded,
-            estimator,
-            noise: c.noise,
-            sides,
-            slice: RefCell::new(None),
-        })
+        Ok(Self { rig, unit, drive_recorded: c.drive_recorded, estimator, noise: c.noise, sides })
     }
 
     /// The only calibrated drive, if there is one: it need not be said with a reading.
@@ -160,10 +173,9 @@ impl Locator {
         if signal == 0.0 {
             return Located::nothing(Status::NO_STRAIN);
         }
-        let Some(i) = self.sides.iter().position(|s| s.sign == signal.signum()) else {
+        let Some(side) = self.sides.iter().find(|s| s.sign == signal.signum()) else {
             return Located::nothing(Status::OUTSIDE_CALIBRATION | self.limit(signal, f64::NAN));
         };
-        let side = &self.sides[i];
         let mut status = self.limit(signal, side.factor);
         if bracket(&side.drives, drive).is_none() {
             return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
@@ -171,7 +183,7 @@ impl Locator {
         if signal.abs() >= side.end_stop * (1.0 - SAME) {
             return Located::nothing(status | Status::STRAIN_LIMIT);
         }
-        let found = match self.find(i, drive, signal.abs()) {
+        let found = match side.answers.find(drive, signal.abs()) {
             Ok(found) => found,
             Err(why) => return Located::nothing(status | why),
         };
@@ -200,145 +212,22 @@ impl Locator {
         if bracket(&side.drives, drive).is_none() || !a.is_finite() {
             return f64::NAN;
         }
-        sign * match &side.method {
-            Answering::Paper(paper) => paper.expected(a, drive),
-            Answering::Table(table) => table.expected(a, drive),
-            Answering::Exact(exact) if (exact.reach()[0]..=exact.reach()[1]).contains(&a) => {
-                exact.expected(a, drive)
-            }
-            Answering::Exact(_) => f64::NAN,
-        }
+        sign * side.answers.expected(a, drive)
     }
 
     fn limit(&self, signal: f64, factor: f64) -> Status {
         let strain = if self.unit.is_strain() { signal } else { signal / factor };
         if strain.abs() > self.rig.setup.gauge.strain_limit { Status::STRAIN_LIMIT } else { Status::OK }
     }
+}
 
-    fn find(&self, side: usize, drive: f64, reading: f64) -> Result<Found, Status> {
-        match &self.sides[side].method {
-            Answering::Paper(paper) => paper.find(drive, reading).ok_or(Status::NO_ROOT),
-            Answering::Table(table) => table.find(drive, reading).ok_or(Status::OUTSIDE_CALIBRATION),
-            Answering::Exact(exact) => {
-                let mut kept = self.slice.borrow_mut();
-                if kept.as_ref().is_none_or(|(s, d, _)| (*s, *d) != (side, drive)) {
-                    *kept = Some((side, drive, exact.slice(drive)));
-                }
-                let Some((.., slice)) = kept.as_ref() else { return Err(Status::NOT_CONVERGED) };
-                exact.find_in(slice, drive, reading).ok_or_else(|| {
-                    if reading < exact.weakest(slice) { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT }
-                })
-            }
-        }
+#[cfg(test)]
+mod tests {
+    use super::Locator;
+
+    #[test]
+    fn threads_share_a_locator() {
+        fn shared<T: Send + Sync>() {}
+        shared::<Locator>();
     }
-}
-
-fn holds(record: &SideRecord, estimator: Estimator) -> bool {
-    match estimator {
-        Estimator::Paper => record.paper.is_some(),
-        Estimator::Timoshenko => record.timoshenko.is_some(),
-        Estimator::Exact => record.exact.is_some(),
-        Estimator::Table => record.table.is_some(),
-    }
-}
-
-fn opened(
-    rig: &Rig,
-    record: &SideRecord,
-    estimator: Estimator,
-    open: Opener<'_>,
-) -> Result<Option<Opened>, Error> {
-    let theory = |theory, factors: &super::calibration::FactorRecord| {
-        let factors_kept = Factors { k: factors.K.clone(), variance: factors.K_variance.clone() };
-        let paper = Paper::new(rig, theory, &record.drives, factors_kept);
-        (Answering::Paper(Box::new(paper)), factors.bias_mm.clone())
-    };
-    let (method, bias) = match estimator {
-        Estimator::Paper => match &record.paper {
-            Some(r) => theory(Theory::EulerBernoulli, r),
-            None => return Ok(None),
-        },
-        Estimator::Timoshenko => match &record.timoshenko {
-            Some(r) => theory(Theory::Timoshenko, r),
-            None => return Ok(None),
-        },
-        Estimator::Table => {
-            let Some(r) = &record.table else { return Ok(None) };
-            let curves: Option<Vec<Curve>> = r.curves.iter().map(|c| Curve::new(&c.knots())).collect();
-            let drives = r.curves.iter().map(|c| c.drive).collect();
-            let Some(table) = curves.and_then(|c| Table::new(drives, c)) else { return Ok(None) };
-            (Answering::Table(table), r.bias_mm.clone())
-        }
-        Estimator::Exact => {
-            let side = if record.gauge_side == "far" { Side::Far } else { Side::Contact };
-            match exact(rig, record, side, open)? {
-                Some((exact, bias)) => (Answering::Exact(Box::new(exact)), bias),
-                None => return Ok(None),
-            }
-        }
-    };
-    Ok(Some(side_of(rig, record, f64::from(record.sign), method, bias)))
-}
-
-fn side_of(rig: &Rig, record: &SideRecord, sign: f64, method: Answering, bias: Vec<f64>) -> Opened {
-    let named = record.exact.as_ref().and_then(|e| e.values.get(Parameter::Factor.name(rig.setup.drive)));
-    Opened {
-        sign,
-        distances: record.distances_mm,
-        interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
-        drives: record.drives.clone(),
-        method,
-        bias,
-        end_stop: record.end_stop.filter(|_| f64::from(record.sign) == sign).unwrap_or(f64::INFINITY),
-        factor: named.and_then(toml::Value::as_float).unwrap_or(f64::NAN),
-    }
-}
-
-/// The side that was not calibrated, answered by the model with the parameters of the other.
-fn other_side(rig: &Rig, record: &SideRecord, open: Opener<'_>) -> Result<Option<Opened>, Error> {
-    let side = if record.gauge_side == "far" { Side::Contact } else { Side::Far };
-    let found = exact(rig, record, side, open)?;
-    Ok(found.map(|(exact, bias)| {
-        side_of(rig, record, -f64::from(record.sign), Answering::Exact(Box::new(exact)), bias)
-    }))
-}
-
-/// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
-fn unsolvable(rig: &Rig, record: &SideRecord) -> InputError {
-    let spec = rig.to_table();
-    let written =
-        |section: &str| spec.get(section).map_or_else(String::new, |t| t.to_string().replace('\n', ", "));
-    let ([lo, hi], [first, last]) =
-        (record.distances_mm, [record.drives[0], record.drives[record.drives.len() - 1]]);
-    InputError::new(format!(
-        "{TOO_HARD} at distances of {lo} … {hi} mm and drives of {first} … {last}: this whisker has no such taps"
-    ))
-    .key("spec.whisker, spec.model")
-    .value(format!("{}; {}", written("whisker"), written("model")))
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
-}
-
-fn exact(
-    rig: &Rig,
-    record: &SideRecord,
-    side: Side,
-    open: Opener<'_>,
-) -> Result<Option<(Exact, Vec<f64>)>, Error> {
-    let Some(r) = &record.exact else { return Ok(None) };
-    let kind = rig.setup.drive;
-    let mut values: Values = spec_values(&rig.setup);
-    for p in Parameter::ALL {
-        if let Some(x) = r.values.get(p.name(kind)).and_then(toml::Value::as_float) {
-            values[p as usize] = x;
-        }
-    }
-    let fitted =
-        r.fitted.iter().filter_map(|n| Parameter::ALL.into_iter().find(|p| p.name(kind) == n)).collect();
-    let drives = [record.drives[0], record.drives[record.drives.len() - 1]];
-    let at = Extent { hard: HARD, ..Extent::around(rig, side, record.distances_mm, drives) };
-    let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open).map_err(|e| match e {
-        Error::Run(why) if why == TOO_HARD => unsolvable(rig, record).into(),
-        other => other,
-    })?;
-    Ok(Some((exact, r.bias_mm.clone())))
 }

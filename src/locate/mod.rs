@@ -1,7 +1,7 @@
 //! From a reading to a distance, with its uncertainty and a warning where it should not be trusted.
 //!
-//! A [`Calibration`] is what a file holds, a [`Locator`] is what answers. Four estimators answer in the same terms
-//! ([`Found`]): [`paper`] (also with the theory of Timoshenko), [`table`] and [`exact`].
+//! A [`Calibration`] is what a file holds, a [`Locator`] is what answers. Every [`Estimator`] answers in the same terms
+//! ([`Found`]); behind them stand [`paper`] (also with the theory of Timoshenko), [`table`] and [`exact`].
 //!
 //! ```no_run
 //! let locator = vibrissa::locate::Locator::open("results/rig/calibration.toml")?;
@@ -11,44 +11,21 @@
 //! ```
 
 pub mod calibration;
+pub mod error;
+pub mod estimator;
 pub mod exact;
 pub mod locator;
 pub mod paper;
+pub mod slice;
 pub mod stream;
 pub mod surface;
 pub mod table;
 
 pub use calibration::Calibration;
+pub use error::ModelError;
+pub use estimator::Estimator;
 pub use exact::{Exact, Parameter};
 pub use locator::{Located, Locator};
-
-/// Ways to a distance, by the names users know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, clap::ValueEnum)]
-pub enum Estimator {
-    /// The closed form f and one K̄ per drive.
-    Paper,
-    /// The same with shear: f_T.
-    Timoshenko,
-    /// The configured model, inverted.
-    Exact,
-    /// Interpolation of the data.
-    Table,
-}
-
-impl Estimator {
-    /// All, simplest first: of equals the first is taken.
-    pub const ALL: [Self; 4] = [Self::Paper, Self::Timoshenko, Self::Exact, Self::Table];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Timoshenko => "timoshenko",
-            Self::Exact => "exact",
-            Self::Table => "table",
-        }
-    }
-}
 
 /// What an estimator makes of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,23 +4,23 @@
 //! that are halved until their last coefficients vanish. f itself is a closed form and is not interpolated, so that
 //! neither its peak nor its kink at the gauge's far end costs anything.
 
+use super::error::ModelError;
 use super::exact::Extent;
+use super::slice::Slice;
+use crate::error::SolveError;
 use crate::design::{Design, amount};
-use crate::evaluate::{Evaluator, Method, TOO_HARD, Task};
+use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::physics::linear::StrainCurve;
-use crate::physics::root::bracketed;
 use crate::scene::{Drive, Setup, Tuple};
 
 /// Chebyshev points of a piece over u and over the drive.
-const NODES: [usize; 2] = [16, 10];
+pub(super) const NODES: [usize; 2] = [16, 10];
 /// Relative size of the last coefficients below which a piece is fine enough.
 const FINE: f64 = 1e-8;
 /// Most halvings of u and of the drive: a boundary between sticking and sliding is no polynomial anywhere.
 const HALVINGS: [u32; 2] = [4, 3];
-/// Points of a slice's piece between which roots are looked for.
-const LOOKS: usize = 12;
 
 /// |ε| over contact distance and drive, positive on the side of the gauge.
 #[derive(Debug, Clone)]
@@ -55,8 +55,11 @@ struct Piece {
 
 impl Surface {
     /// Solves the model of `setup`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
-    /// continued taper; the reach is cut at the gauge's near end and short of the apex. Errors are those of the backend.
-    pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, String> {
+    /// continued taper; the reach is cut at the gauge's near end and short of the apex.
+    ///
+    /// # Errors
+    /// Distances that no whisker has; taps without solutions; a backend that fails.
+    pub fn build(rig: &Rig, setup: &Setup, at: Extent, method: Method) -> Result<Self, ModelError> {
         let Extent { side, reach, drives, hard } = at;
         let mut setup = setup.clone();
         setup.gauge.side = side;
@@ -65,7 +68,7 @@ impl Surface {
         let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
         let reach = [reach[0].max(shared.gauge[0] * 1.02 + 1e-3), reach[1].min(apex)];
         if reach[0].partial_cmp(&reach[1]) != Some(std::cmp::Ordering::Less) {
-            return Err("all distances lie at or inside the gauge".to_owned());
+            return Err(ModelError::InsideGauge);
         }
         let t = rig.design.tuple;
         let length = t.L_a.max(reach[1]);
@@ -73,7 +76,7 @@ impl Surface {
             if length > t.L_a { Tuple { L_a: length, d: t.D * (1.0 - tau * length), ..t } } else { t };
         let design = Design::new(&setup, tuple);
         let Some(curve) = design.shared.as_ref().map(|s| s.model) else {
-            return Err("the whisker cannot be continued so far".to_owned());
+            return Err(ModelError::TooFar);
         };
         let kind = setup.drive;
         let mut solver = Solve {
@@ -159,7 +162,7 @@ struct Solve<'a> {
 
 impl Solve<'_> {
     /// Pieces over the intervals `cut` of u, ascending, halved where that is needed.
-    fn pieces(&mut self, cut: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, String> {
+    fn pieces(&mut self, cut: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let mut done = Vec::new();
         let mut open: Vec<_> = cut.iter().map(|u| (*u, 0)).collect();
         while !open.is_empty() {
@@ -179,7 +182,7 @@ impl Solve<'_> {
         Ok(done)
     }
 
-    fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, String> {
+    fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let columns = if drives[0] < drives[1] { NODES[1] } else { 1 };
         let (xs, ys) = (points(NODES[0]), points(columns));
         let mut tasks = Vec::with_capacity(us.len() * NODES[0] * columns);
@@ -189,9 +192,9 @@ impl Solve<'_> {
                 tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(drives, *y) }));
             }
         }
-        let outcomes = self.evaluator.run(&self.designs, &tasks).map_err(|e| e.to_string())?;
+        let outcomes = self.evaluator.run(&self.designs, &tasks)?;
         let unsolved = outcomes.iter().filter(|o| o.strain.is_nan()).count();
-        self.spare = self.spare.checked_sub(unsolved).ok_or(TOO_HARD)?;
+        self.spare = self.spare.checked_sub(unsolved).ok_or(ModelError::Solve(SolveError::TooHard))?;
         let ratios: Vec<f64> = outcomes
             .iter()
             .zip(&tasks)
@@ -210,87 +213,5 @@ impl Solve<'_> {
             Piece { u: *u, tails: [rows / scale, columns / scale], coefficients: c }
         };
         Ok(us.iter().zip(ratios.chunks(NODES[0] * columns)).map(piece).collect())
-    }
-}
-
-/// |ε| over a at one drive.
-#[derive(Debug, Clone)]
-pub struct Slice {
-    curve: StrainCurve,
-    amount: f64,
-    pieces: Vec<([f64; 2], [f64; NODES[0]])>,
-    /// (u, ε) at points between which there is at most one extremum.
-    looks: Vec<(f64, f64)>,
-}
-
-impl Slice {
-    fn new(curve: StrainCurve, amount: f64, pieces: Vec<([f64; 2], [f64; NODES[0]])>) -> Self {
-        let mut slice = Self { curve, amount, pieces, looks: Vec::new() };
-        let mut looks = Vec::with_capacity(LOOKS * slice.pieces.len() + 1);
-        for (i, (u, _)) in slice.pieces.iter().enumerate() {
-            let from = usize::from(i > 0);
-            looks.extend((from..=LOOKS).map(|k| {
-                let u = u[0] + (u[1] - u[0]) * (k as f64 / LOOKS as f64);
-                (u, slice.at(u).0)
-            }));
-        }
-        slice.looks = looks;
-        slice
-    }
-
-    /// ε and dε/du.
-    fn at(&self, u: f64) -> (f64, f64) {
-        let piece = self.pieces.iter().find(|(range, _)| u <= range[1]).or(self.pieces.last());
-        let Some((range, c)) = piece else { return (f64::NAN, f64::NAN) };
-        let (r, dr) = series(c, scaled(*range, u));
-        let dr = dr * 2.0 / (range[1] - range[0]);
-        let (f, df) = self.curve.at_inverse(u);
-        (self.amount * f * r, self.amount * (df * r + f * dr))
-    }
-
-    /// Strain at a, mm.
-    pub fn value(&self, a: f64) -> f64 {
-        self.at(1.0 / a).0
-    }
-
-    /// dε/da, 1/mm.
-    pub fn slope(&self, a: f64) -> f64 {
-        -self.at(1.0 / a).1 / (a * a)
-    }
-
-    /// The largest distance with this strain, and the next one; `None` where there is none within reach.
-    pub fn roots(&self, strain: f64) -> Option<(f64, Option<f64>)> {
-        let mut found = [None; 2];
-        let mut next = 0;
-        let mut take = |lo: f64, hi: f64| {
-            if next < 2 {
-                found[next] = Some(1.0 / bracketed(|u| self.at(u).0 - strain, lo, hi));
-                next += 1;
-            }
-        };
-        for (i, w) in self.looks.windows(2).enumerate() {
-            let ((lo, e), (hi, f)) = (w[0], w[1]);
-            if (e <= strain) != (f <= strain) {
-                take(lo, hi);
-            } else if e < strain && self.may_peak(i) {
-                // Both ends lie below; the peak between them may lie above.
-                let (slope_lo, slope_hi) = (self.at(lo).1, self.at(hi).1);
-                if slope_lo > 0.0 && slope_hi < 0.0 {
-                    let peak = bracketed(|u| self.at(u).1, lo, hi);
-                    if self.at(peak).0 >= strain {
-                        take(lo, peak);
-                        take(peak, hi);
-                    }
-                }
-            }
-        }
-        found[0].map(|far| (far, found[1]))
-    }
-
-    /// Whether the strain may have a maximum after look `i`.
-    fn may_peak(&self, i: usize) -> bool {
-        let at = |k: usize| self.looks.get(k).map_or(f64::NEG_INFINITY, |l| l.1);
-        let before = if i == 0 { f64::NEG_INFINITY } else { at(i - 1) };
-        at(i).max(at(i + 1)) >= before.max(at(i + 2))
     }
 }

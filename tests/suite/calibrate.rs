@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use crate::common::measuring::{REAL, TAPS, calibrated, fresh, locator, prototype, score, table};
 use crate::common::sweeping::{REFERENCE, number, sweep};
 use vibrissa::calibrate::{Options, Reason, calibrate};
-use vibrissa::locate::{Estimator, Parameter};
+use vibrissa::locate::Parameter;
+use vibrissa::locate::estimator::{ALL, EXACT, PAPER};
 use vibrissa::measure::Unit;
 use vibrissa::scene::Side;
 use vibrissa::simulate::Settings;
@@ -53,7 +54,7 @@ fn round_trip_reaches_the_noise_limit_and_knows_its_error() {
         assert!(default.taps >= 10_000 && default.unanswered == 0, "{default:?}");
         assert!((0.63..0.73).contains(&default.coverage), "d = {d}: {default:?}");
         assert!(default.rms < 1.5 * default.limit, "d = {d}: {default:?}");
-        for e in Estimator::ALL {
+        for e in ALL {
             println!("d = {d} {}: {:?}", e.name(), of(Some(e)));
         }
     }
@@ -78,13 +79,12 @@ fn the_model_recovers_its_parameters_and_beats_the_paper() {
         let value = fit.exact.values[*p as usize];
         assert!((value / expected - 1.0).abs() < 0.01, "{p:?}: {value} is not {expected}");
     }
-    assert_eq!(found.winner, Estimator::Exact);
+    assert_eq!(found.winner, EXACT);
 
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]);
     let found = calibrated(&table(&spec, &noisy()), &spec, &[]);
     let taps = table(&fresh(&spec, [21.0, 48.0], 200), &Settings { seed: 3, ..noisy() });
-    let [exact, paper] =
-        [Estimator::Exact, Estimator::Paper].map(|e| score(&locator(&found, Some(e)), &taps, NOISE));
+    let [exact, paper] = [EXACT, PAPER].map(|e| score(&locator(&found, Some(e)), &taps, NOISE));
     assert!(10.0 * exact.rms < paper.rms, "{exact:?} {paper:?}");
 }
 
@@ -161,7 +161,7 @@ fn both_sides_and_the_side_that_was_not_calibrated() {
         let score = score(&locator(found, None), &taps, NOISE);
         assert!(score.unanswered == 0 && score.rms < 1.2 * score.limit, "{score:?}");
     }
-    let paper = locator(&one, Some(Estimator::Paper)).locate(4.0, -0.02);
+    let paper = locator(&one, Some(PAPER)).locate(4.0, -0.02);
     assert_eq!((paper.distance.is_nan(), paper.status.to_string().as_str()), (true, "outside_calibration"));
     // A few stray signs are no side.
     let stray = contact.replacen("\n21,4,0", "\n21,4,-0", 1);
@@ -188,7 +188,7 @@ fn other_signals_and_other_drives() {
     ];
     for (spec, settings, factor) in cases {
         let found = calibrated(&table(spec, &settings), spec, &[]);
-        assert_eq!(found.winner, Estimator::Exact);
+        assert_eq!(found.winner, EXACT);
         let value = found.sides[0].fit.as_ref().unwrap().exact.values[0];
         assert!((value / factor - 1.0).abs() < 1e-3, "{value}");
         let fresh = fresh(spec, [21.0, 48.0], 200);
@@ -230,8 +230,7 @@ fn a_rig_that_never_recorded_its_angle() {
         })
         .collect();
     let found = calibrated(&blind, &spec, &[]);
-    let held: Vec<&str> =
-        Estimator::ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(Estimator::name).collect();
+    let held: Vec<&str> = ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
     assert_eq!(held, ["paper", "table"]);
     let at = locator(&found, None).locate(1.0, 0.02);
     let said = {

@@ -52,7 +52,7 @@ pub fn calibrated(table: &str, whisker: &str, fit: &[Parameter]) -> Calibrated {
     calibrate(&data(table), &rig(whisker), &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-pub fn locator(c: &Calibrated, asked: Option<Estimator>) -> Locator {
+pub fn locator(c: &Calibrated, asked: Option<&'static dyn Estimator>) -> Locator {
     Locator::new(&c.calibration, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
 }
 

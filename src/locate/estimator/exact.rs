@@ -1,0 +1,210 @@
+//! `exact`: the configured model with fitted parameters, inverted.
+
+use std::sync::{Arc, Mutex};
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen};
+use crate::calibrate::fit::Fit;
+use crate::calibrate::held_out::Side as Measured;
+use crate::error::{Error, InputError, SolveError};
+use crate::locate::Found;
+use crate::locate::error::ModelError;
+use crate::locate::exact::{Exact, Extent, HARD, Parameter, Values, spec_values};
+use crate::locate::slice::Slice;
+use crate::measure::Rig;
+use crate::scene::Drive;
+use crate::status::Status;
+
+/// Fitted model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExactRecord {
+    /// Root mean square error on distances left out.
+    pub held_out_rms_mm: Option<f64>,
+    /// Error on distances left out beyond what noise explains, per drive.
+    pub bias_mm: Vec<f64>,
+    /// Names of the fitted parameters, in the order of the covariance.
+    pub fitted: Vec<String>,
+    /// Every parameter that the model has.
+    pub values: toml::Table,
+    /// Covariance of the fitted ones.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+impl ExactRecord {
+    /// Reading per strain, where the record has it.
+    pub fn factor(&self, kind: Drive) -> Option<f64> {
+        self.values.get(Parameter::Factor.name(kind)).and_then(toml::Value::as_float)
+    }
+
+    /// Values of all parameters: those of the record, else those of the spec.
+    fn values(&self, rig: &Rig) -> Values {
+        let mut values = spec_values(&rig.setup);
+        for p in Parameter::ALL {
+            if let Some(x) = self.values.get(p.name(rig.setup.drive)).and_then(toml::Value::as_float) {
+                values[p as usize] = x;
+            }
+        }
+        values
+    }
+
+    /// The fitted parameters.
+    fn fitted(&self, kind: Drive) -> Vec<Parameter> {
+        let named = |n: &String| Parameter::ALL.into_iter().find(|p| p.name(kind) == n);
+        self.fitted.iter().filter_map(named).collect()
+    }
+}
+
+/// The configured model, inverted.
+pub struct Model;
+
+/// The configured model, inverted.
+pub const EXACT: Model = Model;
+
+impl Estimator for Model {
+    fn name(&self) -> &'static str {
+        "exact"
+    }
+
+    fn help(&self) -> &'static str {
+        "The configured model, inverted"
+    }
+
+    /// It needs the fewest numbers, and knows both sides and all drives between.
+    fn preference(&self) -> u8 {
+        10
+    }
+
+    fn needs_drive(&self) -> bool {
+        true
+    }
+
+    fn answers_both_sides(&self) -> bool {
+        true
+    }
+
+    fn without<'a>(&self, side: &Measured<'a>, fit: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
+        let fit = fit?;
+        // The model keeps its parameters; the reading is moved by what the step would do to it.
+        let shift = &fit.slopes * step_without(side, fit, distance)?;
+        Some(Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift[k])))
+    }
+
+    fn calibrate(&self, side: &Measured<'_>, fit: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
+        let Some(Fit { exact, .. }) = fit else { return };
+        let setup = &side.rig.setup;
+        let kind = setup.drive;
+        let known = |p: &Parameter| spec_values(setup)[*p as usize].is_finite();
+        let value = |p: Parameter| (p.name(kind).to_owned(), toml::Value::from(exact.values[p as usize]));
+        record.exact = Some(ExactRecord {
+            held_out_rms_mm: judged.rms_mm,
+            bias_mm: judged.bias_mm,
+            fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
+            values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
+            covariance: exact.covariance.clone(),
+        });
+    }
+
+    fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {
+        record.exact.as_ref().map(|r| r.bias_mm.as_slice())
+    }
+
+    fn check(&self, record: &SideRecord) -> Result<(), Fault> {
+        let Some(r) = &record.exact else { return Ok(()) };
+        let m = r.fitted.len();
+        let square = r.covariance.len() == m && r.covariance.iter().all(|row| row.len() == m);
+        let finite = r.covariance.iter().flatten().all(|x| x.is_finite());
+        let named = |n: &String| {
+            let kinds = [Drive::Angle, Drive::Displacement];
+            Parameter::ALL.iter().any(|p| kinds.iter().any(|k| p.name(*k) == n))
+        };
+        match square && finite && r.fitted.iter().all(named) {
+            true => Ok(()),
+            false => Err(Fault {
+                message: "fitted parameters and their covariance do not belong together",
+                allowed: "known names, one row and one column of the covariance for each",
+            }),
+        }
+    }
+
+    fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
+        let Opening { rig, record, side, open } = *of;
+        let Some(r) = &record.exact else { return Ok(None) };
+        let at = Extent { hard: HARD, ..Extent::around(rig, side, record.distances_mm, record.ends()) };
+        let (values, fitted) = (r.values(rig), r.fitted(rig.setup.drive));
+        match Exact::new(rig, values, fitted, r.covariance.clone(), at, open) {
+            Ok(exact) => Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) }))),
+            Err(why @ ModelError::Solve(SolveError::TooHard)) => Err(unsolvable(rig, record, &why).into()),
+            Err(other) => Err(other.into()),
+        }
+    }
+}
+
+/// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
+fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
+    let spec = rig.to_table();
+    let written =
+        |section: &str| spec.get(section).map_or_else(String::new, |t| t.to_string().replace('\n', ", "));
+    let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());
+    InputError::new(format!(
+        "{why} at distances of {lo} … {hi} mm and drives of {first} … {last}: this whisker has no such taps"
+    ))
+    .key("spec.whisker, spec.model")
+    .value(format!("{}; {}", written("whisker"), written("model")))
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
+}
+
+/// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
+fn step_without(side: &Measured<'_>, fit: &Fit, g: usize) -> Option<DVector<f64>> {
+    let m = fit.slopes.ncols();
+    let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
+    let mut scale = DVector::<f64>::repeat(m, 0.0);
+    for k in (0..side.cells.len()).filter(|&k| side.cells[k].i != g) {
+        let row = fit.slopes.row(k) / fit.deviations[k];
+        n += row.transpose() * &row;
+        b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
+    }
+    for i in 0..m {
+        scale[i] = n[(i, i)].sqrt();
+        if scale[i] == 0.0 {
+            return None;
+        }
+    }
+    let scaled = DMatrix::from_fn(m, m, |i, j| n[(i, j)] / (scale[i] * scale[j]));
+    let solved = scaled.cholesky()?.solve(&b.component_div(&scale));
+    Some(solved.component_div(&scale))
+}
+
+/// The model, and its curve at the drive that was asked for last: a stream mostly stays at one.
+struct Inverted {
+    exact: Exact,
+    last: Mutex<Option<(f64, Arc<Slice>)>>,
+}
+
+impl Inverted {
+    /// The curve at `drive`. Nobody waits for it: where another thread is looking too, it is made again.
+    fn slice(&self, drive: f64) -> Arc<Slice> {
+        let Ok(mut last) = self.last.try_lock() else { return Arc::new(self.exact.slice(drive)) };
+        match last.as_ref() {
+            Some((at, slice)) if *at == drive => Arc::clone(slice),
+            _ => Arc::clone(&last.insert((drive, Arc::new(self.exact.slice(drive)))).1),
+        }
+    }
+}
+
+impl Answers for Inverted {
+    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+        let slice = self.slice(drive);
+        let beyond = || reading < self.exact.weakest(&slice);
+        self.exact
+            .find_in(&slice, drive, reading)
+            .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
+    }
+
+    fn expected(&self, a: f64, drive: f64) -> f64 {
+        let [near, far] = self.exact.reach();
+        if (near..=far).contains(&a) { self.exact.expected(a, drive) } else { f64::NAN }
+    }
+}

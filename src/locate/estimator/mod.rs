@@ -1,0 +1,164 @@
+//! The ways to a distance, by the names users know: how each is calibrated, judged, written and opened.
+//!
+//! An estimator is one file that implements [`Estimator`] and one line of [`registry`]. What it makes of a calibration
+//! [`Answers`] readings.
+
+pub mod exact;
+pub mod paper;
+pub mod registry;
+pub mod table;
+
+use std::fmt;
+
+use super::Found;
+use super::exact::Opener;
+use crate::calibrate::fit::Fit;
+use crate::calibrate::held_out::Side as Measured;
+use crate::error::Error;
+use crate::measure::Rig;
+use crate::scene::Side;
+use crate::status::Status;
+pub use registry::{ALL, SideRecord};
+
+/// The paper's own: its K̄ and its errors stand in the tables of every calibration.
+pub const PAPER: &dyn Estimator = &paper::PAPER;
+/// The same with shear.
+pub const TIMOSHENKO: &dyn Estimator = &paper::TIMOSHENKO;
+/// The configured model, whose fit every calibration reports.
+pub const EXACT: &dyn Estimator = &exact::EXACT;
+/// The data themselves.
+pub const TABLE: &dyn Estimator = &table::TABLE;
+
+/// The estimator of this name.
+pub fn named(name: &str) -> Option<&'static dyn Estimator> {
+    ALL.into_iter().find(|e| e.name() == name)
+}
+
+/// What answers the readings of one side of a calibrated whisker.
+pub trait Answers: Send + Sync {
+    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm).
+    ///
+    /// # Errors
+    /// Why there is none.
+    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status>;
+
+    /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
+    fn expected(&self, a: f64, drive: f64) -> f64;
+}
+
+/// What answers readings of taps that are left out: by place of the cell, drive and |signal|.
+pub type Unseen<'a> = Box<dyn Fn(usize, f64, f64) -> Option<Found> + 'a>;
+
+/// What an estimator is worth on distances it has not seen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// Root mean square error, mm; `None` where it answers nothing.
+    pub rms_mm: Option<f64>,
+    /// Error beyond what noise explains, per drive, mm.
+    pub bias_mm: Vec<f64>,
+}
+
+/// What is opened.
+#[derive(Clone, Copy)]
+pub struct Opening<'a> {
+    /// The whisker.
+    pub rig: &'a Rig,
+    /// The calibration.
+    pub record: &'a SideRecord,
+    /// Side of the gauge that is to be answered.
+    pub side: Side,
+    /// Solves models.
+    pub open: Opener<'a>,
+}
+
+/// A section of a calibration that contradicts itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct Fault {
+    /// What is wrong.
+    pub message: &'static str,
+    /// What is allowed.
+    pub allowed: &'static str,
+}
+
+/// A way to a distance.
+pub trait Estimator: Send + Sync {
+    /// Name in files and on the command line.
+    fn name(&self) -> &'static str;
+
+    /// What it is, in a few words.
+    fn help(&self) -> &'static str;
+
+    /// Of estimators that the data cannot tell apart that with the smallest is taken.
+    fn preference(&self) -> u8;
+
+    /// Whether it means anything only where the drive of each tap is known.
+    fn needs_drive(&self) -> bool {
+        false
+    }
+
+    /// Share of its error on distances left out that is still there where none is.
+    fn share_of_bias(&self) -> f64 {
+        1.0
+    }
+
+    /// Whether it also answers the side of the gauge that was not calibrated.
+    fn answers_both_sides(&self) -> bool {
+        false
+    }
+
+    /// What answers distance number `distance` of `side`, calibrated on the others alone; `None` where that is not possible.
+    /// `fit` is that of the model to all distances.
+    fn without<'a>(&self, side: &Measured<'a>, fit: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>>;
+
+    /// Calibrates it on all of `side` and puts its section into `record`, where the data allow it. `fit` as in
+    /// [`Self::without`].
+    fn calibrate(&self, side: &Measured<'_>, fit: Option<&Fit>, judged: Judged, record: &mut SideRecord);
+
+    /// Bias per drive of its section, mm; `None` where `record` has no such section.
+    fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]>;
+
+    /// Whether `record` has its section.
+    fn is_in(&self, record: &SideRecord) -> bool {
+        self.bias_mm(record).is_some()
+    }
+
+    /// Refuses a section whose values contradict each other or the rest of `record`.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    fn check(&self, record: &SideRecord) -> Result<(), Fault>;
+
+    /// What answers as its section says; `None` where there is no such section.
+    ///
+    /// # Errors
+    /// A backend that fails; a model without taps.
+    fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error>;
+}
+
+impl fmt::Debug for dyn Estimator + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl PartialEq for dyn Estimator + '_ {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
+/// Whether all are finite and > 0.
+fn positive(values: &[f64]) -> bool {
+    values.iter().all(|x| *x > 0.0 && x.is_finite())
+}
+
+/// Whether all are finite and ≥ 0.
+fn known(values: &[f64]) -> bool {
+    values.iter().all(|x| *x >= 0.0 && x.is_finite())
+}
+
+/// Whether each is larger than the one before.
+fn ascending(values: &[f64]) -> bool {
+    values.windows(2).all(|w| w[0] < w[1])
+}
