@@ -155,7 +155,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             used,
             zeros: zeros.len(),
         },
-        spec: rig.to_table(),
+        rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
     Ok(Calibrated { calibration, taps, zeros, zero, drift, sides: results, winner, warnings })

@@ -3,19 +3,21 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use toml::Table;
+use toml::de::DeTable;
 
 use super::estimator::{ALL, SideRecord, named};
 use crate::error::InputError;
-use crate::measure::Unit;
+use crate::measure::{Rig, Unit};
 use crate::sink::folder::hash;
 
 /// Version of the file.
 pub const FORMAT: u32 = 1;
 
 /// A calibration. Lengths in mm, drives in degrees or mm, signals in strain or in the unit of the reading.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
+pub struct Calibration<W = Rig> {
     /// Version of the file.
     pub format: u32,
     /// Program that wrote it.
@@ -34,8 +36,9 @@ pub struct Calibration {
     pub noise_from: String,
     /// What was measured.
     pub data: Source,
-    /// The whisker and its model, as a spec.
-    pub spec: toml::Table,
+    /// The whisker and its model; in the file as a spec.
+    #[serde(rename = "spec")]
+    pub rig: W,
     /// One for each side that was calibrated.
     pub sides: Vec<SideRecord>,
 }
@@ -56,17 +59,47 @@ pub struct Source {
     pub zeros: usize,
 }
 
+impl<W> Calibration<W> {
+    /// The same with the whisker in another form.
+    fn with<V>(self, rig: V) -> Calibration<V> {
+        let Self { format, version, checksum, estimator, signal, drive_recorded, noise, .. } = self;
+        let Self { noise_from, data, sides, .. } = self;
+        Calibration {
+            format,
+            version,
+            checksum,
+            estimator,
+            signal,
+            drive_recorded,
+            noise,
+            noise_from,
+            data,
+            rig,
+            sides,
+        }
+    }
+}
+
+impl Calibration<Table> {
+    /// The text of the file with another checksum.
+    fn text(&self, checksum: String) -> Result<String, toml::ser::Error> {
+        toml::to_string(&Self { checksum, ..self.clone() })
+    }
+
+    /// What the checksum must be.
+    fn sum(&self) -> String {
+        hash(&self.text(String::new()).unwrap_or_default())
+    }
+}
+
 impl Calibration {
     /// The file's text, with its checksum.
     pub fn to_text(&self) -> String {
-        let body = |checksum: String| {
-            toml::to_string(&Self { checksum, ..self.clone() }).expect("plain numbers and words are TOML")
-        };
-        let sum = hash(&body(String::new()));
+        let written = self.clone().with(self.rig.to_table());
         format!(
             "# Calibration of a whisker, written by vibrissa. Lengths in mm, angles in degrees.\n\
              # `vibrissa locate` refuses it where a value was changed by hand; run `vibrissa calibrate` again instead.\n{}",
-            body(sum)
+            written.text(written.sum()).expect("plain numbers and words are TOML")
         )
     }
 
@@ -100,7 +133,7 @@ impl Calibration {
             let error = InputError::new(format!("this is no calibration: {what}"));
             error.at(label, e.span().map(|s| line(s.start))).allowed(again)
         };
-        let table: toml::Table = toml::from_str(text).map_err(|e| broken(&e))?;
+        let table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
         match table.get("format").map(|f| f.as_integer()) {
             None => {
                 let error = InputError::new("this is no calibration: it has no format");
@@ -118,12 +151,8 @@ impl Calibration {
                     .allowed(format!("format = {FORMAT}")));
             }
         }
-        let read: Self = toml::from_str(text).map_err(|e| broken(&e))?;
-        let sum = {
-            let plain = Self { checksum: String::new(), ..read.clone() };
-            hash(&toml::to_string(&plain).unwrap_or_default())
-        };
-        if sum != read.checksum && !trust {
+        let read: Calibration<Table> = toml::from_str(text).map_err(|e| broken(&e))?;
+        if read.sum() != read.checksum && !trust {
             let message = "this calibration was edited by hand: its checksum does not fit its values";
             return Err(InputError::new(message)
                 .at(label, None)
@@ -132,9 +161,15 @@ impl Calibration {
                 .allowed("the file as `vibrissa calibrate` wrote it; or --force to use it as it is"));
         }
         read.check(label)?;
-        Ok(read)
+        // Once more, with the places of the values: the spec is judged like any other.
+        let placed = DeTable::parse(text).map_err(|e| broken(&e))?;
+        let spec = placed.get_ref().get("spec").and_then(|s| s.get_ref().as_table());
+        let rig = Rig::of_table(label, text, spec.expect("a table has been read"))?;
+        Ok(read.with(rig))
     }
+}
 
+impl<W> Calibration<W> {
     /// Refuses values that contradict each other.
     fn check(&self, label: &str) -> Result<(), InputError> {
         let fault = |key: String, message: &str, allowed: &str| {

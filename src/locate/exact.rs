@@ -4,125 +4,13 @@
 
 use super::Found;
 use super::error::ModelError;
+pub use super::parameter::{Parameter, Values, scene_with, spec_values};
 use super::slice::Slice;
 use super::surface::Surface;
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::measure::Rig;
-use crate::scene::{Contact, Drive, Material, Model, Setup, Side};
-
-/// A parameter of the model that can be fitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parameter {
-    /// s: reading per strain; 1 for an ideal gauge, in the unit of the reading otherwise.
-    Factor,
-    /// θ₀ in degrees, or δ₀ in mm: what the motor turned before it touched, taken negative, and the error of its zero.
-    DriveOffset,
-    /// a₀, mm: error of the distance labels.
-    DistanceOffset,
-    /// r₀, mm.
-    Hub,
-    /// ν.
-    Nu,
-    /// μ.
-    Mu,
-    /// C01/C10.
-    Ratio,
-}
-
-impl Parameter {
-    /// All, in the order of [`Values`].
-    pub const ALL: [Self; 7] =
-        [Self::Factor, Self::DriveOffset, Self::DistanceOffset, Self::Hub, Self::Nu, Self::Mu, Self::Ratio];
-
-    /// Name in files and on the command line.
-    pub fn name(self, kind: Drive) -> &'static str {
-        match (self, kind) {
-            (Self::Factor, _) => "factor",
-            (Self::DriveOffset, Drive::Angle) => "theta_offset",
-            (Self::DriveOffset, Drive::Displacement) => "delta_offset",
-            (Self::DistanceOffset, _) => "a_offset",
-            (Self::Hub, _) => "hub",
-            (Self::Nu, _) => "nu",
-            (Self::Mu, _) => "mu",
-            (Self::Ratio, _) => "C01/C10",
-        }
-    }
-
-    /// Unit, for people.
-    pub fn unit(self, kind: Drive) -> &'static str {
-        match (self, kind) {
-            (Self::DriveOffset, Drive::Angle) => "degrees",
-            (Self::DriveOffset, Drive::Displacement) | (Self::DistanceOffset | Self::Hub, _) => "mm",
-            _ => "",
-        }
-    }
-
-    /// Range of values that mean something.
-    pub fn domain(self) -> [f64; 2] {
-        match self {
-            Self::Factor => [f64::MIN_POSITIVE, f64::INFINITY],
-            Self::DriveOffset | Self::DistanceOffset => [f64::NEG_INFINITY, f64::INFINITY],
-            Self::Hub => [0.0, 1e3],
-            Self::Nu => [0.0, 0.5],
-            Self::Mu => [0.0, 2.0],
-            Self::Ratio => [-0.9, 1e2],
-        }
-    }
-
-    /// Whether another value needs the model to be solved again.
-    pub fn is_physical(self) -> bool {
-        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio)
-    }
-
-    /// Step of difference quotients over a physical parameter.
-    pub fn step(self) -> f64 {
-        match self {
-            Self::Hub => 0.02,
-            _ => 2e-3,
-        }
-    }
-}
-
-/// Values of all parameters, by [`Parameter`].
-pub type Values = [f64; 7];
-
-/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10 as they stand; NaN where the model has no such thing.
-pub fn spec_values(setup: &Setup) -> Values {
-    let mu = match setup.model.contact {
-        Contact::Coulomb(mu) => mu,
-        Contact::Frictionless | Contact::Stick => f64::NAN,
-    };
-    let ratio = match setup.model.material {
-        Material::NeoHookean(_) => 0.0,
-        Material::MooneyRivlin([c10, c01]) => c01 / c10,
-        Material::Hooke(_) | Material::Yeoh(_) => f64::NAN,
-    };
-    let hub = if setup.drive == Drive::Angle { setup.hub } else { f64::NAN };
-    let nu = if setup.model.shear { setup.model.nu } else { f64::NAN };
-    [1.0, 0.0, 0.0, hub, nu, mu, ratio]
-}
-
-/// `setup` with the physical parameters of `values`.
-pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
-    let [_, _, _, hub, nu, mu, ratio] = *values;
-    let mut setup = setup.clone();
-    if hub.is_finite() {
-        setup.hub = hub;
-    }
-    if nu.is_finite() {
-        setup.model.nu = nu;
-    }
-    if mu.is_finite() {
-        setup.model.contact = Contact::Coulomb(mu);
-    }
-    // A ratio that nobody changed leaves the material as it was written, to the last digit.
-    if ratio.is_finite() && ratio != spec_values(&setup)[6] {
-        let c10 = setup.model.material.e0() / (6.0 * (1.0 + ratio));
-        setup.model.material = Material::MooneyRivlin([c10, ratio * c10]);
-    }
-    setup
-}
+use crate::scene::{Model, Side};
 
 /// Opens what solves a model.
 pub type Opener<'a> = &'a dyn Fn(&Model) -> Result<Method, Error>;

@@ -16,6 +16,7 @@ pub mod estimator;
 pub mod exact;
 pub mod locator;
 pub mod paper;
+pub mod parameter;
 pub mod slice;
 pub mod stream;
 pub mod surface;
@@ -24,8 +25,9 @@ pub mod table;
 pub use calibration::Calibration;
 pub use error::ModelError;
 pub use estimator::Estimator;
-pub use exact::{Exact, Parameter};
+pub use exact::Exact;
 pub use locator::{Located, Locator};
+pub use parameter::Parameter;
 
 /// What an estimator makes of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]

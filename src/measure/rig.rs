@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use toml::de::DeTable;
 use toml::{Table, Value};
 
 use crate::design::Design;
@@ -87,7 +88,7 @@ impl Rig {
         }
     }
 
-    /// Everything in force as a spec: tables that [`Self::from_table`] reads back, no file needed.
+    /// Everything in force as a spec: tables that [`Self::of_table`] reads back, no file needed.
     pub fn to_table(&self) -> Table {
         let (s, t, m) = (&self.setup, &self.design.tuple, &self.setup.model);
         let word = |w: &str| Value::from(w);
@@ -151,14 +152,14 @@ impl Rig {
         entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
     }
 
-    /// Reads what [`Self::to_table`] wrote; `label` names the file it stands in.
-    pub fn from_table(label: &str, table: &Table) -> Result<Self, InputError> {
-        let displaced =
-            table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str) == Some("displacement");
-        let drive = if displaced { Drive::Displacement } else { Drive::Angle };
-        let spec = spec::parse_with(label, &table.to_string(), Path::new(""), fallback(drive))
-            // Line numbers would be those of the tables alone.
-            .map_err(|e| InputError { line: None, snippet: None, ..e })?;
+    /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it.
+    ///
+    /// # Errors
+    /// As of a spec: what is wrong, with its place in `text`.
+    pub fn of_table(label: &str, text: &str, table: &DeTable<'_>) -> Result<Self, InputError> {
+        let drive = table.get("tap").and_then(|t| t.get_ref().get("drive")?.get_ref().as_str());
+        let drive = if drive == Some("displacement") { Drive::Displacement } else { Drive::Angle };
+        let spec = spec::of_table(label, text, table, Path::new(""), fallback(drive))?;
         Self::of_spec(&spec, label)
     }
 }

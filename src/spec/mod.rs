@@ -50,8 +50,20 @@ pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Resul
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    of_table(label, text, user.get_ref(), base, fallback)
+}
+
+/// As [`parse_with`], of a spec that is a `user` table in the `text` of a file, perhaps with other things beside it.
+pub(crate) fn of_table(
+    label: &str,
+    text: &str,
+    user: &DeTable<'_>,
+    base: &Path,
+    fallback: &str,
+) -> Result<Spec> {
+    let document = Document { file: label, text };
     let defaults = schema::defaults(fallback);
-    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
+    let sections = Sections::new(&document, user, &defaults)?;
 
     if let Some(format) = sections.format() {
         let number = format.whole(1)?;

@@ -274,6 +274,20 @@ fn a_calibration_that_is_not_what_was_written_is_refused() {
     desk.write("c.toml", text.replacen("drives = [", "drives = [99.0, ", 1));
     let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"");
     assert!(code == 2 && stderr.contains("drives"), "{stderr}");
+    // The whisker is judged like that of a spec, where it stands.
+    for (old, new, word) in [
+        ("\nD = 10.0\n", "\nD = -10.0\n", "> 0 mm"),
+        ("\nD = 10.0\n", "\nD = \"10 mm\"\n", "without unit and quotes"),
+        ("\nhub = 0.0\n", "\nhubb = 0.0\n", "did you mean hub?"),
+        ("\nx_ss = 5.0\n", "\nx_ss = 49.0\n", "x_ss + l ≤ 50 mm"),
+        ("\nshear = true\n", "\nshear = true\ngeometry = \"linear\"\n", "no calibration"),
+        ("\nside = \"contact\"\n", "\nside = \"contract\"\n", "did you mean contact?"),
+    ] {
+        assert!(text.contains(old), "{old}");
+        desk.write("c.toml", text.replacen(old, new, 1));
+        let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"");
+        assert!(code == 2 && stderr.contains(word) && stderr.contains("c.toml:"), "{new}: {stderr}");
+    }
     desk.write("c.toml", format!("# my note\n{text}"));
     assert_eq!(stream(&desk, &["c.toml"], b"").0, 0, "comments change nothing");
 }
