@@ -18,6 +18,7 @@ pub mod backend;
 #[cfg(feature = "bench")]
 pub mod bench;
 pub mod calibrate;
+pub mod estimator;
 pub mod evaluate;
 pub mod explain;
 pub mod locate;

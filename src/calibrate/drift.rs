@@ -1,6 +1,6 @@
 //! A zero that drifts and was never read: repeats of the same tap tell how fast.
 
-use super::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::taps::{Cell, Levels, Tap, cells};
 use crate::measure::Rig;
 use crate::reduce::median;
 

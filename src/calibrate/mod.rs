@@ -12,30 +12,25 @@
 //! ```
 
 pub mod drift;
-pub mod fit;
-pub mod held_out;
 pub mod noise;
 pub mod output;
-pub mod reason;
 pub mod report;
 pub mod side;
-pub mod singular;
 pub mod suspects;
-pub mod taps;
 pub mod winner;
 
-pub use reason::Reason;
+pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError, SolveError};
+use crate::estimator::model::exact::{Exact, Extent, HARD, spec_values};
+use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::{EXACT, Estimator};
 use crate::locate::calibration::{Calibration, FORMAT, Source};
-use crate::locate::estimator::{EXACT, Estimator};
-use crate::locate::exact::{Exact, Extent, HARD, spec_values};
 use crate::locate::locator::opener;
 use crate::locate::{ModelError, Parameter};
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side, Theory};
-use taps::{Tap, ZeroReading};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
@@ -90,7 +85,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     if !data.ignored.is_empty() {
         warnings.push(format!("{}: ignored columns {}", data.file, data.ignored.join(", ")));
     }
-    let (mut taps, zeros, zero) = taps::taps(data, &rig, options.drive);
+    let (mut taps, zeros, zero) = crate::estimator::taps::taps(data, &rig, options.drive);
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let signs = signs(data, &mut taps)?;
@@ -191,7 +186,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
             .key("--fit")
             .allowed(format!("a column {} or {flag}", kind.column())));
     }
-    fit::check(rig, &options.fit)
+    crate::estimator::fit::check(rig, &options.fit)
 }
 
 /// Refuses a column whose unit cannot be what its name says.
@@ -215,7 +210,8 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
 fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
     let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
-    let distances = |sign: f64| taps::Levels::of(taps.iter().filter(of(sign)).map(|t| t.a)).len();
+    let distances =
+        |sign: f64| crate::estimator::taps::Levels::of(taps.iter().filter(of(sign)).map(|t| t.a)).len();
     let (plus, minus) = (count(1.0), count(-1.0));
     let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
     if plus + minus == 0 {
@@ -275,7 +271,7 @@ fn spec_model(
     taps: &[Tap],
     sign: f64,
     gauge: Side,
-    open: crate::locate::exact::Opener<'_>,
+    open: crate::estimator::model::exact::Opener<'_>,
 ) -> Result<Option<Exact>, Error> {
     let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
     let at = Extent { hard: HARD, ..at };

@@ -1,11 +1,11 @@
 //! How much one reading scatters.
 
-use super::fit::Task;
 use super::suspects::Scatter;
-use super::taps::{Cell, Levels, Tap, cells, repeatability};
 use crate::error::Error;
+use crate::estimator::fit::Task;
+use crate::estimator::model::exact::Opener;
+use crate::estimator::taps::{Cell, Levels, Tap, cells, repeatability};
 use crate::locate::Parameter;
-use crate::locate::exact::Opener;
 use crate::measure::Rig;
 use crate::scene::Side;
 

@@ -5,8 +5,8 @@ use serde_json::Value;
 use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
+use crate::estimator::PAPER;
 use crate::locate::Locator;
-use crate::locate::estimator::PAPER;
 use crate::measure::Data;
 use crate::scene::{Setup, Side};
 use crate::sink::csv::Text;
@@ -172,7 +172,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
     let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();
     let mut row = Vec::new();
-    let zero_row = |text: &mut Text, z: &super::taps::ZeroReading| {
+    let zero_row = |text: &mut Text, z: &crate::estimator::taps::ZeroReading| {
         let r = &data.rows[z.place];
         let mut row = vec![Field::Count(r.line as u64)];
         row.extend(

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
+use crate::estimator::{ALL, Estimator};
 use crate::locate::Parameter;
-use crate::locate::estimator::{ALL, Estimator};
 use crate::measure::{Data, Rig};
 use crate::scene::Drive;
 
@@ -179,7 +179,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
     t.levels[0].centres.iter().enumerate().map(row).collect()
 }
 
-fn parameters(f: &super::fit::Fit, kind: Drive) -> Value {
+fn parameters(f: &crate::estimator::fit::Fit, kind: Drive) -> Value {
     let e = &f.exact;
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
     let fitted: Vec<Value> = e

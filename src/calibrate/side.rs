@@ -1,14 +1,14 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
-use super::fit::{Fit, Task};
-use super::held_out::{HeldOut, Side as Held, held_out};
-use super::taps::{Cell, Levels, Tap, cells};
 use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
+use crate::estimator::fit::{Fit, Task};
+use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
+use crate::estimator::model::exact::{Opener, Parameter};
+use crate::estimator::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::{ALL, Estimator, Judged, SideRecord};
 use crate::evaluate::Outcome;
-use crate::locate::estimator::{ALL, Estimator, Judged, SideRecord};
-use crate::locate::exact::{Opener, Parameter};
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};

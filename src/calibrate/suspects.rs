@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Reason;
-use super::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::taps::{Cell, Levels, Tap, cells};
 use crate::measure::Rig;
 use crate::reduce::median;
 
@@ -151,7 +151,7 @@ impl Smooth {
             };
             let w = e.map(weight);
             let wx = DMatrix::from_fn(x.nrows(), x.ncols(), |i, j| w[i] * x[(i, j)]);
-            let svd = super::singular::values(x.transpose() * &wx, true);
+            let svd = crate::estimator::singular::values(x.transpose() * &wx, true);
             match svd.map(|svd| svd.solve(&(wx.transpose() * &r), 1e-13)) {
                 Some(Ok(c)) if c.iter().all(|c| c.is_finite()) => self.coefficients = c,
                 _ => return,

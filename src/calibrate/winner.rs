@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::held_out::HeldOut;
 use super::side::SideResult;
-use crate::locate::estimator::{ALL, Estimator, PAPER};
+use crate::estimator::held_out::HeldOut;
+use crate::estimator::{ALL, Estimator, PAPER};
 
 /// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
 const TOLD_APART: f64 = 2.0;

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 use toml::de::DeTable;
 
-use super::estimator::{ALL, SideRecord, named};
 use crate::error::InputError;
+use crate::estimator::{ALL, SideRecord, named};
 use crate::measure::{Rig, Unit};
 use crate::sink::folder::hash;
 

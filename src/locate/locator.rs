@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::calibration::Calibration;
-use super::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
-use super::exact::Opener;
-use super::{SAME, between, bracket};
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
+use crate::estimator::model::exact::Opener;
+use crate::estimator::model::{SAME, between, bracket};
+use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
 use crate::evaluate::Method;
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};

@@ -20,8 +20,8 @@ use crate::cpu::pack::Pack;
 use estimate::Edges;
 use rows::Rows;
 use tap::{Tap, Whisker};
-use vibrissa_core::physics::chebyshev::{matrix, scaled};
 use vibrissa_core::design::amount;
+use vibrissa_core::physics::chebyshev::{matrix, scaled};
 use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
 
 /// Designs that go together.

@@ -4,20 +4,26 @@
 //! [`Answers`] readings.
 
 pub mod exact;
+pub mod fit;
+pub mod held_out;
+pub mod model;
 pub mod paper;
+pub mod reason;
 pub mod registry;
+pub mod singular;
 pub mod table;
+pub mod taps;
 
 use std::fmt;
 
-use super::Found;
-use super::exact::Opener;
-use crate::calibrate::fit::Fit;
-use crate::calibrate::held_out::Side as Measured;
 use crate::error::Error;
+use crate::estimator::fit::Fit;
+use crate::estimator::held_out::Side as Measured;
 use crate::measure::Rig;
 use crate::scene::Side;
 use crate::status::Status;
+use model::Found;
+use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
 
 /// The paper's own: its K̄ and its errors stand in the tables of every calibration.

@@ -7,8 +7,8 @@
 use super::error::ModelError;
 use super::exact::Extent;
 use super::slice::Slice;
-use crate::error::SolveError;
 use crate::design::{Design, amount};
+use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};

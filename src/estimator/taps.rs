@@ -4,7 +4,7 @@ use crate::design::amount;
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::reduce::median;
 
-use super::Reason;
+use super::reason::Reason;
 
 /// Most distinct distances, or drives, that are told apart; beyond it neighbours share a level.
 const LEVELS: usize = 64;

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, known, positive};
-use crate::calibrate::fit::Fit;
-use crate::calibrate::held_out::Side as Measured;
-use crate::calibrate::taps::Cell;
 use crate::design::amount;
 use crate::error::Error;
-use crate::locate::Found;
-use crate::locate::paper::{Factors, Paper};
+use crate::estimator::fit::Fit;
+use crate::estimator::held_out::Side as Measured;
+use crate::estimator::model::Found;
+use crate::estimator::model::paper::{Factors, Paper};
+use crate::estimator::taps::Cell;
 use crate::scene::Theory;
 use crate::status::Status;
 

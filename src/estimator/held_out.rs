@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::Estimator;
 use super::fit::Fit;
+use super::model::Found;
 use super::taps::{Cell, Tap};
-use crate::locate::{Estimator, Found};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 

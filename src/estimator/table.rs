@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, ascending, known, positive};
-use crate::calibrate::fit::Fit;
-use crate::calibrate::held_out::Side as Measured;
-use crate::calibrate::taps::Cell;
 use crate::error::Error;
-use crate::locate::Found;
-use crate::locate::table::{Curve, Knot, Table};
+use crate::estimator::fit::Fit;
+use crate::estimator::held_out::Side as Measured;
+use crate::estimator::model::Found;
+use crate::estimator::model::table::{Curve, Knot, Table};
+use crate::estimator::taps::Cell;
 use crate::status::Status;
 
 /// Curves of the data.

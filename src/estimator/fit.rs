@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::taps::Cell;
 use crate::error::{Error, InputError};
-use crate::locate::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use crate::measure::Rig;
 
 /// A parameter is determined where its standard error is below this share of its width.
