@@ -136,7 +136,7 @@ impl Bench<'_> {
             return Ok(place);
         }
         let setup = &mut self.setup;
-        setup.model = setting.model.clone();
+        setup.model = setting.model;
         setup.hub = setting.hub;
         setup.gauge.side = setting.side;
         let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();

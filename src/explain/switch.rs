@@ -25,7 +25,7 @@ pub struct Setting {
 impl Setting {
     /// As the setup says.
     pub fn of(setup: &Setup) -> Self {
-        Self { model: setup.model.clone(), hub: setup.hub, side: setup.gauge.side }
+        Self { model: setup.model, hub: setup.hub, side: setup.gauge.side }
     }
 
     /// The paper's theory: linear, without any effect; rig and gauge stay.

@@ -136,7 +136,7 @@ fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
 /// The tap with a sticking contact, by the reference.
 fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
     let shared = Design::new(setup, tuple).shared.ok_or(RodError::NotConverged)?;
-    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..setup.model.clone() };
+    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..setup.model };
     let problem = RodProblem {
         taper: shared.taper,
         gauge: shared.gauge,

@@ -74,7 +74,7 @@ const SPARE: f64 = 0.01;
 impl Rung {
     /// The rung of `rule` for `material`, at `tolerance`.
     pub fn new(rule: Rule, precision: Precision, material: &Material, tolerance: f64) -> Self {
-        let law = (!matches!(material, Material::Hooke(_))).then(|| (material.clone(), tolerance));
+        let law = (!matches!(material, Material::Hooke(_))).then_some((*material, tolerance));
         Self { rule, spare: false, precision, law, chart: OnceLock::new() }
     }
 

@@ -25,12 +25,12 @@ fn neo_hookean_becomes_hooke_as_the_angle_vanishes() {
 fn sides_mirror_each_other_for_hooke() {
     let tuples = grid(&[4.0, 10.0], &[8.0, 21.0, 45.0], &[0.01, 3.0, 10.0]);
     let hooke = common::model(Material::Hooke(3.2));
-    let thick = Model { surface: true, shear: true, pole_radius: 2.0, ..hooke.clone() };
+    let thick = Model { surface: true, shear: true, pole_radius: 2.0, ..hooke };
     let stretched = common::all_effects(Material::Hooke(3.2));
     for place in ALL {
         for model in [&hooke, &thick] {
-            let near = outcomes(&setup(model.clone(), Side::Contact), place, &tuples);
-            let far = outcomes(&setup(model.clone(), Side::Far), place, &tuples);
+            let near = outcomes(&setup(*model, Side::Contact), place, &tuples);
+            let far = outcomes(&setup(*model, Side::Far), place, &tuples);
             for (near, far) in near.iter().zip(&far) {
                 let mirrored = Outcome { strain: -far.strain, strain_linear: -far.strain_linear, ..*far };
                 assert_eq!(near.strain, mirrored.strain, "{place:?}");
@@ -42,8 +42,8 @@ fn sides_mirror_each_other_for_hooke() {
         }
         // Extension adds the strain of the axial force to both: their mean is that of N, at most (|P| + |T|)/(E A) of the thinnest
         // section of the gauge, and compressive here.
-        let near = outcomes(&setup(stretched.clone(), Side::Contact), place, &tuples);
-        let far = outcomes(&setup(stretched.clone(), Side::Far), place, &tuples);
+        let near = outcomes(&setup(stretched, Side::Contact), place, &tuples);
+        let far = outcomes(&setup(stretched, Side::Far), place, &tuples);
         for ((near, far), t) in near.iter().zip(&far).zip(&tuples) {
             assert!((near.arc / far.arc - 1.0).abs() <= bound(place));
             assert!((near.normal_force / far.normal_force - 1.0).abs() <= 5.0 * bound(place));

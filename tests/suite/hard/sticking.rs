@@ -38,7 +38,7 @@ fn every_sticking_tap_of_the_reference_is_solved() {
 fn fine_tips_stick_up_to_their_end() {
     let tuples = grid(&[2.0, 4.0], &[36.0, 39.0, 42.0, 45.0, 48.0, 49.5], &[5.0, 7.5, 10.0]);
     for material in [Material::Hooke(3.2), Material::NeoHookean(3.2)] {
-        let model = Model { contact: Contact::Stick, ..common::all_effects(material.clone()) };
+        let model = Model { contact: Contact::Stick, ..common::all_effects(material) };
         agree(&format!("{material:?}"), &setup(model, Side::Contact), &tuples);
     }
 }

@@ -23,7 +23,7 @@ impl Row {
     fn setup(&self) -> Setup {
         let mut setup =
             if self.drive == Drive::Displacement { Kind::Passive.setup() } else { Kind::Tap.setup() };
-        (setup.hub, setup.model) = (self.hub, self.model.clone());
+        (setup.hub, setup.model) = (self.hub, self.model);
         setup
     }
 
@@ -118,12 +118,12 @@ fn a_material_that_has_not_ended() {
         ..common::model(Material::MooneyRivlin([0.2, 0.3]))
     };
     for (delta, strain) in [(13.09, 0.33783177430), (17.4533, 0.48115791211)] {
-        let row = Row::new([8.0, 8.0, 50.0, 3.0, 2.0, 25.0, delta], stretched.clone(), strain);
+        let row = Row::new([8.0, 8.0, 50.0, 3.0, 2.0, 25.0, delta], stretched, strain);
         Row { drive: Drive::Displacement, ..row }.is_told(&[]);
     }
     let softening = Model { shear: true, ..common::model(Material::Yeoh([0.5, -0.3, 0.0])) };
     for (theta, strain) in [(39.0, 0.39867154023), (39.5, 0.40470900044), (40.0, 0.41057531551)] {
-        Row::new([10.0, 2.0, 50.0, 3.0, 2.0, 16.0, theta], softening.clone(), strain).is_told(&[]);
+        Row::new([10.0, 2.0, 50.0, 3.0, 2.0, 16.0, theta], softening, strain).is_told(&[]);
     }
 }
 

@@ -3,7 +3,7 @@
 mod adapter;
 mod dispatch;
 mod peak;
-mod ranking;
+pub mod ranking;
 pub mod shader;
 
 pub use adapter::{Adapter, adapters, pick};

@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_bad_shader_is_pointed_at() {
-        let e = validate("broken", "fn f() -> f32 {\n    return nothing;\n}").unwrap_err();
+        let e = validate("broken", "fn f() -> f32 {\n    return nothing;\n}").unwrap_err().to_string();
         assert!(e.contains("broken") && e.contains("nothing") && e.contains(":2"), "{e}");
     }
 }

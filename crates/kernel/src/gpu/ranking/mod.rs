@@ -1,6 +1,9 @@
 //! Ranking on a GPU: tuples made, reduced and selected there; only counts, the designs that have a row below the bound and those that
 //! must be solved tap by tap come back. The host lists the rows of the former. Batches overlap: the next one runs while the last is read.
 
+// Index loops read like the shader's.
+#![allow(clippy::needless_range_loop)]
+
 mod shader;
 mod tuples;
 
@@ -9,9 +12,13 @@ use std::collections::VecDeque;
 use crate::gpu::{Gpu, shader::validate};
 use crate::smooth::lanes::Words;
 use crate::smooth::{Batch, Ranking, Scope};
-use shader::{Shader, WORKGROUP};
+use shader::WORKGROUP;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
+
+/// The text of a scope's shader, for tests that read it.
+#[doc(hidden)]
+pub use shader::Shader;
 
 /// Designs of a batch at most.
 const MOST: u64 = 1 << 20;
