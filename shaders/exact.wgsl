@@ -1,4 +1,4 @@
-// The exact rod: collocation in deviation form. Twin of src/kernel/cpu/exact/mod.rs, where the equations are derived.
+// The exact rod: collocation in deviation form. Twin of crates/kernel/src/cpu/exact/mod.rs, where the equations are derived.
 //
 // Emitted from Rust before this text: real, Nodes, N, POINTS, GAUGE_POINTS, GAUGE_WEIGHTS, the switches PLAIN, SHEAR,
 // EXTENSION, OFFSET, STICK, LAW, FAR, the sums weigh, integrate and coefficients over the nodes, one_minus_cos,

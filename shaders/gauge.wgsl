@@ -1,4 +1,4 @@
-// Strain deviation and error estimate from a converged state. Twin of src/kernel/cpu/exact/gauge.rs.
+// Strain deviation and error estimate from a converged state. Twin of crates/kernel/src/cpu/exact/gauge.rs.
 
 // How an error of the arc shows in the strain, relative to max(|eps|, 1e-3 theta f_max), for a contact at 1 + x.
 fn sensitivity(tap: Tap, x: real) -> real {

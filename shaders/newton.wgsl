@@ -1,5 +1,5 @@
 // The Newton step of a contact whose force does not simply act across the centreline. Twin of
-// src/kernel/cpu/exact/newton.rs.
+// crates/kernel/src/cpu/exact/newton.rs.
 
 // What the step needs of the sweep; see the Rust twin.
 struct Bent {

@@ -1,4 +1,4 @@
-// Ranked rows of whole designs from the chart of the rod: one invocation, some designs. Twin of src/smooth/lanes; the
+// Ranked rows of whole designs from the chart of the rod: one invocation, some designs. Twin of crates/kernel/src/smooth/lanes; the
 // derivation stands there. What depends on the sizes of the chart is emitted (`tap`, `push`, `spread_at`, …).
 
 struct Job {

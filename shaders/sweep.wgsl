@@ -1,4 +1,4 @@
-// One Picard sweep, with a Newton step for the two unknowns of the contact if `stepping`. Twin of src/kernel/cpu/exact/sweep.rs.
+// One Picard sweep, with a Newton step for the two unknowns of the contact if `stepping`. Twin of crates/kernel/src/cpu/exact/sweep.rs.
 
 // a + b + ab: growth by a, then by b.
 fn then(a: real, b: real) -> real {

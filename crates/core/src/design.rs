@@ -26,7 +26,7 @@ pub struct Shared {
     pub taper: Taper,
     /// Gauge span [x1, x2], mm.
     pub gauge: [f64; 2],
-    /// Strain curve of the theory that the model reduces to at small drive; for the exact rod Euler–Bernoulli.
+    /// Strain curve whose peak is f_max: of linear theory its own, of the exact rod that of Euler and Bernoulli, whatever its effects.
     pub model: StrainCurve,
     /// Largest value of `model`.
     pub peak: f64,

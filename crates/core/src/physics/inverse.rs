@@ -78,8 +78,8 @@ impl Inverse {
         (1.0 / self.peak.0, self.peak.1)
     }
 
-    /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak, and for a widening whisker
-    /// below what the farthest contact gives.
+    /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak. Of a widening whisker a
+    /// reading below what the farthest contact gives has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
         let mut found = if plain(&self.curve) { self.plain_roots(reading) } else { [None; 2] };
         if !plain(&self.curve) {

@@ -1,7 +1,7 @@
 //! The linear limit of the exact model: force, arc and strain to first order in the drive, in closed form.
 //!
-//! Unit of length is the contact distance, of force EI₀/a². With a contact on the surface, friction, shear or extension the
-//! limit of K is not 1; kernels carry the deviation from this solution, so that nothing cancels at small drives.
+//! Unit of length is the contact distance, of force EI₀/a². With a contact on the surface, friction or shear the limit of
+//! K is not 1 (extension, or a pole, alone leaves it there); kernels carry the deviation from this solution, so that nothing cancels at small drives.
 //!
 //! W and H are the contact force across and along the whisker at the contact, X₀ and Y₀ the pole centre from the motor's
 //! axis, a₁, a₀ (b₁, b₀) what a unit of W and of H does to the closure across (along) that line, and f the

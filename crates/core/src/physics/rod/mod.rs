@@ -3,7 +3,7 @@
 //! It is the yardstick of the fast kernels and shares no method with them. The rod's equations are integrated as an
 //! initial-value problem from the contact to the clamp by Gragg–Bulirsch–Stoer extrapolation, to a local error of
 //! 1e-13; Newton's method shoots for the two unknowns of the contact until the object is where it must be. Errors
-//! of the answers are of the order of 1e-12, relative.
+//! of the answers are of the order of 1e-12 to 1e-11, relative.
 
 mod ode;
 mod shoot;
