@@ -69,7 +69,12 @@ pub fn cramped() -> Option<String> {
 
 /// The value of `f`, or what its panic says.
 fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
-    catch_unwind(AssertUnwindSafe(f)).map_err(|panic| {
+    // What the driver's panic would print on stderr is told as the reason instead.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let done = catch_unwind(AssertUnwindSafe(f));
+    std::panic::set_hook(hook);
+    done.map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked").to_owned()
     })

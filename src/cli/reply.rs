@@ -63,7 +63,10 @@ impl Reply {
     /// Names the files of an older result that `--force` removed.
     pub fn removing(mut self, files: &[PathBuf]) -> Self {
         if !files.is_empty() {
-            say::line(format_args!("--force removed {} of an older result", super::listed(files)));
+            say::line(format_args!(
+                "--force replaced or removed {} of an older result",
+                super::listed(files)
+            ));
             self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
         }
         self

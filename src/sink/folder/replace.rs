@@ -78,7 +78,15 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
         Err(e) if e.kind() == ErrorKind::NotFound => return fs::remove_dir(&pending).map_err(failed),
         other => io::read_to_string(other.map_err(failed)?).map_err(failed)?,
     };
-    let manifest: Manifest = serde_json::from_str(&text).map_err(|e| failed(e.into()))?;
+    let torn = |e: serde_json::Error| {
+        let why = format!("{} does not say what a killed run was about to put here: {e}", pending.display());
+        refuse(
+            target,
+            why,
+            "another folder; or move this away: it holds files of a result that was not finished",
+        )
+    };
+    let manifest: Manifest = serde_json::from_str(&text).map_err(torn)?;
     let names = manifest.put.iter().chain(manifest.old.iter().map(|f| &f.name));
     if let Some(odd) = names.clone().chain(&manifest.aside).find(|name| !is_plain(name)) {
         return Err(failed(io::Error::other(format!("{odd:?} is no name of a result's file"))));
