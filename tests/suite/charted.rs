@@ -2,6 +2,7 @@
 
 use crate::common::program::Desk;
 use serde_json::Value;
+use vibrissa::smooth::rod::{Range, RodChart};
 
 const WHISKER: &str = "D = { from = 8, to = 12, steps = 9 }\nd = { from = 2, to = 7, steps = 6 }\nL_a = 50";
 const GAUGE: &str = "x_ss = { from = 3, to = 15, steps = 7 }\nl = 2\nnoise_strain = 2e-5";
@@ -166,4 +167,32 @@ fn designs_outside_the_chart() {
     let sharp = "D = { from = 8, to = 12, steps = 9 }\nd = [1, 2, 3, 6]\nL_a = 50";
     let tap = "a = { from = 9, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 10, steps = 40 }";
     agrees(&spec(sharp, "x_ss = [2, 3, 5, 12, 49]\nl = [1, 2]", tap, "", "top = 9"), "K_sd");
+}
+
+/// Ranges that sweeps ask for get a chart, of the whole range unless the tip is sharp, and it keeps its bounds.
+#[test]
+fn charts_keep_their_bounds() {
+    for (taper, place, degrees, whole) in [
+        ([0.0, 0.58], [0.08, 0.34], 10.0, true),
+        ([-0.3, 0.8], [0.0, 0.8], 10.0, true),
+        ([0.1, 0.95], [0.1, 0.5], 10.0, false),
+        ([0.0, 0.6], [0.1, 0.5], 20.0, true),
+        ([0.0, 0.6], [0.1, 0.5], 0.01, true),
+        ([0.0, 0.0], [0.1, 0.1], 1.0, true),
+    ] {
+        let range = Range { taper, place, angle: f64::to_radians(degrees) };
+        let c = RodChart::new(range, 1e-5).unwrap_or_else(|| panic!("no chart for {range:?}"));
+        println!(
+            "{taper:?} {place:?} {degrees}: p to {:.3}, {} x {} x {}, error {:.1e}, {} coefficients, {} solved",
+            c.range.taper[1],
+            c.values.len(),
+            c.terms,
+            c.place_terms,
+            c.error,
+            c.summary().coefficients,
+            c.sweeps.taps
+        );
+        assert!(c.error <= 1e-6 && c.range.taper[1] >= 0.75 * taper[1], "{range:?}");
+        assert!(!whole || (c.range.taper[1] - taper[1]).abs() < 1e-12, "{range:?}");
+    }
 }
