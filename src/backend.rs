@@ -80,11 +80,6 @@ fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
-/// The adapter that `auto` takes: hardware first, then software.
-pub fn auto_adapter(adapters: &[Adapter], name: Option<&str>) -> Option<Adapter> {
-    gpu::pick(adapters, name)
-}
-
 impl Choice {
     /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
     pub fn chart_tolerance(&self) -> Option<f64> {
@@ -132,7 +127,7 @@ impl Choice {
         let asked = options.backend.unwrap_or(BackendChoice::Auto);
         let precision = options.precision.unwrap_or(Precision::F32);
         let name = options.adapter.as_deref();
-        let found = auto_adapter(adapters, name);
+        let found = gpu::pick(adapters, name);
         if let (Some(name), None, BackendChoice::Auto | BackendChoice::Gpu) = (name, &found, asked) {
             return Err(InputError::new("no adapter has this in its name")
                 .key("--adapter")

@@ -5,8 +5,7 @@ use std::path::Path;
 use super::check::{LENGTH, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
 use super::reader::{Item, Result, Section};
 use crate::scene::{
-    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side,
-    TableFormat, Theory,
+    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
 };
 
 /// `[gauge]` apart from x_ss and l.
@@ -54,7 +53,6 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         tuples: section.optional("tuples", Item::flag)?,
         designs: section.get("designs")?.flag()?,
         distances: section.get("distances")?.flag()?,
-        format: TableFormat::Csv,
         top: section.optional("top", top)?,
         by: section.get("by")?.word(&RankBy::ALL.map(|by| (by.name(), by)))?,
         per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,

@@ -7,7 +7,7 @@ use crate::common::quadrature::integral;
 use proptest::prelude::*;
 
 use vibrissa::physics::inverse::Inverse;
-use vibrissa::physics::linear::{StrainCurve, deflection, point_gauge, shear_length2};
+use vibrissa::physics::linear::{StrainCurve, deflection, shear_length2};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::Drive;
 
@@ -258,4 +258,9 @@ fn contacts_at_the_near_end_strain_nothing() {
         assert_eq!(curve.value(a), 0.0);
     }
     assert!(curve.value(5.001) > 0.0);
+}
+
+/// Strain per radian of a point gauge (l → 0) at `x`, contact at `a` ≥ x, hub 0: (3D/2)(1 − τa)(a − x)/(a²(1 − τx)³).
+fn point_gauge(taper: &Taper, x: f64, a: f64) -> f64 {
+    1.5 * taper.D * (1.0 - taper.tau * a) * (a - x).max(0.0) / (a * a * (1.0 - taper.tau * x).powi(3))
 }

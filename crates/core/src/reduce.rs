@@ -1,6 +1,6 @@
-//! Reductions: mean, spread, rms, extremes. One pass, mergeable, no cancelling sums of squares.
+//! Reductions: mean, spread, rms, extremes. One pass, no cancelling sums of squares.
 
-/// Count, mean and sum of squared distances from the mean (Welford; merged after Chan, Golub, LeVeque 1979).
+/// Count, mean and sum of squared distances from the mean (Welford 1962).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spread {
     /// Values seen.
@@ -16,18 +16,6 @@ impl Spread {
         let from_old = x - self.mean;
         self.mean += from_old / self.n as f64;
         self.squares += from_old * (x - self.mean);
-    }
-
-    /// As if all values of `other` had been pushed here too.
-    pub fn merge(&mut self, other: &Self) {
-        if other.n == 0 {
-            return;
-        }
-        let n = self.n + other.n;
-        let gap = other.mean - self.mean;
-        self.squares += other.squares + gap * gap * (self.n as f64 * other.n as f64 / n as f64);
-        self.mean += gap * other.n as f64 / n as f64;
-        self.n = n;
     }
 
     /// Mean; `None` of nothing.
@@ -146,24 +134,6 @@ pub fn median(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn merging_is_pushing(a in proptest::collection::vec(-1e3..1e3f64, 0..40), b in proptest::collection::vec(-1e3..1e3f64, 0..40)) {
-            let of = |v: &[f64]| v.iter().fold(Spread::default(), |mut s, &x| { s.push(x); s });
-            let mut merged = of(&a);
-            merged.merge(&of(&b));
-            let all = of(&[a, b].concat());
-            prop_assert_eq!(merged.n, all.n);
-            let close = |x: Option<f64>, y: Option<f64>| match (x, y) {
-                (Some(x), Some(y)) => (x - y).abs() <= 1e-10 * (1.0 + y.abs()),
-                (x, y) => x == y,
-            };
-            prop_assert!(close(merged.mean(), all.mean()));
-            prop_assert!(close(merged.sd(), all.sd()));
-        }
-    }
 
     #[test]
     fn percentiles_are_nearest_ranks() {

@@ -2,6 +2,7 @@
 
 pub mod cases;
 pub mod measuring;
+pub mod pool;
 pub mod program;
 pub mod quadrature;
 pub mod recount;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use super::pool;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
@@ -34,13 +35,13 @@ impl Place {
             precision: Some(self.precision),
             ..RunOptions::default()
         };
-        Choice::new(&options).unwrap_or_else(|e| {
+        pool::choice(&options).unwrap_or_else(|e| {
             panic!("{self:?} is not here, and tests do not skip it (Debian: apt install mesa-vulkan-drivers): {e}")
         })
     }
 
     pub fn open(self, setup: &Setup) -> Method {
-        self.choice().open(&setup.model).unwrap_or_else(|e| panic!("{self:?} does not open: {e}"))
+        pool::open(self, &self.choice(), &setup.model)
     }
 }
 

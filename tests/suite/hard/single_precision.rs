@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::common::configuration;
-use vibrissa::backend::Choice;
 use vibrissa::scene::RunOptions;
 
 /// Degrees.
@@ -37,8 +36,8 @@ fn tuples() -> Vec<Tuple> {
 fn at(place: Place, tolerance: f64, setup: &Setup, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
     let (backend, precision) = (Some(place.backend), Some(place.precision));
     let options = RunOptions { backend, precision, tolerance: Some(tolerance), ..RunOptions::default() };
-    let method =
-        Choice::new(&options).and_then(|c| c.open(&setup.model)).unwrap_or_else(|e| panic!("{place:?}: {e}"));
+    let choice = common::pool::choice(&options).unwrap_or_else(|e| panic!("{place:?}: {e}"));
+    let method = common::pool::open(place, &choice, &setup.model);
     evaluate(setup, method, tuples)
 }
 

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use super::taper::Taper;
-use crate::scene::model::{Drive, Model};
+use crate::scene::model::Drive;
 
 /// Deflection y(x) of the centreline, mm, under a transverse force `force` (N) at distance `a` (mm), modulus `e`
 /// (MPa); straight beyond a. Eq. 3.
@@ -56,12 +56,6 @@ impl StrainCurve {
         let hub = if drive == Drive::Displacement { 0.0 } else { hub };
         let b = gauge.map(|x| 1.0 / (1.0 - taper.tau * x));
         Self { taper, gauge, hub, drive, shear, b }
-    }
-
-    /// S of the theory that `model` computes in linear geometry.
-    pub fn of_model(taper: Taper, gauge: [f64; 2], hub: f64, drive: Drive, model: &Model) -> Self {
-        let shear = if model.shear { shear_length2(&taper, model.nu) } else { 0.0 };
-        Self::new(taper, gauge, hub, drive, shear)
     }
 
     /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
@@ -121,9 +115,4 @@ impl StrainCurve {
         };
         3.0 * PI * e * self.taper.D.powi(4) * v * reach / (64.0 * a.powi(3)) / (1.0 + self.shear / (a * a))
     }
-}
-
-/// Strain per radian of a point gauge (l → 0) at `x`, contact at `a` ≥ x, hub 0: (3D/2)(1 − τa)(a − x)/(a²(1 − τx)³).
-pub fn point_gauge(taper: &Taper, x: f64, a: f64) -> f64 {
-    1.5 * taper.D * (1.0 - taper.tau * a) * (a - x).max(0.0) / (a * a * (1.0 - taper.tau * x).powi(3))
 }

@@ -20,7 +20,7 @@ pub use listed::Listed;
 pub use model::{
     Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
 };
-pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, TableFormat, Written};
+pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
 pub use space::{Column, Factor, Space, Tuple};
 

@@ -134,13 +134,6 @@ pub enum Per {
     Design,
 }
 
-/// File format of the tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TableFormat {
-    /// Comma-separated text.
-    Csv,
-}
-
 /// `[output]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
@@ -150,8 +143,6 @@ pub struct Output {
     pub designs: bool,
     /// Write distances.csv.
     pub distances: bool,
-    /// File format.
-    pub format: TableFormat,
     /// Keep only the best N complete rows.
     pub top: Option<usize>,
     /// Ranking column.
@@ -163,14 +154,6 @@ pub struct Output {
 impl Default for Output {
     /// All three tables, all rows.
     fn default() -> Self {
-        Self {
-            tuples: None,
-            designs: true,
-            distances: true,
-            format: TableFormat::Csv,
-            top: None,
-            by: RankBy::KSd,
-            per: Per::Row,
-        }
+        Self { tuples: None, designs: true, distances: true, top: None, by: RankBy::KSd, per: Per::Row }
     }
 }
