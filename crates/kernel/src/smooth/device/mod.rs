@@ -9,8 +9,12 @@ use std::collections::VecDeque;
 use super::lanes::Words;
 use super::scope::Scope;
 use crate::gpu::{Gpu, shader::validate};
-use shader::{Shader, WORKGROUP};
+use shader::WORKGROUP;
 use vibrissa_core::layout::Layout;
+
+/// The text of a scope's shader, for tests that read it.
+#[doc(hidden)]
+pub use shader::Shader;
 
 /// Designs of a batch at most.
 const MOST: u64 = 1 << 20;
