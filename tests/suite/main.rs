@@ -36,6 +36,7 @@ mod statuses;
 mod tables;
 mod tap;
 mod trends;
+mod twins;
 mod verify;
 mod world;
 mod writers;

@@ -1,0 +1,485 @@
+//! Which function is whose twin, and what stands alone.
+
+use super::Twin;
+
+/// The files of the Rust side, by what the table calls them.
+pub const FILES: [(&str, &str); 10] = [
+    ("exact/mod.rs", "crates/kernel/src/cpu/exact/mod.rs"),
+    ("exact/sweep.rs", "crates/kernel/src/cpu/exact/sweep.rs"),
+    ("exact/newton.rs", "crates/kernel/src/cpu/exact/newton.rs"),
+    ("exact/gauge.rs", "crates/kernel/src/cpu/exact/gauge.rs"),
+    ("exact/tables.rs", "crates/kernel/src/cpu/exact/tables.rs"),
+    ("lanes/mod.rs", "crates/kernel/src/smooth/lanes/mod.rs"),
+    ("lanes/tap.rs", "crates/kernel/src/smooth/lanes/tap.rs"),
+    ("lanes/rows.rs", "crates/kernel/src/smooth/lanes/rows.rs"),
+    ("lanes/estimate.rs", "crates/kernel/src/smooth/lanes/estimate.rs"),
+    ("scene/sampler.rs", "crates/core/src/scene/sampler.rs"),
+];
+
+/// Names of Rust that are others in every shader.
+pub const RENAMED: [(&str, &str); 31] = [
+    ("effects.shear", "SHEAR"),
+    ("effects.extension", "EXTENSION"),
+    ("effects.offset", "OFFSET"),
+    ("effects.stick", "STICK"),
+    ("effects.law", "LAW"),
+    ("shear", "SHEAR"),
+    ("extension", "EXTENSION"),
+    ("offset", "OFFSET"),
+    ("stick", "STICK"),
+    ("law", "LAW"),
+    ("rule.full", "FULL"),
+    ("passes", "PASSES"),
+    ("tables.points", "POINTS"),
+    ("state.steps[0]", "state.step_force"),
+    ("state.steps[1]", "state.step_other"),
+    ("state.noise[0]", "state.noise_force"),
+    ("state.noise[1]", "state.noise_other"),
+    ("noise[0]", "noise_across"),
+    ("noise[1]", "noise_along"),
+    ("step", "newton"),
+    ("multiply", "high"),
+    ("extra", "law.extra"),
+    ("chi", "law.chi"),
+    ("tables.weights[i]", "WEIGHTS[i]"),
+    ("chart_error", "CHART_ERROR"),
+    ("Bent.pole[0]", "Bent.pole_x"),
+    ("Bent.pole[1]", "Bent.pole_y"),
+    ("Bent.centre[0]", "Bent.centre_x"),
+    ("Bent.centre[1]", "Bent.centre_y"),
+    ("Rod.w_force", "rod.w_force"),
+    ("Rod.h_force", "rod.h_force"),
+];
+
+/// What exists twice.
+pub const TWINS: &[Twin] = &[
+    Twin {
+        wgsl: "solve",
+        rust: "exact/mod.rs:taps",
+        only_rust: &["tables", "rule", "effects", "tolerance"],
+        renamed: &[("across", "felt.across"), ("strains", "felt.strains")],
+        same: 20,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "shows",
+        rust: "exact/mod.rs:taps/shows",
+        only_wgsl: &["felt", "moved"],
+        renamed: &[
+            ("first", "force"),
+            ("second", "other"),
+            ("felt", "moved"),
+            ("across", "felt.across"),
+            ("along", "felt.along"),
+        ],
+        same: 2,
+        ..Twin::NONE
+    },
+    Twin { wgsl: "then", rust: "exact/sweep.rs:then", same: 1, ..Twin::NONE },
+    Twin {
+        wgsl: "sweep",
+        rust: "exact/sweep.rs:sweep",
+        only_rust: &["tables", "effects", "rule"],
+        order: Some("tap state stepping"),
+        renamed: &[
+            ("state.bending", "bending"),
+            ("state.shortening", "shortening"),
+            ("state.climb", "climb"),
+            ("state.load", "load"),
+            ("state.beyond", "beyond"),
+            ("beyond", "law.load"),
+            ("abs(b)", "b"),
+            // Until the step has that name.
+            ("dw", "grown"),
+            ("first", "noise_across"),
+            ("second", "noise_along"),
+        ],
+        same: 161,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "follow",
+        rust: "exact/newton.rs:follow",
+        only_rust: &["tables", "passes"],
+        renamed: &[("nodes", "turned.nodes"), ("base", "turned.base")],
+        same: 2,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "newton",
+        rust: "exact/newton.rs:step",
+        only_wgsl: &["y", "density", "heights"],
+        only_rust: &["tables", "effects", "passes"],
+        order: Some("tap bent state across along noise_across noise_along"),
+        renamed: &[
+            ("bent.y", "y"),
+            ("bent.density", "density"),
+            ("bent.heights", "heights"),
+            ("x0", "bent.centre_x"),
+            ("y0", "bent.centre_y"),
+            ("vx", "bent.pole_x"),
+            ("vy", "bent.pole_y"),
+            ("toward[0]", "toward_x"),
+            ("toward[1]", "toward_y"),
+            ("base1", "first.base"),
+            ("base2", "second.base"),
+            ("Step.steps[0]", "Step.force"),
+            ("Step.steps[1]", "Step.other"),
+        ],
+        same: 45,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "unit_force",
+        rust: "exact/newton.rs:step/fixed",
+        only_wgsl: &["tap", "bent"],
+        only_rust: &["row"],
+        same: 1,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "sensitivity",
+        rust: "exact/gauge.rs:sensitivity",
+        only_rust: &["offset"],
+        same: 11,
+        ..Twin::NONE
+    },
+    Twin { wgsl: "shares", rust: "exact/gauge.rs:shares", only_rust: &["effects"], same: 13, ..Twin::NONE },
+    Twin {
+        wgsl: "past",
+        rust: "exact/gauge.rs:gauge/past",
+        only_wgsl: &["b2", "g2", "width"],
+        renamed: &[("tap.width", "width")],
+        same: 1,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "place",
+        rust: "exact/gauge.rs:gauge/place",
+        only_wgsl: &["c", "g"],
+        // `tiny` of its function.
+        numbers: &["TINY"],
+        same: 2,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "gauge",
+        rust: "exact/gauge.rs:gauge",
+        only_rust: &["tables", "rule", "effects"],
+        renamed: &[
+            ("axial", "EXTENSION"),
+            ("beyond", "law.load"),
+            ("point", "GAUGE_POINTS[i]"),
+            ("side", "SIDE"),
+        ],
+        same: 97,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "truncation",
+        rust: "exact/gauge.rs:truncation",
+        only_rust: &["n", "tables"],
+        renamed: &[("sensitivity", "felt")],
+        same: 2,
+        ..Twin::NONE
+    },
+    // The halves of ∫P_k are written into the shader round by round, as 0.5/(2k + 1).
+    Twin {
+        wgsl: "primitive",
+        rust: "exact/gauge.rs:primitive",
+        only_rust: &["n"],
+        unrolled: true,
+        numbers: &["5.00000e-1"],
+        same: 13,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "legendre",
+        rust: "exact/gauge.rs:legendre",
+        only_rust: &["n"],
+        unrolled: true,
+        same: 10,
+        ..Twin::NONE
+    },
+    Twin { wgsl: "section", rust: "exact/tables.rs:Tables::section", same: 3, ..Twin::NONE },
+    Twin { wgsl: "one_minus_cos", rust: "exact/tables.rs:Tables::one_minus_cos", same: 1, ..Twin::NONE },
+    Twin { wgsl: "x_minus_sin", rust: "exact/tables.rs:Tables::x_minus_sin", same: 1, ..Twin::NONE },
+    Twin { wgsl: "owen", rust: "scene/sampler.rs:owen", heads: &[("x", "point")], same: 6, ..Twin::NONE },
+    Twin { wgsl: "high", rust: "scene/sampler.rs:multiply", same: 7, ..Twin::NONE },
+    Twin { wgsl: "philox", rust: "scene/sampler.rs:philox", same: 5, ..Twin::NONE },
+    Twin {
+        wgsl: "bounds",
+        rust: "lanes/estimate.rs:bounds",
+        only_wgsl: &["value", "slope", "beta", "lo", "hi"],
+        only_rust: &["tap", "distance"],
+        renamed: &[("tap.value", "value"), ("tap.slope", "slope"), ("tap.beta", "beta"), ("at_lo", "low")],
+        same: 4,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::new",
+        renamed: &[
+            ("t.D", "w.D"),
+            ("t.d", "w.d"),
+            ("t.L_a", "w.L_a"),
+            ("t.x_ss", "w.x_ss"),
+            ("t.l", "w.l"),
+            ("slope", "tan_alpha"),
+        ],
+        numbers: &[],
+        same: 3,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/tap.rs:Tables::read",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/tap.rs:Tables::tap",
+        renamed: &[
+            ("tap.unit", "unit"),
+            ("tap.beta", "beta"),
+            ("tap.value", "value"),
+            ("tap.slope", "slope"),
+            ("tap.strain", "strain"),
+            ("tap.largest", "largest"),
+            ("design.diameter", "w.D"),
+            ("design.tau", "tau"),
+            ("design.gauge[0]", "x1"),
+            ("design.gauge[1]", "x2"),
+            ("distance.a", "a"),
+            ("distance.inverse", "inverse"),
+            ("means[0]", "over0"),
+        ],
+        numbers: &[],
+        same: 18,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/tap.rs:series",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Row::read",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::push",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::row",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::count_and_rank",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::edges",
+        renamed: &[
+            ("self.design.length", "w.L_a"),
+            ("distance.a", "a"),
+            ("distance.inverse", "inverse"),
+            ("tap.strain", "strain"),
+        ],
+        numbers: &[],
+        same: 1,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::miss",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:Rows::calibration",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/rows.rs:first",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/estimate.rs:Decided::new",
+        renamed: &[],
+        numbers: &[],
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/estimate.rs:Decided::range",
+        renamed: &[("rows.largest", "largest")],
+        numbers: &[],
+        same: 2,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/estimate.rs:Decided::count",
+        renamed: &[
+            ("tap.unit", "unit_"),
+            ("tap.beta", "beta_"),
+            ("tap.value", "value_"),
+            ("tap.slope", "slope_"),
+        ],
+        numbers: &[],
+        same: 1,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "design",
+        part: true,
+        rust: "lanes/estimate.rs:Rows::estimate",
+        renamed: &[
+            ("tap.unit", "unit_"),
+            ("tap.beta", "beta_"),
+            ("tap.value", "value_"),
+            ("tap.slope", "slope_"),
+            ("largest", "largest_error"),
+            ("distance.a", "a"),
+            ("row.angle", "angle"),
+            ("tables.noise", "NOISE"),
+        ],
+        numbers: &[],
+        same: 9,
+        ..Twin::NONE
+    },
+];
+
+/// Functions of WGSL without a twin.
+pub const WGSL_ONLY: [(&str, &str); 9] = [
+    ("main", "hands taps, or designs, to invocations"),
+    ("weigh", "Σ weights_i y_i: `dot` with the weights of `Nodes`, which are its numbers"),
+    ("integrate", "the same with its integral, row by row"),
+    ("coefficients", "the same with its polynomials"),
+    ("unit_other", "the other half of the closure `fixed`"),
+    ("case_of", "`Scope::case` in f32; where it is within 1e-6 of a border, the host decides"),
+    ("whisker", "`Layout::design` in f32, with the axes written into it"),
+    ("fraction", "a line of `Axis::at`, in f32"),
+    ("sobol", "the loop of `sobol` with the bits of `DIRECTIONS` written into it"),
+];
+
+/// Functions of Rust without a twin.
+pub const RUST_ONLY: [(&[&str], &str); 6] = [
+    (&["exact/sweep.rs:State::keep"], "lanes that are done wait; an invocation leaves its loop"),
+    (
+        &[
+            "exact/tables.rs:Law::new",
+            "exact/tables.rs:Tables::new",
+            "exact/tables.rs:Tables::nodes",
+            "exact/tables.rs:Tables::chart_error",
+        ],
+        "numbers that a shader has as literals",
+    ),
+    (
+        &[
+            "exact/tables.rs:series",
+            "exact/tables.rs:polynomial",
+            "exact/tables.rs:plane",
+            "exact/tables.rs:dot",
+        ],
+        "written out in the shaders, term by term",
+    ),
+    (&["scene/sampler.rs:sobol"], "written out in the shaders, bit by bit"),
+    (
+        &[
+            "scene/sampler.rs:Sampler::coordinate",
+            "scene/sampler.rs:Sampler::scramble",
+            "scene/sampler.rs:words",
+            "scene/sampler.rs:hash",
+            "scene/sampler.rs:directions",
+        ],
+        "known when the shader is written",
+    ),
+    (
+        &[
+            "lanes/mod.rs:Words::add",
+            "lanes/mod.rs:Found::merge",
+            "lanes/mod.rs:Tables::new",
+            "lanes/mod.rs:Tables::rank",
+            "lanes/mod.rs:Tables::rank_avx2",
+            "lanes/mod.rs:Tables::rank_lanes",
+            "lanes/mod.rs:Tables::deviations",
+            "lanes/mod.rs:Tables::deviations_avx2",
+            "lanes/mod.rs:Tables::deviations_lanes",
+            "lanes/mod.rs:Tables::carried",
+            "lanes/mod.rs:Angle::new",
+            "lanes/mod.rs:Scratch::new",
+        ],
+        "tables, lanes and tallies of the CPU",
+    ),
+];
+
+/// A struct of WGSL, that of Rust, and the fields that Rust has in arrays: (there, in WGSL).
+type Struct = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+/// Structs that exist twice.
+pub const STRUCTS: &[Struct] = &[
+    (
+        "State",
+        "exact/sweep.rs:State",
+        &[("steps", "step_force step_other"), ("noise", "noise_force noise_other")],
+    ),
+    ("Turned", "exact/newton.rs:Turned", &[]),
+    ("Rod", "exact/newton.rs:Rod", &[]),
+    ("Step", "exact/newton.rs:Step", &[("steps", "force other"), ("noise", "noise_force noise_other")]),
+    // What is of nodes is an argument of its own in WGSL.
+    (
+        "Bent",
+        "exact/newton.rs:Bent",
+        &[
+            ("pole", "pole_x pole_y"),
+            ("centre", "centre_x centre_y"),
+            ("y", ""),
+            ("density", ""),
+            ("heights", ""),
+        ],
+    ),
+    // `Tap` and `Solution` have one home. `Words` has a counter more in WGSL, of rows that are complete.
+];
