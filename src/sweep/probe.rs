@@ -20,6 +20,8 @@ use crate::smooth::{Case, Found, Ranking, Scope, Tables};
 const ENOUGH: f64 = 0.03;
 /// Longest look, s.
 const LOOK: f64 = 0.5;
+/// Designs of the batches that a device is timed on.
+const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 /// Bytes a second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
 /// Rows a second of a tuple file that is read twice or more.
@@ -118,8 +120,9 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, scope: &Scope) -> Result<f64, Erro
     let hard = sample.iter().filter(|k| scope.case(&layout.design(**k)) == Case::Hard).count();
     let share = hard as f64 / sample.len().max(1) as f64;
     let mut limit = f32::INFINITY;
+    let start = Instant::now();
     let easy = match run.evaluator.ranking(scope, layout)? {
-        Some(mut device) => device_seconds(&mut *device, layout.n_designs)?,
+        Some(mut device) => start.elapsed().as_secs_f64() + device_seconds(&mut *device, layout.n_designs)?,
         None => {
             let tables = Tables::new(scope);
             paced(layout.n_designs, &mut |n| {
@@ -137,12 +140,19 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, scope: &Scope) -> Result<f64, Erro
     Ok(easy + tap)
 }
 
-/// The same on a device.
+/// The same on a device: what more designs cost beyond fewer, for a batch of any size waits for the device.
 fn device_seconds(device: &mut dyn Ranking, designs: u64) -> Result<f64, Error> {
-    paced(designs, &mut |n| {
-        let n = n.min(device.most());
+    let [few, many] = BATCHES.map(|n| n.min(designs).min(device.most()));
+    let mut timed = |n: u64| -> Result<f64, Error> {
+        let start = Instant::now();
         device.start(0..n, 0.0);
         device.finish().transpose()?;
-        Ok(())
-    })
+        Ok(start.elapsed().as_secs_f64())
+    };
+    let (first, fewer) = (timed(1)?, timed(few)?);
+    if many == few {
+        return Ok(first + fewer * designs as f64 / few as f64);
+    }
+    let each = (timed(many)? - fewer).max(0.0) / (many - few) as f64;
+    Ok(first + fewer + each * (designs - few) as f64)
 }
