@@ -62,18 +62,23 @@ fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f
     if most == 0 {
         return Ok(0.0);
     }
-    // The first one compiles shaders and makes charts.
+    // The first one compiles shaders and makes charts; what more cost beyond fewer does not hold the wait for a device.
     let first = timed(1)?;
-    let (mut n, mut spent, mut each) = (1, 0.0, first);
+    let (mut spent, mut last, mut each) = (0.0, None, first);
+    let mut n = 1;
     while n < most && spent < LOOK {
         n = (4 * n).min(most);
         let seconds = timed(n)?;
-        (spent, each) = (spent + seconds, seconds / n as f64);
-        if seconds > ENOUGH {
+        spent += seconds;
+        let (fewer, before) = last.unwrap_or((0, 0.0));
+        let more: f64 = seconds - before;
+        each = if more > 0.0 { more / (n - fewer) as f64 } else { seconds / n as f64 };
+        if more > ENOUGH && last.is_some() {
             break;
         }
+        last = Some((n, seconds));
     }
-    Ok((first - each).max(0.0) + each * most as f64)
+    Ok(first + each * (most - 1) as f64)
 }
 
 /// The `i`-th of some places among `n`, without a period.
