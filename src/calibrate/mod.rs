@@ -1,7 +1,8 @@
 //! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, [`suspects`] sets aside what should not be believed, [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges
-//! every estimator on distances it has not seen, and [`side`] puts a side together.
+//! [`taps`](crate::estimator::taps) sorts the rows, [`suspects`] sets aside what should not be believed,
+//! [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges every estimator on distances it has
+//! not seen, and [`side`] puts a side together.
 //!
 //! ```no_run
 //! use vibrissa::{calibrate::{calibrate, Options}, measure::{Data, Rig}};

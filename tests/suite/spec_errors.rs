@@ -1,38 +1,8 @@
 //! Specs that are refused, each with the place and the reason.
 
-use std::path::Path;
+use crate::common::specs::{parse, with};
 
-use vibrissa::error::InputError;
-use vibrissa::scene::{Contact, Drive, Geometry, Material, Spec};
-use vibrissa::spec;
-
-/// A complete spec; the numbers of its lines are those used below.
-const GOOD: &str = r#"format = 1
-[whisker]
-D = 10.0
-d = 4
-L_a = 96.0
-[gauge]
-x_ss = 6.0
-l = 2.0
-[tap]
-a = [30, 50, 70]
-theta = { from = 2, to = 4, steps = 3 }
-[model]
-[estimate]
-[output]
-[run]
-"#;
-
-fn parse(text: &str) -> Result<Spec, InputError> {
-    spec::parse("whisker.toml", text, Path::new("."))
-}
-
-/// Replaces one line of [`GOOD`].
-fn with(line: &str, new: &str) -> String {
-    assert!(GOOD.contains(line), "no line {line}");
-    GOOD.replacen(line, new, 1)
-}
+use vibrissa::scene::{Contact, Drive, Geometry, Material};
 
 /// Checks line, key and a part of the whole message of a refused spec.
 #[track_caller]

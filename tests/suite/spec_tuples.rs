@@ -1,39 +1,11 @@
 //! Specs that are read, and their tuples; tuple files, read and refused.
 
+use crate::common::specs::{GOOD, parse, with};
 use std::fs;
-use std::path::Path;
 
 use vibrissa::error::InputError;
 use vibrissa::scene::{Axis, Column, Contact, Drive, Material, Side, Space, Spec, Tuple};
 use vibrissa::spec;
-
-/// A complete spec.
-const GOOD: &str = r#"format = 1
-[whisker]
-D = 10.0
-d = 4
-L_a = 96.0
-[gauge]
-x_ss = 6.0
-l = 2.0
-[tap]
-a = [30, 50, 70]
-theta = { from = 2, to = 4, steps = 3 }
-[model]
-[estimate]
-[output]
-[run]
-"#;
-
-fn parse(text: &str) -> Result<Spec, InputError> {
-    spec::parse("whisker.toml", text, Path::new("."))
-}
-
-/// Replaces one line of [`GOOD`].
-fn with(line: &str, new: &str) -> String {
-    assert!(GOOD.contains(line), "no line {line}");
-    GOOD.replacen(line, new, 1)
-}
 
 /// All tuples of a small grid whose factors are all single axes.
 fn tuples(spec: &Spec) -> Vec<[f64; 7]> {

@@ -7,6 +7,7 @@ pub mod program;
 pub mod quadrature;
 pub mod recount;
 pub mod searching;
+pub mod specs;
 pub mod sweeping;
 pub mod world;
 
