@@ -1,12 +1,11 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
-use crate::error::{Error, InputError};
+use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::Method;
 use crate::kernel::{
     Rung, Solver,
@@ -14,7 +13,7 @@ use crate::kernel::{
     gpu::{self, Adapter, Gpu},
     rule::smallest_tolerance,
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Written};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Written};
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,8 +66,19 @@ pub fn cramped() -> Option<String> {
     })
 }
 
-/// The value of `f`, or what its panic says.
-fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
+/// Why `auto` does not take a GPU.
+#[derive(Debug, thiserror::Error)]
+enum Refused {
+    /// The driver panicked; what it said.
+    #[error("{0}")]
+    Panic(String),
+    /// The device does not open.
+    #[error(transparent)]
+    Device(#[from] SolveError),
+}
+
+/// The value of `f`, or its panic.
+fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, Refused> {
     // What the driver's panic would print on stderr is told as the reason instead.
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
@@ -76,7 +86,8 @@ fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
     std::panic::set_hook(hook);
     done.map_err(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
-        text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked").to_owned()
+        let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked");
+        Refused::Panic(text.to_owned())
     })
 }
 
@@ -115,9 +126,9 @@ impl Choice {
     }
 
     /// Opens the device and keeps it for [`Self::solver`].
-    fn solves(&self) -> Result<(), String> {
+    fn solves(&self) -> Result<(), Refused> {
         let Some(adapter) = &self.adapter else { return Ok(()) };
-        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))?.map_err(|e| e.to_string())?;
+        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))??;
         self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(gpu);
         Ok(())
     }
@@ -211,33 +222,6 @@ impl Choice {
             None => Method::Reference,
         }
     }
-}
-
-/// Puts the `[run]` values that are really in force into `spec`: those of `options` (spec and command line) where they
-/// decide, else what `backend` took. A value counts as written only if it was typed as it stands.
-pub fn settle(spec: &mut Spec, options: &RunOptions, backend: &Backend, out: &Path) {
-    let text = |s: &str| toml::Value::from(s).to_string();
-    let typed = |choice: Option<BackendChoice>| choice.is_some_and(|c| c != BackendChoice::Auto);
-    let precision = options.precision.map(|p| if p == Precision::F32 { "f32" } else { "f64" });
-    let flag = |f: Option<bool>| Some((f.unwrap_or(false).to_string(), f.is_some()));
-    let run = [
-        ("out", Some((text(&out.display().to_string()), options.out.is_some()))),
-        ("force", flag(options.force)),
-        ("backend", Some((text(backend.name), typed(options.backend)))),
-        ("adapter", backend.adapter.as_deref().map(|a| (text(a), options.adapter.is_some()))),
-        ("precision", Some((text(backend.precision), precision == Some(backend.precision)))),
-        ("tolerance", backend.tolerance.map(|t| (format!("{t:?}"), options.tolerance.is_some()))),
-        ("threads", Some((backend.threads.to_string(), options.threads == Some(backend.threads)))),
-        ("plan", flag(options.plan)),
-        ("quiet", flag(options.quiet)),
-        ("json", flag(options.json)),
-    ];
-    spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
-    let entries = run.into_iter().filter_map(|(key, entry)| {
-        let (value, written) = entry?;
-        Some((format!("run.{key}"), value, written))
-    });
-    spec.in_force.extend(entries);
 }
 
 /// The tolerance in force; an error for one that the precision cannot reach.

@@ -4,7 +4,7 @@
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`smooth`] spares it most taps. [`explain`] compares the effects of a model, [`verify`]
 //! the backends with the reference, `bench` speed with error. [`optimise`] searches designs, [`tap`] the angle of one whisker.
-//! [`measure`] reads what a rig recorded, [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones.
+//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
 //! `docs/architecture.md` says where a thing belongs.
 
@@ -21,6 +21,8 @@ pub mod calibrate;
 pub mod estimator;
 pub mod evaluate;
 pub mod explain;
+#[cfg(feature = "files")]
+pub mod files;
 pub mod locate;
 pub mod measure;
 pub mod optimise;
@@ -28,6 +30,7 @@ pub mod plan;
 pub mod progress;
 pub mod simulate;
 pub mod sink;
+#[cfg(feature = "files")]
 pub mod spec;
 pub mod statistics;
 pub mod sweep;

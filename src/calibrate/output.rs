@@ -32,6 +32,7 @@ pub fn write(
         file.write(bytes)?;
         file.close()
     };
+    #[cfg(feature = "files")]
     put("calibration.toml", found.calibration.to_text().as_bytes())?;
     let setup = &locator.rig.setup;
     let text = |e: csv::Error| Error::Run(e.to_string());

@@ -1,6 +1,6 @@
 //! Which estimator to believe: the one with the smallest error on distances left out, where the data can tell them apart.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::side::SideResult;
 use crate::estimator::held_out::HeldOut;
@@ -22,7 +22,7 @@ pub fn winner(sides: &[SideResult]) -> &'static dyn Estimator {
     let most = known.iter().map(|e| answered(*e)).max().unwrap_or(0);
     let candidates: Vec<&dyn Estimator> =
         known.iter().copied().filter(|e| answered(*e) > 0 && 2 * answered(*e) >= most).collect();
-    let squares: Vec<HashMap<(usize, usize), (f64, f64)>> =
+    let squares: Vec<BTreeMap<(usize, usize), (f64, f64)>> =
         candidates.iter().map(|e| per_distance(sides, *e, &candidates)).collect();
     let mean = |k: usize| {
         let (sum, n) = squares[k].values().fold((0.0, 0.0), |(s, n), (q, m)| (s + q, n + m));
@@ -40,8 +40,8 @@ fn per_distance(
     sides: &[SideResult],
     estimator: &dyn Estimator,
     candidates: &[&dyn Estimator],
-) -> HashMap<(usize, usize), (f64, f64)> {
-    let mut sums = HashMap::new();
+) -> BTreeMap<(usize, usize), (f64, f64)> {
+    let mut sums = BTreeMap::new();
     for (k, side) in sides.iter().enumerate() {
         let shared = side.answered_by_all(candidates);
         let Some(held) = side.held_out(estimator) else { continue };
@@ -56,7 +56,7 @@ fn per_distance(
 }
 
 /// Whether `a` is worse than `b` beyond chance: differences at distances are taken as independent.
-fn worse(a: &HashMap<(usize, usize), (f64, f64)>, b: &HashMap<(usize, usize), (f64, f64)>) -> bool {
+fn worse(a: &BTreeMap<(usize, usize), (f64, f64)>, b: &BTreeMap<(usize, usize), (f64, f64)>) -> bool {
     let mut spread = crate::reduce::Spread::default();
     for (key, (sum, n)) in a {
         if let Some((other, _)) = b.get(key) {

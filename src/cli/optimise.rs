@@ -6,14 +6,14 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use vibrissa::backend::{self, Choice};
+use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
-use vibrissa::spec;
+use vibrissa::{files, spec};
 
 use super::args::Optimise;
 use super::interrupt;
@@ -36,7 +36,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let choice = Choice::new(&options)?;
-    backend::settle(&mut spec, &options, &choice.backend, &out);
+    files::settle(&mut spec, &options, &choice.backend, &out);
     if options.plan == Some(true) {
         return Ok(planned(&spec, &search, &choice, &out));
     }

@@ -4,14 +4,14 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use vibrissa::backend::{self, Backend, Choice};
+use vibrissa::backend::{Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
-use vibrissa::spec;
 use vibrissa::sweep::{Kept, Report, Target};
+use vibrissa::{files, spec};
 
 use super::args::Sweep;
 use super::progress::Shown;
@@ -35,7 +35,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let choice = Choice::new(&options)?;
     let plan = Plan::new(&spec.study, &choice)?;
-    backend::settle(&mut spec, &options, &choice.backend, &out);
+    files::settle(&mut spec, &options, &choice.backend, &out);
     if options.plan == Some(true) {
         return planned(&spec, &plan, &choice, out);
     }

@@ -3,15 +3,15 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::backend::{self, Choice};
+use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::optimise::run::precise;
 use vibrissa::scene::search::Objective;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
-use vibrissa::spec;
 use vibrissa::tap::{self, Report, Sample};
+use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
 use super::reply::{self, Reply};
@@ -34,7 +34,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     }
     let choice = choose(&options)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
-    backend::settle(&mut spec, &options, &choice.backend, &out);
+    files::settle(&mut spec, &options, &choice.backend, &out);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let head = format!(
         "{}: best {symbol} of {}…{}{unit}, on {}",

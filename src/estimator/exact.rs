@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Parameter, Values, spec_values};
 use crate::estimator::model::slice::Slice;
 use crate::measure::Rig;
-use crate::scene::Drive;
+use crate::scene::{Contact, Drive};
 use crate::status::Status;
 
 /// Fitted model.
@@ -28,7 +29,7 @@ pub struct ExactRecord {
     /// Names of the fitted parameters, in the order of the covariance.
     pub fitted: Vec<String>,
     /// Every parameter that the model has.
-    pub values: toml::Table,
+    pub values: IndexMap<String, f64>,
     /// Covariance of the fitted ones.
     pub covariance: Vec<Vec<f64>>,
 }
@@ -36,15 +37,15 @@ pub struct ExactRecord {
 impl ExactRecord {
     /// Reading per strain, where the record has it.
     pub fn factor(&self, kind: Drive) -> Option<f64> {
-        self.values.get(Parameter::Factor.name(kind)).and_then(toml::Value::as_float)
+        self.values.get(Parameter::Factor.name(kind)).copied()
     }
 
     /// Values of all parameters: those of the record, else those of the spec.
     fn values(&self, rig: &Rig) -> Values {
         let mut values = spec_values(&rig.setup);
         for p in Parameter::ALL {
-            if let Some(x) = self.values.get(p.name(rig.setup.drive)).and_then(toml::Value::as_float) {
-                values[p as usize] = x;
+            if let Some(x) = self.values.get(p.name(rig.setup.drive)) {
+                values[p as usize] = *x;
             }
         }
         values
@@ -97,7 +98,7 @@ impl Estimator for Model {
         let setup = &side.rig.setup;
         let kind = setup.drive;
         let known = |p: &Parameter| spec_values(setup)[*p as usize].is_finite();
-        let value = |p: Parameter| (p.name(kind).to_owned(), toml::Value::from(exact.values[p as usize]));
+        let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
         record.exact = Some(ExactRecord {
             held_out_rms_mm: judged.rms_mm,
             bias_mm: judged.bias_mm,
@@ -144,15 +145,26 @@ impl Estimator for Model {
 
 /// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
 fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
-    let spec = rig.to_table();
-    let written =
-        |section: &str| spec.get(section).map_or_else(String::new, |t| t.to_string().replace('\n', ", "));
+    let (setup, t) = (&rig.setup, &rig.design.tuple);
+    let contact = match setup.model.contact {
+        Contact::Frictionless => "frictionless".to_owned(),
+        Contact::Stick => "stick".to_owned(),
+        Contact::Coulomb(mu) => format!("coulomb {mu}"),
+    };
+    let written = format!(
+        "D = {}, d = {}, L_a = {}, hub = {}; initial modulus {}, contact {contact}",
+        t.D,
+        t.d,
+        t.L_a,
+        setup.hub,
+        setup.model.material.e0(),
+    );
     let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());
     InputError::new(format!(
         "{why} at distances of {lo} … {hi} mm and drives of {first} … {last}: this whisker has no such taps"
     ))
     .key("spec.whisker, spec.model")
-    .value(format!("{}; {}", written("whisker"), written("model")))
+    .value(written)
     .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
 }
 

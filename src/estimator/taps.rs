@@ -245,7 +245,7 @@ pub fn cells(
 /// What the noise of the zero readings brings to taps of one cell: to the variance of their mean, and to the sum of squares about
 /// it, in units of a reading's variance.
 fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
-    let mut runs = std::collections::HashMap::<usize, (f64, f64, f64)>::new();
+    let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
     let mut n = 0.0;
     for tap in taps {
         n += 1.0;

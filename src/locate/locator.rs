@@ -1,7 +1,5 @@
 //! What answers readings.
 
-use std::path::Path;
-
 use super::calibration::Calibration;
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
@@ -99,16 +97,6 @@ pub struct Locator {
 }
 
 impl Locator {
-    /// Opens the calibration file at `path` with the estimator that won.
-    ///
-    /// # Errors
-    /// A file that cannot be used; a backend that fails.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let calibration = Calibration::read(path, false)?;
-        Self::new(&calibration, &path.display().to_string(), None, &opener(&RunOptions::default()))
-    }
-
     /// From a calibration; `label` names its file, `asked` overrules the winner, `open` solves models.
     ///
     /// # Errors

@@ -169,7 +169,7 @@ impl Columns {
         };
         let missing = |name: &str, allowed: String| {
             let known: Vec<&str> = names.iter().map(String::as_str).collect();
-            let close = crate::spec::nearest(name, &known).map(|n| format!("; is {n} meant?"));
+            let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
             let message = format!("column {name} is missing{}", close.unwrap_or_default());
             InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
         };

@@ -1,15 +1,9 @@
-//! The whisker on its rig: what calibrate, locate and simulate know of it, read from a spec or from a calibration.
-
-use std::path::Path;
-
-use toml::de::DeTable;
-use toml::{Table, Value};
+//! The whisker on its rig: what calibrate, locate and simulate know of it.
 
 use crate::design::Design;
 use crate::error::InputError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec, Theory, Tuple};
-use crate::spec;
+use crate::scene::{Convention, Setup, Spec, Theory, Tuple};
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
@@ -33,17 +27,6 @@ impl Rig {
                 .key("whisker")
                 .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
         }
-    }
-
-    /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
-    pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
-        Ok(Self::read_with(path, drive)?.0)
-    }
-
-    /// As [`Self::read`], with the spec.
-    pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let spec = spec::read_with(path, fallback(drive.unwrap_or(Drive::Angle)))?;
-        Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
     }
 
     /// The one whisker of `spec`, which `label` names.
@@ -86,88 +69,5 @@ impl Rig {
             Convention::Mean => 1.0,
             Convention::Elongation => self.shared().gauge[1] - self.shared().gauge[0],
         }
-    }
-
-    /// Everything in force as a spec: tables that [`Self::of_table`] reads back, no file needed.
-    pub fn to_table(&self) -> Table {
-        let (s, t, m) = (&self.setup, &self.design.tuple, &self.setup.model);
-        let word = |w: &str| Value::from(w);
-        let table = |entries: Vec<(&str, Value)>| -> Value {
-            Value::Table(entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())
-        };
-        let list = |v: &[f64]| Value::Array(v.iter().map(|x| Value::from(*x)).collect());
-        let material = match &m.material {
-            Material::Hooke(e) => ("hooke", Value::from(*e)),
-            Material::NeoHookean(e) => ("neo-hookean", Value::from(*e)),
-            Material::MooneyRivlin(c) => ("mooney-rivlin", list(c)),
-            Material::Yeoh(c) => ("yeoh", list(c)),
-        };
-        let contact = match m.contact {
-            Contact::Frictionless => word("frictionless"),
-            Contact::Stick => word("stick"),
-            Contact::Coulomb(mu) => table(vec![("coulomb", mu.into())]),
-        };
-        let mut gauge = vec![
-            ("x_ss", t.x_ss.into()),
-            ("l", t.l.into()),
-            ("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })),
-            ("strain_limit", s.gauge.strain_limit.into()),
-            ("factor", s.gauge.factor.into()),
-        ];
-        gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
-        let theory = if s.estimate.theory == Theory::Timoshenko { "timoshenko" } else { "euler-bernoulli" };
-        let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
-        let mut estimate = vec![("theory", word(theory)), ("convention", word(convention))];
-        estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
-        let entries = [
-            (
-                "whisker",
-                table(vec![
-                    ("D", t.D.into()),
-                    ("d", t.d.into()),
-                    ("L_a", t.L_a.into()),
-                    ("hub", s.hub.into()),
-                ]),
-            ),
-            ("gauge", table(gauge)),
-            (
-                "tap",
-                table(vec![("drive", word(if s.drive == Drive::Angle { "angle" } else { "displacement" }))]),
-            ),
-            (
-                "model",
-                table(vec![
-                    ("geometry", word(if m.geometry == Geometry::Linear { "linear" } else { "exact" })),
-                    ("shear", m.shear.into()),
-                    ("extension", m.extension.into()),
-                    ("surface", m.surface.into()),
-                    ("pole_radius", m.pole_radius.into()),
-                    ("nu", m.nu.into()),
-                    ("contact", contact),
-                    ("material", table(vec![material])),
-                ]),
-            ),
-            ("estimate", table(estimate)),
-        ];
-        entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
-    }
-
-    /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it.
-    ///
-    /// # Errors
-    /// As of a spec: what is wrong, with its place in `text`.
-    pub fn of_table(label: &str, text: &str, table: &DeTable<'_>) -> Result<Self, InputError> {
-        let drive = table.get("tap").and_then(|t| t.get_ref().get("drive")?.get_ref().as_str());
-        let drive = if drive == Some("displacement") { Drive::Displacement } else { Drive::Angle };
-        let spec = spec::of_table(label, text, table, Path::new(""), fallback(drive))?;
-        Self::of_spec(&spec, label)
-    }
-}
-
-/// Values for the keys of `[tap]` that a rig does not need; they satisfy every whisker.
-fn fallback(drive: Drive) -> &'static str {
-    match drive {
-        Drive::Angle => "[tap]\na = 1e-6\ntheta = 1\n",
-        Drive::Displacement => "[tap]\ndrive = \"displacement\"\na = 1e-6\ndelta = 1\n",
     }
 }

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::run::{Design, Report, TOLERANCE};
+use super::run::{Design, Report};
 use super::sensitivity::{PARAMETERS, Pair};
 use super::why::why;
 use crate::error::Error;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Convention, Material, Setup, Spec, Tuple};
+use crate::scene::{Column, Convention, Setup, Spec};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
@@ -26,7 +26,8 @@ pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) ->
         file.write(bytes)?;
         file.close()
     };
-    put("best.toml", best_toml(spec, search, report)?.as_bytes())?;
+    #[cfg(feature = "files")]
+    put("best.toml", super::best::text(spec, search, report)?.as_bytes())?;
     put("history.csv", &history(spec, report).map_err(failed)?)?;
     put("sensitivity.csv", &sensitivity(spec, report).map_err(failed)?)?;
     if let Some(front) = &report.front {
@@ -132,53 +133,6 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         });
     }
     value
-}
-
-/// A spec of the best design at its drive, for `sweep`.
-fn best_toml(spec: &Spec, search: &Search, report: &Report) -> Result<String, Error> {
-    let fail = |e: &dyn std::fmt::Display| Error::Run(format!("best.toml: {e}"));
-    let mut best: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
-    for section in ["optimise", "output", "run"] {
-        best.remove(section);
-    }
-    let Tuple { D, d, L_a, x_ss, l, drive, .. } = report.best.point;
-    let drive_key = key(&spec.study.setup, Column::Drive);
-    for (section, name, value) in [
-        ("whisker", "D", D),
-        ("whisker", "d", d),
-        ("whisker", "L_a", L_a),
-        ("gauge", "x_ss", x_ss),
-        ("gauge", "l", l),
-        ("tap", drive_key, drive),
-    ] {
-        let table = best.entry(section).or_insert_with(|| toml::Table::new().into());
-        table.as_table_mut().ok_or_else(|| fail(&"a section is no table"))?.insert(name.into(), value.into());
-    }
-    if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) {
-        // The curve's path is relative to the spec; its fit is what was computed with.
-        let material: toml::Table =
-            [("yeoh".to_owned(), toml::Value::from(c.to_vec()))].into_iter().collect();
-        if let Some(model) = best.get_mut("model").and_then(toml::Value::as_table_mut) {
-            model.insert("material".into(), material.into());
-        }
-    }
-    let b = &report.backends[1];
-    let mut run = toml::Table::new();
-    run.insert("backend".into(), b.name.into());
-    if b.tolerance.is_some() {
-        run.insert("precision".into(), "f64".into());
-        run.insert("tolerance".into(), TOLERANCE.into());
-    }
-    best.insert("run".into(), run.into());
-    let head = format!(
-        "# Best design of {} by objective = \"{}\" ({} evaluations, ended by {}). {}\n# [run] as the search computed it: sweep gives the same figures.\n",
-        spec.name,
-        search.objective.word(),
-        report.evaluations,
-        report.ended.name(),
-        why(&spec.study.setup, search, report),
-    );
-    Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
 }
 
 fn history(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {

@@ -24,7 +24,6 @@ use crate::error::InputError;
 use crate::scene::{Drive, Search, Setup, Spec, Study};
 use reader::{Document, Result};
 use schema::Sections;
-pub(crate) use schema::nearest;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {

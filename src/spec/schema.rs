@@ -203,17 +203,7 @@ fn unknown<'a>(
 
 /// "; did you mean …?" if one of `known` is close to `word`.
 pub(super) fn hint(word: &str, known: &[&str]) -> String {
-    nearest(word, known).map_or_else(String::new, |name| format!("; did you mean {name}?"))
-}
-
-/// The one of `known` that is most like `word`, if it is like it at all; case, `_` and `-` hardly count.
-pub(crate) fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
-    let plain = |s: &str| s.to_lowercase().replace(['_', '-', ' '], "");
-    let distance = |name: &str| strsim::damerau_levenshtein(&plain(word), &plain(name));
-    let close =
-        |name: &&str| distance(name) <= (plain(word).len() / 3).max(1) && distance(name) < plain(name).len();
-    let nearest = known.iter().copied().min_by_key(|name| (distance(name), strsim::levenshtein(word, name)));
-    nearest.filter(close)
+    crate::error::nearest(word, known).map_or_else(String::new, |name| format!("; did you mean {name}?"))
 }
 
 /// A value written as TOML on one line.

@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::load;
 use super::reader::{Document, Item, Result};
-use super::{load, schema};
 use crate::error::InputError;
 use crate::scene::listed::reader;
 
@@ -140,7 +140,7 @@ fn places<const N: usize>(columns: &[&str; N], names: &[String]) -> std::result:
         *place = found.next().ok_or_else(|| {
             let extra: Vec<&str> =
                 names.iter().map(String::as_str).filter(|name| !columns.contains(name)).collect();
-            let similar = schema::nearest(column, &extra).map(|name| format!("; is {name} meant?"));
+            let similar = crate::error::nearest(column, &extra).map(|name| format!("; is {name} meant?"));
             fault(format!("column {column} is missing{}", similar.unwrap_or_default()))
         })?;
         if found.next().is_some() {

@@ -1,0 +1,163 @@
+//! `calibration.toml`: what `calibrate` found, for people to read and for `locate` to use.
+
+use std::path::Path;
+
+use toml::Table;
+use toml::de::DeTable;
+
+use crate::error::{Error, InputError};
+use crate::estimator::{ALL, named};
+use crate::locate::calibration::{Calibration, FORMAT};
+use crate::locate::locator::{Locator, opener};
+use crate::measure::{Rig, Unit};
+use crate::scene::RunOptions;
+use crate::sink::folder::hash;
+
+impl<W> Calibration<W> {
+    /// The same with the whisker in another form.
+    fn with<V>(self, rig: V) -> Calibration<V> {
+        let Self { format, version, checksum, estimator, signal, drive_recorded, noise, .. } = self;
+        let Self { noise_from, data, sides, .. } = self;
+        Calibration {
+            format,
+            version,
+            checksum,
+            estimator,
+            signal,
+            drive_recorded,
+            noise,
+            noise_from,
+            data,
+            rig,
+            sides,
+        }
+    }
+}
+
+impl<W> Calibration<W> {
+    /// Refuses values that contradict each other.
+    fn check(&self, label: &str) -> Result<(), InputError> {
+        let fault = |key: String, message: &str, allowed: &str| {
+            Err(InputError::new(message).at(label, None).key(key).allowed(allowed))
+        };
+        if named(&self.estimator).is_none() {
+            return fault("estimator".into(), "unknown estimator", &ALL.map(|e| e.name()).join(", "));
+        }
+        if Unit::of_column(&self.signal).is_none() {
+            return fault("signal".into(), "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
+        }
+        if !(self.noise >= 0.0 && self.noise.is_finite()) {
+            return fault("noise".into(), "this is no standard deviation", "≥ 0");
+        }
+        if self.sides.is_empty() || self.sides.len() > 2 {
+            return fault("sides".into(), "one or two sides are needed", "1 … 2");
+        }
+        for (i, side) in self.sides.iter().enumerate() {
+            if let Err((key, wrong)) = side.check() {
+                return fault(format!("sides[{i}].{key}"), wrong.message, wrong.allowed);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Calibration<Table> {
+    /// The text of the file with another checksum.
+    fn text(&self, checksum: String) -> Result<String, toml::ser::Error> {
+        toml::to_string(&Self { checksum, ..self.clone() })
+    }
+
+    /// What the checksum must be.
+    fn sum(&self) -> String {
+        hash(&self.text(String::new()).unwrap_or_default())
+    }
+}
+
+impl Calibration {
+    /// The file's text, with its checksum.
+    pub fn to_text(&self) -> String {
+        let written = self.clone().with(self.rig.to_table());
+        format!(
+            "# Calibration of a whisker, written by vibrissa. Lengths in mm, angles in degrees.\n\
+             # `vibrissa locate` refuses it where a value was changed by hand; run `vibrissa calibrate` again instead.\n{}",
+            written.text(written.sum()).expect("plain numbers and words are TOML")
+        )
+    }
+
+    /// Reads the file at `path`; `trust` takes one that was edited by hand.
+    ///
+    /// # Errors
+    /// A file that is missing, of another format, edited, or contradictory.
+    pub fn read(path: &Path, trust: bool) -> Result<Self, InputError> {
+        let label = path.display().to_string();
+        if path.is_dir() {
+            let error = InputError::new("this is a folder; the calibration file in it is needed");
+            return Err(error.at(&label, None).allowed(path.join("calibration.toml").display().to_string()));
+        }
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            let what = match e.kind() {
+                std::io::ErrorKind::NotFound => "there is no such calibration file".to_owned(),
+                _ => format!("this calibration file cannot be read: {e}"),
+            };
+            InputError::new(what).at(&label, None)
+        })?;
+        Self::parse(&label, &text, trust)
+    }
+
+    /// As [`Self::read`], from `text`.
+    pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
+        let again = "a calibration.toml as `vibrissa calibrate` wrote it";
+        let line =
+            |at: usize| 1 + text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count();
+        let broken = |e: &toml::de::Error| {
+            let what = e.message().lines().next().unwrap_or_default().to_owned();
+            let error = InputError::new(format!("this is no calibration: {what}"));
+            error.at(label, e.span().map(|s| line(s.start))).allowed(again)
+        };
+        let table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
+        match table.get("format").map(|f| f.as_integer()) {
+            None => {
+                let error = InputError::new("this is no calibration: it has no format");
+                return Err(error.at(label, None).key("format").allowed(again));
+            }
+            Some(Some(f)) if f == i64::from(FORMAT) => {}
+            Some(other) => {
+                let value = other.map_or_else(|| table["format"].to_string(), |f| f.to_string());
+                let message = "this calibration was written by another version of the program, in a format it does not know; \
+                               run `vibrissa calibrate` again";
+                return Err(InputError::new(message)
+                    .at(label, None)
+                    .key("format")
+                    .value(value)
+                    .allowed(format!("format = {FORMAT}")));
+            }
+        }
+        let read: Calibration<Table> = toml::from_str(text).map_err(|e| broken(&e))?;
+        if read.sum() != read.checksum && !trust {
+            let message = "this calibration was edited by hand: its checksum does not fit its values";
+            return Err(InputError::new(message)
+                .at(label, None)
+                .key("checksum")
+                .value(&read.checksum)
+                .allowed("the file as `vibrissa calibrate` wrote it; or --force to use it as it is"));
+        }
+        read.check(label)?;
+        // Once more, with the places of the values: the spec is judged like any other.
+        let placed = DeTable::parse(text).map_err(|e| broken(&e))?;
+        let spec = placed.get_ref().get("spec").and_then(|s| s.get_ref().as_table());
+        let rig = Rig::of_table(label, text, spec.expect("a table has been read"))?;
+        Ok(read.with(rig))
+    }
+}
+
+impl Locator {
+    /// Opens the calibration file at `path` with the estimator that won.
+    ///
+    /// # Errors
+    /// A file that cannot be used; a backend that fails.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let calibration = Calibration::read(path, false)?;
+        Self::new(&calibration, &path.display().to_string(), None, &opener(&RunOptions::default()))
+    }
+}
