@@ -69,16 +69,16 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
     };
     let estimators: serde_json::Map<String, Value> =
         ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
-    let best = if s.drives.len() > 1 { best(s, kind) } else { Value::Null };
+    let best = if s.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
         "sign": s.sign,
         "used": s.used,
         "estimators": estimators,
         "best": best,
-        "drives": drives(&s.table, Some(s), rig),
-        "distances": distances(&s.table, rig),
-        "with_suspects": s.with_suspects.as_ref().map(|t| json!({
+        "drives": if rig.known { drives(&s.table, Some(s), rig) } else { Vec::new() },
+        "distances": if rig.known { distances(&s.table, rig) } else { Vec::new() },
+        "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
@@ -269,7 +269,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
                 );
             }
         }
-        if s.drives.len() > 1 {
+        if s.drives.len() > 1 && rig.known {
             let b = best(s, kind);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {

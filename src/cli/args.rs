@@ -89,18 +89,26 @@ pub struct Sweep {
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
 pub struct Calibrate {
-    /// CSV with a_mm, theta_deg (or delta_mm) and one of strain, microstrain, bridge_mV_per_V, reading; rows with
-    /// theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
+    /// bridge_mV_per_V, reading; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
     pub data: PathBuf,
-    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there
+    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
+    /// curve, table and, with one drive, paper (with f falling as 1/a)
     #[arg(long, value_name = "SPEC")]
-    pub whisker: PathBuf,
+    pub whisker: Option<PathBuf>,
     /// Tap angle of every row, degrees, where no column says
     #[arg(long, value_name = "X", conflicts_with = "delta")]
     pub theta: Option<f64>,
     /// Displacement of every row, mm, where no column says
     #[arg(long, value_name = "X")]
     pub delta: Option<f64>,
+    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
+    /// [default: from the gaps of the data]
+    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true)]
+    pub group: Vec<f64>,
     /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
@@ -113,12 +121,20 @@ pub struct Calibrate {
 pub struct Locate {
     /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
     pub calibration: PathBuf,
-    /// CSV with theta_deg (or delta_mm) and strain (or microstrain, bridge_mV_per_V, reading); stdin if left out or -, where
-    /// the header may be missing and every line is answered at once on stdout
+    /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
+    /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
+    /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
     pub readings: Option<PathBuf>,
     /// Answer by this instead of the one that won on distances left out
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
+    /// must be in the state of the calibration: tared as its signal was, or with their zero
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub zero: Option<f64>,
+    /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
     #[command(flatten)]
     pub common: Common,
 }
