@@ -167,6 +167,30 @@ pub fn without_theory(taps: &[&Tap]) -> Option<Constant> {
     (found.is_there() && value.abs() > FORM * size).then_some(found)
 }
 
+/// A value beyond all signals of `taps`, on the side from which the drive leads away, where they have both signs although they are of one
+/// side: at some distances the sign changes with the drive, at none are there both at one drive. `None` where they do not.
+pub fn reference(taps: &[&Tap]) -> Option<f64> {
+    let mut cells = std::collections::BTreeMap::<[u64; 2], [bool; 2]>::new();
+    let mut changes = std::collections::BTreeMap::<u64, [bool; 2]>::new();
+    for t in taps {
+        let sign = usize::from(t.signal < 0.0);
+        cells.entry(t.group.map(f64::to_bits)).or_default()[sign] = true;
+        changes.entry(t.group[0].to_bits()).or_default()[sign] = true;
+    }
+    let both = |signs: &[bool; 2]| signs[0] && signs[1];
+    if cells.values().any(both) || !changes.values().any(both) {
+        return None;
+    }
+    let (lo, hi) =
+        taps.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t.signal), h.max(t.signal)));
+    let n = taps.len() as f64;
+    let (u, y) =
+        (taps.iter().map(|t| t.drive).sum::<f64>() / n, taps.iter().map(|t| t.signal).sum::<f64>() / n);
+    let rising = taps.iter().map(|t| (t.drive - u) * (t.signal - y)).sum::<f64>() > 0.0;
+    let room = 0.1 * (hi - lo);
+    Some(if rising { lo - room } else { hi + room })
+}
+
 /// The constant of `cells` of one side, whose signals have `sign`, beside factor and drive offset of `model`; `None` where these cannot
 /// be told apart at all.
 pub fn with_model(model: &Exact, cells: &[Cell], sign: f64, noise: f64) -> Option<Constant> {

@@ -105,7 +105,9 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     if !read && data.drive.is_some() {
         let usable: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
         if let Some(found) = constant::without_theory(&usable) {
-            tare(&mut taps, &mut tared, &found);
+            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
+        } else if let Some(value) = constant::reference(&usable).filter(|_| !data.unit.is_strain()) {
+            tare(&mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
         }
     }
     let signs = signs(data, &mut taps)?;
@@ -127,14 +129,14 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let unflagged = taps.clone();
     let mut sides = flagged(data, &rig, &mut taps, &signs, modelled, &open)?;
     let mut sure = read || tared.from == TaredBy::Fitted;
-    if !read && modelled {
+    if !read && modelled && tared.from != TaredBy::Reference {
         let Flagged { sign, scatter, model, .. } = &sides[0];
         let cells = noise::of_side(&rig, &taps, *sign);
         let found = model.as_ref().and_then(|m| constant::with_model(m, &cells, *sign, scatter.signal));
         sure |= found.is_some_and(|c| c.determined());
         if let Some(found) = found.filter(|c| c.is_there()) {
             taps = unflagged;
-            tare(&mut taps, &mut tared, &found);
+            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
             sides = flagged(data, &rig, &mut taps, &signs, modelled, &open)?;
         }
     }
@@ -220,13 +222,12 @@ fn flagged(
 }
 
 /// Takes a constant off every tap.
-fn tare(taps: &mut [Tap], tared: &mut Tared, found: &constant::Constant) {
+fn tare(taps: &mut [Tap], tared: &mut Tared, from: TaredBy, [value, error]: [f64; 2]) {
     for tap in taps {
-        tap.zero += found.value;
-        tap.signal -= found.value;
+        tap.zero += value;
+        tap.signal -= value;
     }
-    let value = if tared.from == TaredBy::Fitted { tared.value + found.value } else { found.value };
-    *tared = Tared { from: TaredBy::Fitted, value, error: found.error, wraps: tared.wraps };
+    *tared = Tared { from, value: tared.value + value, error, wraps: tared.wraps };
 }
 
 /// What to say of a zero that nobody read; `sure`: the data say what it is, or that there is none.
@@ -237,6 +238,11 @@ fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool) -> Option<String> 
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted \
              and is from readings without a zero of their own",
             data.file, tared.value, tared.error
+        )),
+        TaredBy::Reference => Some(format!(
+            "{}: no zero was read, and the signal changes its sign with the drive: its zero is not known. {:.4e} {unit} stands in for it, \
+             so that only estimators of the data mean anything; readings must be in the same state",
+            data.file, tared.value
         )),
         TaredBy::None if !sure => Some(format!(
             "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \

@@ -225,17 +225,18 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
         found.calibration.noise_from
     );
     for s in &found.sides {
-        let _ = writeln!(
-            t,
-            "{} side: {} distances {} … {} mm, {} {symbol} values {} … {}{degree}",
-            side_name(s.gauge),
-            s.distances.len(),
-            s.record.distances_mm[0],
-            s.record.distances_mm[1],
-            s.drives.len(),
-            s.drives.centres[0],
-            s.drives.centres[s.drives.len() - 1],
-        );
+        let [first, last] = s.record.distances_mm.map(short);
+        let drives = match (s.recorded, s.drives.len()) {
+            (false, _) => "one drive that nobody recorded".to_owned(),
+            (true, 1) => format!("{symbol} = {}{degree}", short(s.drives.centres[0])),
+            (true, n) => format!(
+                "{n} {symbol} values {} … {}{degree}",
+                short(s.drives.centres[0]),
+                short(s.drives.centres[n - 1])
+            ),
+        };
+        let n = s.distances.len();
+        let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
         let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let shared = s.answered_by_all(&candidates);
         let n = shared.iter().filter(|x| **x).count();
@@ -286,6 +287,11 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
         }
     }
     t
+}
+
+/// A number to a thousandth, for people.
+fn short(x: f64) -> f64 {
+    (x * 1e3).round() / 1e3
 }
 
 /// Names of parameters on the command line.

@@ -20,7 +20,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let start = Instant::now();
     let bytes = Data::load(&args.data)?;
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let data = Data::parse(&args.data.display().to_string(), &bytes, &columns)?;
+    let data = Data::parse_named(&args.data.display().to_string(), &bytes, &columns)?;
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
         (None, Some(_)) => Some(Drive::Displacement),

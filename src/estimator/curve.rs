@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, positive};
 use crate::error::Error;
+use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
@@ -12,7 +13,7 @@ use crate::status::Status;
 
 /// Shares of the last step between positions that are answered beyond them: by a calibration, and where a position is left out that may
 /// be the last.
-const BEYOND: [f64; 2] = [0.5, 1.5];
+const BEYOND: [f64; 2] = [0.5, 4.0];
 
 /// A fitted curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,12 +33,19 @@ pub struct Smooth;
 /// A smooth curve through the data.
 pub const CURVE: Smooth = Smooth;
 
-/// The used taps of `side`, but those of the distance number `without`, each with its own labels.
+/// Taps up to which each counts with its own labels; of more, cells do with their means.
+const EACH: usize = 1000;
+
+/// The used taps of `side`, but those of the distance number `without`.
 fn points(side: &Measured<'_>, without: Option<usize>) -> Vec<Point> {
-    let kept = side.cells.iter().filter(|c| Some(c.i) != without);
-    kept.flat_map(|c| c.taps.iter().map(|k| (c.i, &side.taps[*k])))
-        .map(|(position, t)| Point { a: t.a, drive: t.drive, signal: t.signal.abs(), position })
-        .collect()
+    let kept = || side.cells.iter().filter(|c| Some(c.i) != without);
+    let point = |position, a, drive, signal, n| Point { a, drive, signal, position, n };
+    if kept().map(|c| c.taps.len()).sum::<usize>() > EACH {
+        return kept().map(|c| point(c.i, c.a, c.drive, c.signal, c.n())).collect();
+    }
+    let each = |c| move |k: &usize| (c, &side.taps[*k]);
+    let taps = kept().flat_map(|c: &Cell| c.taps.iter().map(each(c.i)));
+    taps.map(|(i, t)| point(i, t.a, t.drive, t.signal.abs(), 1.0)).collect()
 }
 
 impl Estimator for Smooth {

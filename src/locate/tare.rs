@@ -18,7 +18,11 @@ pub enum Tare {
 impl Tare {
     /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
-        let fitted = locator.tared.as_ref().filter(|t| t.from == TaredBy::Fitted).map(|t| t.value);
+        let fitted = locator
+            .tared
+            .as_ref()
+            .filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference))
+            .map(|t| t.value);
         Self::Held(said.or(fitted).map(|zero| (zero, usize::MAX)))
     }
 
@@ -66,6 +70,9 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
                 )
             })
         }
+        (Some(t), Some(zero)) if t.from == TaredBy::Reference && zero != t.value => Some(format!(
+            "the zero of the calibration is not known; with {zero:.4e} {unit} subtracted from these readings every distance is wrong"
+        )),
         _ => None,
     }
 }

@@ -48,7 +48,7 @@ impl Data {
     /// A file that is missing or no CSV; columns that are missing, doubled or contradict each other; a field that is no
     /// number. An empty field, `NaN` and `inf` are missing values, which stay.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::parse(&path.display().to_string(), &Self::load(path)?, &Names::default())
+        Self::parse(&path.display().to_string(), &Self::load(path)?)
     }
 
     /// The bytes of the file at `path`, which may be a pipe: it is read once.
@@ -66,8 +66,13 @@ impl Data {
         })
     }
 
-    /// Reads `bytes`; `label` names them in messages, `said` some of their columns. Errors as [`Self::read`].
-    pub fn parse(label: &str, bytes: &[u8], said: &Names) -> Result<Self, InputError> {
+    /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].
+    pub fn parse(label: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse_named(label, bytes, &Names::default())
+    }
+
+    /// As [`Self::parse`], where `said` names columns.
+    pub fn parse_named(label: &str, bytes: &[u8], said: &Names) -> Result<Self, InputError> {
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();

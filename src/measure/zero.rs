@@ -12,6 +12,8 @@ pub enum TaredBy {
     Plateau,
     /// A constant that makes the signals of all drives fit together.
     Fitted,
+    /// A value beyond all signals, for want of a zero: it gives them one sign, and means nothing.
+    Reference,
     /// Not at all: the signal was taken as tared.
     None,
 }

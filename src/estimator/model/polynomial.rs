@@ -14,6 +14,8 @@ use crate::physics::root::bracketed;
 const WORTH: f64 = 0.95;
 /// Points of the range of signals at which the curve must fall, or rise, as everywhere else.
 const LOOKS: usize = 24;
+/// Drives at which that is looked at.
+const DRIVES: usize = 32;
 
 /// A tap: distance in mm, drive, |signal| > 0, and its position among those that may be left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +28,12 @@ pub struct Point {
     pub signal: f64,
     /// Number of the position.
     pub position: usize,
+    /// Number of taps that it stands for.
+    pub n: f64,
 }
+
+/// Range of ln signal at one drive.
+type Range = (f64, [f64; 2]);
 
 /// A curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,16 +79,17 @@ impl Polynomial {
         drives.sort_by(f64::total_cmp);
         // Jitter of one drive is none of several.
         let steps = crate::measure::group::Groups::of(drives.iter().copied(), None, true).centres.len();
+        let ranges = ranges(points);
         let mut best: Option<(Form, f64)> = None;
         for form in Form::all(positions.len(), steps) {
-            let Some(rms) = Self::left_out(points, &positions, form) else { continue };
+            let Some(rms) = Self::left_out(points, &positions, &ranges, form) else { continue };
             if best.is_none_or(|(f, least)| {
                 rms < least * if f.powers().len() < form.powers().len() { WORTH } else { 1.0 }
             }) {
                 best = Some((form, rms));
             }
         }
-        Self::fit(points, best?.0, beyond)
+        Self::fit(points, &ranges, best?.0, beyond)
     }
 
     /// Scales of ln signal and the drive.
@@ -111,14 +119,14 @@ impl Polynomial {
                 xx: DMatrix::zeros(x.len(), x.len()),
                 xy: DVector::zeros(x.len()),
             });
-            sum.xx.ger(1.0, &x, &x, 1.0);
-            sum.xy.axpy(form.target(p.a), &x, 1.0);
+            sum.xx.ger(p.n, &x, &x, 1.0);
+            sum.xy.axpy(p.n * form.target(p.a), &x, 1.0);
         }
         all
     }
 
     /// Root mean square error where each position is left out in turn.
-    fn left_out(points: &[Point], positions: &[usize], form: Form) -> Option<f64> {
+    fn left_out(points: &[Point], positions: &[usize], ranges: &[Range], form: Form) -> Option<f64> {
         let scale = Self::scales(points, form);
         let powers = form.powers();
         if points.len() < powers.len() + 1 || positions.len() < 3 {
@@ -131,22 +139,23 @@ impl Polynomial {
             xx += &m.xx;
             xy += &m.xy;
         }
-        let mut squares = 0.0;
+        let (mut squares, mut taps) = (0.0, 0.0);
         for (position, m) in &moments {
             let c = solve(&xx - &m.xx, &(&xy - &m.xy))?.0;
             for p in points.iter().filter(|p| p.position == *position) {
                 let (x, _) = form.terms(&powers, scale, p.signal.ln(), p.drive);
                 let y: f64 = x.iter().zip(c.iter()).map(|(x, c)| x * c).sum();
-                squares += (form.distance(y) - p.a).powi(2);
+                squares += p.n * (form.distance(y) - p.a).powi(2);
+                taps += p.n;
             }
         }
-        let rms = (squares / points.len() as f64).sqrt();
+        let rms = (squares / taps).sqrt();
         // A curve that turns is no calibration, however well it fits.
-        (rms.is_finite() && Self::fit(points, form, 0.0).is_some()).then_some(rms)
+        (rms.is_finite() && Self::fit(points, ranges, form, 0.0).is_some()).then_some(rms)
     }
 
     /// Least squares; `None` where the curve is not monotone over the data, or the data do not determine it.
-    fn fit(points: &[Point], form: Form, beyond: f64) -> Option<Self> {
+    fn fit(points: &[Point], ranges: &[Range], form: Form, beyond: f64) -> Option<Self> {
         let scale = Self::scales(points, form);
         let powers = form.powers();
         let moments = Self::moments(points, form, scale);
@@ -174,23 +183,17 @@ impl Polynomial {
             sign: 1.0,
             reach: [reach[0].max(0.0), reach[1]],
         };
-        curve.sign = curve.direction(points)?;
+        curve.sign = curve.direction(ranges)?;
         curve.covariance = curve.spread(points, &moments, &inverse);
         Some(curve)
     }
 
     /// Whether distance grows or falls with the signal everywhere among the data; `None` where it does both.
-    fn direction(&self, points: &[Point]) -> Option<f64> {
+    fn direction(&self, ranges: &[Range]) -> Option<f64> {
         let mut sign = 0.0;
-        let mut drives: Vec<f64> = points.iter().map(|p| p.drive).collect();
-        drives.sort_by(f64::total_cmp);
-        drives.dedup();
-        let stride = drives.len().div_ceil(64);
-        for d in drives.iter().step_by(stride) {
-            let here = points.iter().filter(|p| (p.drive - d).abs() <= 1e-9 * d.abs()).map(|p| p.signal.ln());
-            let [lo, hi] = here.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
+        for (drive, [lo, hi]) in ranges {
             for k in 0..=LOOKS {
-                let slope = self.at(lo + (hi - lo) * k as f64 / LOOKS as f64, *d).slope;
+                let slope = self.at(lo + (hi - lo) * k as f64 / LOOKS as f64, *drive).slope;
                 if slope == 0.0 || !slope.is_finite() || (sign != 0.0 && slope.signum() != sign) {
                     return None;
                 }
@@ -209,12 +212,13 @@ impl Polynomial {
         inverse: &DMatrix<f64>,
     ) -> Vec<Vec<f64>> {
         let left = |p: &Point| self.form.target(p.a) - self.form.target(self.at(p.signal.ln(), p.drive).a);
-        let (n, m) = (points.len() as f64, self.coefficients.len() as f64);
-        let of_taps = points.iter().map(|p| left(p).powi(2)).sum::<f64>() / (n - m).max(1.0);
+        let n: f64 = points.iter().map(|p| p.n).sum();
+        let m = self.coefficients.len() as f64;
+        let of_taps = points.iter().map(|p| p.n * left(p).powi(2)).sum::<f64>() / (n - m).max(1.0);
         let mut sums = std::collections::BTreeMap::<usize, (f64, f64)>::new();
         for p in points {
             let sum = sums.entry(p.position).or_default();
-            *sum = (sum.0 + left(p), sum.1 + 1.0);
+            *sum = (sum.0 + p.n * left(p), sum.1 + p.n);
         }
         let groups = moments.len() as f64;
         let used = (self.form.degree + 1) as f64;
@@ -269,6 +273,24 @@ impl Polynomial {
         }
         bracketed(miss, lo, hi).exp()
     }
+}
+
+/// Range of ln signal at each drive, of some where there are many.
+fn ranges(points: &[Point]) -> Vec<Range> {
+    let mut order: Vec<&Point> = points.iter().collect();
+    order.sort_by(|p, q| p.drive.total_cmp(&q.drive));
+    let groups = crate::measure::group::Groups::of(points.iter().map(|p| p.drive), None, true);
+    let one = |group: &[&Point]| {
+        let ends = group.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| {
+            let x = p.signal.ln();
+            [l.min(x), h.max(x)]
+        });
+        (groups.centre(group[0].drive), ends)
+    };
+    let all: Vec<Range> =
+        order.chunk_by(|p, q| groups.centre(p.drive) == groups.centre(q.drive)).map(one).collect();
+    let stride = all.len().div_ceil(DRIVES);
+    all.into_iter().step_by(stride.max(1)).collect()
 }
 
 /// Solution of the normal equations, and their inverse; `None` where they are singular.
