@@ -28,6 +28,8 @@ pub mod measure;
 pub mod optimise;
 pub mod plan;
 pub mod progress;
+#[cfg(feature = "files")]
+pub mod reference;
 pub mod simulate;
 pub mod sink;
 #[cfg(feature = "files")]

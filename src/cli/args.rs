@@ -10,6 +10,7 @@ use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 /// Sweeps and optimises tapered soft whisker sensors.
 #[derive(Debug, Parser)]
 #[command(version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(disable_help_subcommand = true)]
 #[command(after_help = "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or bad spec.")]
 pub struct Args {
     #[command(subcommand)]
@@ -37,6 +38,12 @@ pub enum Command {
     Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
+    /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
+    Help(Help),
+    /// A script for a shell, by which it completes commands and flags
+    Completions(Completions),
+    /// The manual page, on stdout; or the pages of all commands, into a folder
+    Man(Man),
 }
 
 impl Command {
@@ -52,21 +59,25 @@ impl Command {
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
+            Self::Help(_) => "help",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
         }
     }
 
-    /// The flags that every command has.
-    pub fn common(&self) -> &Common {
+    /// The flags that every command that computes has.
+    pub fn common(&self) -> Option<&Common> {
         match self {
-            Self::Sweep(s) => &s.common,
-            Self::Calibrate(c) => &c.common,
-            Self::Locate(l) => &l.common,
-            Self::Simulate(s) => &s.common,
-            Self::Optimise(o) => &o.common,
-            Self::Tap(t) => &t.common,
-            Self::Verify(v) => &v.common,
-            Self::Bench(b) => &b.common,
-            Self::Devices(c) => c,
+            Self::Sweep(s) => Some(&s.common),
+            Self::Calibrate(c) => Some(&c.common),
+            Self::Locate(l) => Some(&l.common),
+            Self::Simulate(s) => Some(&s.common),
+            Self::Optimise(o) => Some(&o.common),
+            Self::Tap(t) => Some(&t.common),
+            Self::Verify(v) => Some(&v.common),
+            Self::Bench(b) => Some(&b.common),
+            Self::Devices(c) => Some(c),
+            Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 }
@@ -218,6 +229,30 @@ pub struct Tap {
     pub objective: TapObjective,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Help, or the reference.
+#[derive(Debug, Flags)]
+pub struct Help {
+    /// A command; or spec, columns, statuses; or reference: all three as Markdown
+    pub topic: Option<String>,
+    /// Only this section ([gauge], axis, optimise.limits), table (rows.csv) or list (status)
+    pub part: Option<String>,
+}
+
+/// Shell completions.
+#[derive(Debug, Flags)]
+pub struct Completions {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Manual pages.
+#[derive(Debug, Flags)]
+pub struct Man {
+    /// Write the page of the program and one of each command into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Words of `tap --objective`.

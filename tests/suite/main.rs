@@ -24,6 +24,7 @@ mod planned;
 mod practical;
 mod records;
 mod reference;
+mod reference_docs;
 mod refusals;
 mod rod;
 mod search;
