@@ -7,11 +7,16 @@ use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
-/// Sweeps and optimises tapered soft whisker sensors.
+/// Behind the help of the program.
+const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
+    Every key of a spec: vibrissa help spec; every column: help columns; every status word: help statuses\n\
+    Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+
+/// Sweeps, optimises and calibrates tapered soft whisker sensors.
 #[derive(Debug, Parser)]
 #[command(version, about, max_term_width = 100, arg_required_else_help = true)]
 #[command(disable_help_subcommand = true)]
-#[command(after_help = "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or bad spec.")]
+#[command(after_help = AFTER)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Command,

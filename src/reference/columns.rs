@@ -40,12 +40,29 @@ pub fn tables() -> Vec<Written> {
     let mut all = vec![
         written("sweep", "tuples.csv", "A row is one tap.", taps),
         written("sweep", "designs.csv", "A row is a whisker at one drive, over all its distances.", drives),
-        written("sweep", "distances.csv", "A row is a whisker at one distance, over all its drives.", distances),
+        written(
+            "sweep",
+            "distances.csv",
+            "A row is a whisker at one distance, over all its drives.",
+            distances,
+        ),
         written("optimise", "pareto.csv", "A row is a design of the trade-off front.", of(&AtDrive::COLUMNS)),
-        written("calibrate", "designs.csv", "A row is one drive of one side, over its distances.", beside(of(&AtDrive::COLUMNS), AT_DRIVE)),
-        written("calibrate", "distances.csv", "A row is one distance of one side, over its drives.", beside(of(&AtDistance::COLUMNS), AT_DISTANCE)),
+        written(
+            "calibrate",
+            "designs.csv",
+            "A row is one drive of one side, over its distances.",
+            beside(of(&AtDrive::COLUMNS), AT_DRIVE),
+        ),
+        written(
+            "calibrate",
+            "distances.csv",
+            "A row is one distance of one side, over its drives.",
+            beside(of(&AtDistance::COLUMNS), AT_DISTANCE),
+        ),
     ];
-    all.extend(OTHERS.iter().map(|t| written(t.command, t.file, t.row, t.columns.iter().map(told).collect())));
+    all.extend(
+        OTHERS.iter().map(|t| written(t.command, t.file, t.row, t.columns.iter().map(told).collect())),
+    );
     all
 }
 
@@ -72,10 +89,12 @@ fn beside(mut columns: Vec<Described>, more: &[Told]) -> Vec<Described> {
 
 /// One part for each table.
 pub fn parts() -> Vec<Part> {
-    let entry = |c: Described| Entry { facts: vec![unit(&c.name)], meaning: c.meaning.to_owned(), name: c.name };
+    let entry =
+        |c: Described| Entry { facts: vec![unit(&c.name)], meaning: c.meaning.to_owned(), name: c.name };
     let part = |t: Written| Part {
         title: format!("{} ({})", t.file, t.command),
         about: t.row.to_owned(),
+        examples: Vec::new(),
         heads: vec!["column", "unit", "meaning"],
         entries: t.columns.into_iter().map(entry).collect(),
     };

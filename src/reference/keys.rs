@@ -4,7 +4,7 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
-use super::layout::{Entry, Part};
+use super::layout::{EXAMPLE, Entry, Part};
 use crate::error::InputError;
 use crate::spec;
 use crate::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section, THAT_OF_THE_KEY};
@@ -19,27 +19,27 @@ const COMPLETE: &str = "[whisker]\nD = 10.0\nd = 4.0\nL_a = 50.0\n[gauge]\nx_ss 
 
 /// Every section, then every inline table.
 pub fn parts() -> Vec<Part> {
-    let heads = vec!["key", "unit", "default", "allowed", "example", "meaning"];
+    let heads = vec!["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
     let top = Part {
         title: "Above all sections".to_owned(),
         about: String::new(),
+        examples: Vec::new(),
         heads: heads.clone(),
         entries: vec![entry(None, &FORMAT)],
     };
     let section = |s: &Section| Part {
         title: format!("[{}]", s.name),
         about: s.about.to_owned(),
+        examples: Vec::new(),
         heads: heads.clone(),
         entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
     };
-    let inline = |s: &Section| {
-        let examples: Vec<String> = s.examples.iter().map(|e| format!("`{e}`")).collect();
-        Part {
-            title: s.name.to_owned(),
-            about: format!("{} {}", s.about, examples.join(", ")),
-            heads: vec!["key", "unit", "default", "allowed", "meaning"],
-            entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
-        }
+    let inline = |s: &Section| Part {
+        title: s.name.to_owned(),
+        about: s.about.to_owned(),
+        examples: s.examples.to_vec(),
+        heads: vec!["key", "unit", "default", "allowed", "meaning"],
+        entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
     };
     std::iter::once(top).chain(SECTIONS.iter().map(section)).chain(INLINE.iter().map(inline)).collect()
 }
@@ -86,7 +86,9 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
     let mut spec: Table = COMPLETE.parse().expect("a complete spec");
     let name = section.map_or("", |s| s.name);
     match (name, key.name) {
-        ("tuples", _) => ["whisker", "gauge", "tap", "optimise"].map(|s| spec.remove(s)).into_iter().for_each(drop),
+        ("tuples", _) => {
+            ["whisker", "gauge", "tap", "optimise"].map(|s| spec.remove(s)).into_iter().for_each(drop)
+        }
         ("tap", "delta" | "drive") => {
             let tap = table(&mut spec, "tap");
             tap.remove("theta");
@@ -121,7 +123,8 @@ fn table<'a>(of: &'a mut Table, name: &str) -> &'a mut Table {
 /// The inline table at `name`, as in the example of `section` that has `key`, or empty.
 fn inline<'a>(of: &'a mut Table, name: &str, section: Option<&Section>, key: &Key) -> &'a mut Table {
     let examples = section.into_iter().flat_map(|s| s.examples);
-    let mut examples = examples.map(|e| format!("x = {e}").parse::<Table>().expect("an example")["x"].clone());
+    let mut examples =
+        examples.map(|e| format!("x = {e}").parse::<Table>().expect("an example")["x"].clone());
     let found = examples.find(|e| e.get(key.name).is_some()).unwrap_or_else(|| Table::new().into());
     of.insert(name.to_owned(), found);
     table(of, name)

@@ -2,10 +2,14 @@
 
 /// Width of a page on a terminal.
 const WIDTH: usize = 100;
+/// Width of a paragraph in Markdown.
+const PAGE: usize = 140;
 /// Column at which the words behind a name begin.
 const INDENT: usize = 18;
 /// Cells up to this width are padded, so that the source of a table can be read too.
 const PADDED: usize = 30;
+/// The head of facts that have a line of their own.
+pub const EXAMPLE: &str = "example";
 
 /// A titled list of things of which the same facts are told.
 #[derive(Debug, Clone)]
@@ -14,6 +18,8 @@ pub struct Part {
     pub title: String,
     /// What it is.
     pub about: String,
+    /// How it may look.
+    pub examples: Vec<&'static str>,
     /// Heads of name, facts and meaning.
     pub heads: Vec<&'static str>,
     /// The things.
@@ -36,8 +42,8 @@ impl Part {
     pub fn markdown(&self) -> String {
         let cells = |e: &Entry| -> Vec<String> {
             let name = format!("`{}`", e.name.replace(" or ", "` or `"));
-            let facts = e.facts.iter().map(|f| f.replace('|', "\\|"));
-            std::iter::once(name).chain(facts).chain([e.meaning.replace('|', "\\|")]).collect()
+            let cells = std::iter::once(name).chain(e.facts.clone()).chain([e.meaning.clone()]);
+            cells.map(|cell| cell.replace('|', "\\|")).collect()
         };
         let rows: Vec<Vec<String>> = self.entries.iter().map(cells).collect();
         let heads: Vec<String> = self.heads.iter().map(|h| (*h).to_owned()).collect();
@@ -52,61 +58,69 @@ impl Part {
             format!("| {} |\n", cells.join(" | "))
         };
         let rule: Vec<String> = widths.iter().map(|w| "-".repeat((w + 2).max(3))).collect();
-        let about = if self.about.is_empty() { String::new() } else { format!("{}\n\n", self.about) };
+        let examples: String = self.examples.iter().map(|e| format!("    {e}\n")).collect();
+        let examples = if examples.is_empty() { examples } else { format!("\n{examples}") };
+        let about = fill("", 0, &self.about, PAGE);
         let rows: String = rows.iter().map(line).collect();
-        format!("### {}\n\n{about}{}|{}|\n{rows}", self.title, line(&heads), rule.join("|"))
+        format!("### {}\n\n{about}{examples}\n{}|{}|\n{rows}", self.title, line(&heads), rule.join("|"))
     }
 
     /// The same for a terminal.
     pub fn plain(&self) -> String {
-        let mut text = format!("{}\n", self.title);
-        if !self.about.is_empty() {
-            text += &indented("  ", 2, &self.about);
-        }
+        let mut text = format!("{}\n{}", self.title, plainly("", 2, &self.about));
+        text.extend(self.examples.iter().map(|e| format!("      {e}\n")));
+        // Names with little to tell follow each other closely.
+        let close = self.heads.len() <= 3;
+        text += if close { "\n" } else { "" };
         for e in &self.entries {
-            let facts: Vec<String> = self.heads[1..]
-                .iter()
-                .zip(&e.facts)
-                .filter(|(_, fact)| !fact.is_empty())
-                .map(|(head, fact)| match fact.starts_with("required") {
-                    true => fact.clone(),
-                    false => format!("{head} {fact}"),
-                })
-                .collect();
-            text.push('\n');
-            text += &indented(&format!("  {}", e.name), INDENT, &e.meaning);
-            if !facts.is_empty() {
-                text += &indented("", INDENT, &facts.join("; "));
+            let name = format!("  {}", e.name);
+            let told: Vec<_> = self.heads[1..].iter().zip(&e.facts).filter(|(_, f)| !f.is_empty()).collect();
+            if close {
+                let unit = told.first().map_or(String::new(), |(_, fact)| format!(" [{fact}]"));
+                text += &plainly(&name, INDENT, &format!("{}{unit}", e.meaning));
+                continue;
             }
+            text += &format!("\n{}", plainly(&name, INDENT, &e.meaning));
+            let (examples, facts): (Vec<_>, Vec<_>) =
+                told.into_iter().partition(|(head, _)| **head == EXAMPLE);
+            let fact = |(head, fact): (&&str, &String)| match fact.starts_with("required") {
+                true => fact.clone(),
+                false => format!("{head}: {fact}"),
+            };
+            text += &plainly("", INDENT, &facts.into_iter().map(fact).collect::<Vec<_>>().join("; "));
+            text.extend(examples.iter().map(|(_, e)| plainly("", INDENT, e)));
         }
         text
     }
 }
 
-/// `text` without marks of code, wrapped.
+/// A paragraph of a page.
 pub fn paragraph(text: &str) -> String {
-    indented("", 0, text)
+    fill("", 0, text, PAGE)
 }
 
-/// `name`, and from column `indent` on the words of `text`, wrapped; a long name has a line of its own.
-fn indented(name: &str, indent: usize, text: &str) -> String {
+/// As [`fill`], for a terminal, where code has no marks.
+pub fn plainly(name: &str, indent: usize, text: &str) -> String {
+    fill(name, indent, &text.replace('`', ""), WIDTH)
+}
+
+/// `name`, and from column `indent` on the words of `text`, in lines up to `width`; a long name has a line of its own.
+fn fill(name: &str, indent: usize, text: &str, width: usize) -> String {
     let blank = " ".repeat(indent);
     let (mut out, mut line) = (String::new(), format!("{name:indent$}"));
-    if name.chars().count() > indent {
+    if !name.is_empty() && name.chars().count() >= indent {
         out = format!("{name}\n");
         line = blank.clone();
     }
     let mut first = true;
-    for word in text.replace('`', "").split_whitespace() {
-        if !first && line.chars().count() + 1 + word.chars().count() > WIDTH {
+    for word in text.split_whitespace() {
+        if !first && line.chars().count() + 1 + word.chars().count() > width {
             out += &format!("{line}\n");
             (line, first) = (blank.clone(), true);
         }
-        if !first {
-            line.push(' ');
-        }
+        line += if first { "" } else { " " };
         line += word;
         first = false;
     }
-    out + line.trim_end() + "\n"
+    if first { out } else { out + &line + "\n" }
 }

@@ -59,7 +59,7 @@ impl Topic {
         let text: Vec<String> = parts.iter().filter(wanted).map(Part::plain).collect();
         match title {
             Some(_) => text.join("\n"),
-            None => [vec![layout::paragraph(self.heading()[1])], text].concat().join("\n"),
+            None => [vec![layout::plainly("", 0, self.heading()[1])], text].concat().join("\n"),
         }
     }
 }
@@ -72,13 +72,12 @@ fn short(title: &str) -> &str {
 
 /// All of it, in Markdown.
 pub fn page() -> String {
-    let mut text = "# Reference\n\n\
-        Made of the definitions in the code by `cargo run -- help reference > docs/reference.md`; a test compares the two.\n\
-        `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal.\n"
-        .to_owned();
+    let about = "Made of the definitions in the code by `cargo run -- help reference > docs/reference.md`; a test compares the two. \
+        `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal, `vibrissa help spec gauge` one section of it.";
+    let mut text = format!("# Reference\n\n{}", layout::paragraph(about));
     for (_, topic, _) in Topic::WORDS {
         let [title, about] = topic.heading();
-        text += &format!("\n## {title}\n\n{about}\n");
+        text += &format!("\n## {title}\n\n{}", layout::paragraph(about));
         for part in topic.parts() {
             text += &format!("\n{}", part.markdown());
         }

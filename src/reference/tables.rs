@@ -16,7 +16,12 @@ pub struct Table {
     pub columns: &'static [Told],
 }
 
-const fn table(command: &'static str, file: &'static str, row: &'static str, columns: &'static [Told]) -> Table {
+const fn table(
+    command: &'static str,
+    file: &'static str,
+    row: &'static str,
+    columns: &'static [Told],
+) -> Table {
     Table { command, file, row, columns }
 }
 
@@ -35,14 +40,28 @@ const PRECISION: Told = ("precision", "f32 or f64");
 const ADAPTER: Told = ("adapter", "name of the GPU's adapter");
 
 /// What `designs.csv` of a calibration has more than that of a sweep.
-pub const AT_DRIVE: &[Told] =
-    &[("held_out_rms_mm", "rms error of the paper's estimator on distances left out of its calibration"), SIDE];
+pub const AT_DRIVE: &[Told] = &[
+    ("held_out_rms_mm", "rms error of the paper's estimator on distances left out of its calibration"),
+    SIDE,
+];
 /// What `distances.csv` of a calibration has more than that of a sweep.
 pub const AT_DISTANCE: &[Told] = &[SIDE];
 
 /// Tables that are no table of a sweep.
 pub const OTHERS: &[Table] = &[
-    HISTORY, SENSITIVITY, TAP, K_TABLE, ROWS, LOCATED, MEASUREMENTS, VERIFY, WORK, SCALING, THREADS, PEAKS, ROOFLINE,
+    HISTORY,
+    SENSITIVITY,
+    TAP,
+    K_TABLE,
+    ROWS,
+    LOCATED,
+    MEASUREMENTS,
+    VERIFY,
+    WORK,
+    SCALING,
+    THREADS,
+    PEAKS,
+    ROOFLINE,
 ];
 
 const HISTORY: Table = table(
@@ -126,7 +145,10 @@ const ROWS: Table = table(
         ("line", "line of the data file"),
         A,
         ("theta_deg or delta_mm", "drive as labelled; empty where it was not recorded"),
-        ("recorded_strain or recorded_microstrain or recorded_bridge_mV_per_V or recorded_reading", "signal as recorded"),
+        (
+            "recorded_strain or recorded_microstrain or recorded_bridge_mV_per_V or recorded_reading",
+            "signal as recorded",
+        ),
         ("zero", "zero, and drift, that were subtracted"),
         ("strain or reading", "signal without its zero; tension positive"),
         ("expected", "signal that the estimator expects at a"),
@@ -161,7 +183,10 @@ const MEASUREMENTS: Table = table(
     &[
         ("a_mm", "contact distance as labelled"),
         ("theta_deg or delta_mm", "drive as labelled; 0 is a zero reading"),
-        ("strain or microstrain or bridge_mV_per_V or reading", "the signal; microstrain in 1e-6, reading in any unit"),
+        (
+            "strain or microstrain or bridge_mV_per_V or reading",
+            "the signal; microstrain in 1e-6, reading in any unit",
+        ),
         ("repeat", "number of the repeat; empty for a zero reading"),
         ("source", "synthetic, in every row"),
         ("fault", "what is wrong on purpose: saturated, mislabelled or spike"),
@@ -246,7 +271,10 @@ const SCALING: Table = table(
     "scaling.csv",
     "A row is a whole sweep, from spec to tables.",
     &[
-        ("shape", "gridded (whiskers, distances and 100 angles) or independent (every whisker its own angle)"),
+        (
+            "shape",
+            "gridded (whiskers, distances and 100 angles) or independent (every whisker its own angle)",
+        ),
         BACKEND,
         PRECISION,
         ADAPTER,
@@ -265,7 +293,15 @@ const THREADS: Table = table(
     "bench",
     "threads.csv",
     "A row is the same work on some CPU threads.",
-    &[BACKEND, PRECISION, ADAPTER, ("threads", "CPU threads"), NS, NS_MEDIAN, ("speedup", "time on one thread over time on these")],
+    &[
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("threads", "CPU threads"),
+        NS,
+        NS_MEDIAN,
+        ("speedup", "time on one thread over time on these"),
+    ],
 );
 
 const PEAKS: Table = table(

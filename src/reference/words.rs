@@ -10,14 +10,44 @@ pub const ABOUT: &str = "Every row that was asked for comes back; one without va
 /// What a word says in a sweep, which values a tap has with it, and what it says in `locate` where that is something else.
 const STATUSES: [(Status, &str, &str, &str); 10] = [
     (Status::INVALID_GEOMETRY, "the tuple lies outside its domain (model §1)", "none", ""),
-    (Status::NO_STRAIN, "the contact is at or inside the gauge's near end", "strain 0, strain_linear, forces, contact arc", "the signal is zero"),
+    (
+        Status::NO_STRAIN,
+        "the contact is at or inside the gauge's near end",
+        "strain 0, strain_linear, forces, contact arc",
+        "the signal is zero",
+    ),
     (Status::NOT_CONVERGED, "the tolerance was not met, or no equilibrium was found", "strain_linear", ""),
-    (Status::MATERIAL_LIMIT, "a fibre leaves the range of its material law (model §3.3)", "strain_linear", ""),
+    (
+        Status::MATERIAL_LIMIT,
+        "a fibre leaves the range of its material law (model §3.3)",
+        "strain_linear",
+        "",
+    ),
     (Status::SLIPPED_OFF, "the contact has run past the tip", "all, with the taper continued", ""),
-    (Status::STRAIN_LIMIT, "|strain| exceeds gauge.strain_limit", "all", "the same; without a distance, the sensor stands at its end stop"),
-    (Status::NO_ROOT, "no distance gives this reading: it lies above the peak of the theory's curve", "all but the distance, its error and sigma", ""),
-    (Status::AMBIGUOUS, "a second distance in the range of interest gives this reading", "all; the farther distance", ""),
-    (Status::OUTSIDE_CALIBRATION, "not in a sweep", "", "the drive, the side or the distance lies outside what was calibrated"),
+    (
+        Status::STRAIN_LIMIT,
+        "|strain| exceeds gauge.strain_limit",
+        "all",
+        "the same; without a distance, the sensor stands at its end stop",
+    ),
+    (
+        Status::NO_ROOT,
+        "no distance gives this reading: it lies above the peak of the theory's curve",
+        "all but the distance, its error and sigma",
+        "",
+    ),
+    (
+        Status::AMBIGUOUS,
+        "a second distance in the range of interest gives this reading",
+        "all; the farther distance",
+        "",
+    ),
+    (
+        Status::OUTSIDE_CALIBRATION,
+        "not in a sweep",
+        "",
+        "the drive, the side or the distance lies outside what was calibrated",
+    ),
     (Status::BAD_INPUT, "not in a sweep", "", "the line is no reading"),
 ];
 
@@ -61,6 +91,7 @@ pub fn parts() -> Vec<Part> {
         Part {
             title: "status".to_owned(),
             about: "In the order in which words are joined.".to_owned(),
+            examples: Vec::new(),
             heads: vec!["word", "counts", "values of the tap", "in locate", "meaning"],
             entries: Status::ALL.into_iter().map(|(status, word)| entry(status, word)).collect(),
         },
@@ -87,6 +118,7 @@ fn list(title: &str, about: &str, words: &[(&str, &str)]) -> Part {
     Part {
         title: title.to_owned(),
         about: about.to_owned(),
+        examples: Vec::new(),
         heads: vec!["word", "meaning"],
         entries: words.iter().map(entry).collect(),
     }

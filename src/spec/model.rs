@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
-use super::{curve, keys};
 use super::reader::{Item, Result, Section};
+use super::{curve, keys};
 use crate::scene::{Contact, Geometry, Material, MaterialFit, Model};
 
 /// The section, and where its material comes from if that is a curve.

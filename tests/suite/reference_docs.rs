@@ -7,8 +7,11 @@ use toml::Value;
 
 use crate::common::program::{Desk, SPEC};
 use vibrissa::reference::{Topic, columns, keys, page, words};
-use vibrissa::spec::{self, keys::{FORMAT, INLINE, Key, SECTIONS, Section}};
 use vibrissa::scene::{Search, search::Places};
+use vibrissa::spec::{
+    self,
+    keys::{FORMAT, INLINE, Key, SECTIONS, Section},
+};
 use vibrissa::status::Status;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference.md");
@@ -18,7 +21,8 @@ fn the_page_is_what_the_code_says() {
     let (written, made) = (std::fs::read_to_string(FILE).unwrap_or_default(), page());
     let lines = |text: &str| -> BTreeSet<String> { text.lines().map(str::to_owned).collect() };
     let (old, new) = (lines(&written), lines(&made));
-    let [gone, missing] = [(&old, &new), (&new, &old)].map(|(a, b)| a.difference(b).cloned().collect::<Vec<_>>().join("\n  "));
+    let [gone, missing] =
+        [(&old, &new), (&new, &old)].map(|(a, b)| a.difference(b).cloned().collect::<Vec<_>>().join("\n  "));
     assert!(
         written == made,
         "docs/reference.md is not what the code says; write it by `cargo run -- help reference > docs/reference.md`\n\
@@ -78,9 +82,14 @@ fn inline_tables_have_the_keys_that_they_take() {
     let unknown = Key { name: "no_such_key", unit: "", what: "", absent: "", example: "", note: "" };
     for table in &INLINE {
         let refused = keys::parsed(&keys::with(Some(table), &unknown, Some(1.into()))).unwrap_err();
-        assert_eq!(refused.key.as_deref().and_then(|k| k.rsplit('.').next()), Some("no_such_key"), "{refused}");
+        assert_eq!(
+            refused.key.as_deref().and_then(|k| k.rsplit('.').next()),
+            Some("no_such_key"),
+            "{refused}"
+        );
         let allowed = refused.allowed.unwrap_or_default();
-        let known: BTreeSet<&str> = allowed.split(|c: char| !(c.is_alphanumeric() || "_-".contains(c))).collect();
+        let known: BTreeSet<&str> =
+            allowed.split(|c: char| !(c.is_alphanumeric() || "_-".contains(c))).collect();
         for key in table.names() {
             assert!(known.contains(key), "{}.{key} is not among {allowed}", table.name);
         }
@@ -120,9 +129,12 @@ fn a_default_that_is_written_out_changes_nothing() {
     let mut judged = 0;
     for (section, key) in all() {
         let (name, default) = (dotted(section, key), keys::default(section.map_or("", |s| s.name), key));
-        let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else { continue };
+        let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else {
+            continue;
+        };
         // It matters whether these are written; options are no part of what is asked; a drive has another key.
-        if ["gauge.noise_strain", "output.tuples", "tap.drive"].contains(&&*name) || name.starts_with("run.") {
+        if ["gauge.noise_strain", "output.tuples", "tap.drive"].contains(&&*name) || name.starts_with("run.")
+        {
             continue;
         }
         let [written, left] = [Some(parsed["x"].clone()), None].map(|v| asked(&keys::with(section, key, v)));
@@ -142,7 +154,10 @@ fn described(command: &str, file: &str, header: &[&str]) {
     let told: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
     let missing: Vec<_> = header.iter().filter(|name| !told.iter().any(|t| is(t, name))).collect();
     let gone: Vec<_> = told.iter().filter(|t| !header.iter().any(|name| is(t, name))).collect();
-    assert!(missing.is_empty(), "columns of {file} ({command}) that the reference does not have: {missing:?}");
+    assert!(
+        missing.is_empty(),
+        "columns of {file} ({command}) that the reference does not have: {missing:?}"
+    );
     assert!(gone.is_empty(), "columns of the reference that {file} ({command}) does not have: {gone:?}");
     let same = header.len() == told.len() && told.iter().zip(header).all(|(t, name)| is(t, name));
     assert!(same, "the reference has the columns of {file} ({command}) in another order: {told:?}");
@@ -176,7 +191,8 @@ fn every_column_of_sweep_and_tap_is_described() {
 
 #[test]
 fn every_column_of_a_search_is_described() {
-    let search = "[optimise]\nobjective = \"pareto\"\nvariables = { d = [2, 10] }\nbudget = { evaluations = 300 }\n";
+    let search =
+        "[optimise]\nobjective = \"pareto\"\nvariables = { d = [2, 10] }\nbudget = { evaluations = 300 }\n";
     let desk = Desk::new(&format!("{}{search}", SPEC.replace("d = [4, 7]\n", "")));
     desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "found"]).exits(0);
     assert!(desk.names("found").contains(&"pareto.csv".to_owned()));
@@ -185,7 +201,10 @@ fn every_column_of_a_search_is_described() {
 
 #[test]
 fn every_column_from_measurement_to_distance_is_described() {
-    let rig = SPEC.replace("[4, 7]", "4").replace("[21, 33, 48]", "[21, 25, 29, 33, 40, 48]").replace("[1, 4]", "[1, 2, 4]");
+    let rig = SPEC
+        .replace("[4, 7]", "4")
+        .replace("[21, 33, 48]", "[21, 25, 29, 33, 40, 48]")
+        .replace("[1, 4]", "[1, 2, 4]");
     let desk = Desk::new(&rig);
     for signal in ["strain", "microstrain", "bridge_mV_per_V", "reading"] {
         let [rows, made, read] = ["rows", "made", "read"].map(|name| format!("{signal}/{name}"));
@@ -218,8 +237,13 @@ fn words_of(source: &str, name: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_word_is_described() {
-    let told = |list: &[(&str, &str)]| list.iter().map(|(word, _)| (*word).to_owned()).collect::<BTreeSet<_>>();
-    assert_eq!(words_of(include_str!("../../src/estimator/reason.rs"), "word"), told(&words::REASONS), "reasons");
+    let told =
+        |list: &[(&str, &str)]| list.iter().map(|(word, _)| (*word).to_owned()).collect::<BTreeSet<_>>();
+    assert_eq!(
+        words_of(include_str!("../../src/estimator/reason.rs"), "word"),
+        told(&words::REASONS),
+        "reasons"
+    );
     let mut verdicts = words_of(include_str!("../../src/verify/census.rs"), "faults");
     verdicts.extend(vibrissa::verify::QUANTITIES.map(str::to_owned));
     assert_eq!(verdicts, told(&words::VERDICTS), "verdicts");
