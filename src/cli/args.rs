@@ -89,6 +89,7 @@ impl Command {
 
 /// Evaluate a design space.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa sweep sweeps/prototypes.toml")]
 pub struct Sweep {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
@@ -104,6 +105,9 @@ pub struct Sweep {
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml"
+)]
 pub struct Calibrate {
     /// CSV with a_mm, theta_deg (or delta_mm) and one of strain, microstrain, bridge_mV_per_V, reading; rows with
     /// theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
@@ -126,6 +130,7 @@ pub struct Calibrate {
 
 /// Distances from readings.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
 pub struct Locate {
     /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
     pub calibration: PathBuf,
@@ -141,6 +146,7 @@ pub struct Locate {
 
 /// Synthetic measurements from the exact model.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa simulate examples/prototype-d10.toml --repeats 3 --zero-every 11")]
 pub struct Simulate {
     /// The spec: one whisker, its distances and drives, its model
     pub spec: PathBuf,
@@ -186,6 +192,7 @@ pub struct Simulate {
 
 /// Search for the best design.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa optimise sweeps/design.toml")]
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
@@ -226,6 +233,7 @@ pub struct Bench {
 
 /// Find the best tap angle.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa tap sweeps/best-tap.toml")]
 pub struct Tap {
     /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
     pub spec: PathBuf,
@@ -280,12 +288,13 @@ where
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
 #[derive(Debug, Clone, Flags)]
+#[command(next_help_heading = "Options of every command, also in [run] of a spec")]
 pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write also into a folder that holds another result (of another command or file; a long one with other values; an
-    /// edited one) or other files: removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values)
+    /// or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

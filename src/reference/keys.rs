@@ -6,6 +6,7 @@ use toml::{Table, Value};
 
 use super::layout::{EXAMPLE, Entry, Part};
 use crate::error::InputError;
+use crate::scene::{Search, Study};
 use crate::spec;
 use crate::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section, THAT_OF_THE_KEY};
 
@@ -68,17 +69,17 @@ pub fn allowed(section: Option<&Section>, key: &Key) -> String {
     if key.unit == THAT_OF_THE_KEY {
         return THAT_OF_THE_KEY.to_owned();
     }
-    let refused = parsed(&with(section, key, Some(Value::Float(-1.0)))).err();
+    let refused = parsed(section, &with(section, key, Some(Value::Float(-1.0)))).err();
     refused.and_then(|e| e.allowed).unwrap_or_default()
 }
 
-/// Reads `text` with its `[optimise]`, unless it lists its tuples.
-pub fn parsed(text: &str) -> Result<(), InputError> {
+/// Reads a spec as a sweep does, or as a search where `section` belongs to it.
+pub fn parsed(section: Option<&Section>, text: &str) -> Result<(Study, Option<Search>), InputError> {
     let base = Path::new("");
-    match text.contains("[tuples]") {
-        true => spec::parse("spec", text, base).map(drop),
-        false => spec::parse_search("spec", text, base).map(drop),
+    if section.is_some_and(|s| s.name.starts_with("optimise")) {
+        return spec::parse_search("spec", text, base).map(|(spec, search)| (spec.study, Some(search)));
     }
+    spec::parse("spec", text, base).map(|spec| (spec.study, None))
 }
 
 /// A complete spec in which `key` has `value`, or is left out; an inline table is its example with this key.
