@@ -9,7 +9,7 @@ use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
-    Every key of a spec: vibrissa help spec; every column: help columns; every status word: help statuses\n\
+    The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
     Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
 
 /// Sweeps, optimises and calibrates tapered soft whisker sensors.

@@ -119,7 +119,7 @@ const TAP: Section = section(
     "Where the whisker is touched, and how far it is driven (model §1).",
     &[
         key("drive", "", "what moves", "\"displacement\"").note("\"angle\": the base turns by theta; \"displacement\": the base stays and the object moves by delta"),
-        key("a", "mm", "contact distance, axial from the clamp", "[30, 50, 70]").note("A value, a list or an axis; a ≤ L_a"),
+        key("a", "mm", "contact distance, axial from the clamp", "[20, 30, 40]").note("A value, a list or an axis; a ≤ L_a"),
         key("theta", "degrees", "tap angle", "{ from = 1, to = 10, step = 0.5 }")
             .absent("required, or delta")
             .note("A value, a list or an axis. For `tap` the ends of the interval, 0.1 … 10 if left out"),
@@ -166,7 +166,7 @@ const ESTIMATE: Section = section(
             .note("\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear"),
         key("convention", "", "what f is", "\"elongation\"")
             .note("\"elongation\": f times x2 − x1, so that K is in mm, as printed in the paper"),
-        key("range", "mm", "range of interest of the distance", "[20, 90]")
+        key("range", "mm", "range of interest of the distance", "[15, 45]")
             .absent("from the smallest to the largest a")
             .note("A second distance in it that gives the same reading makes a tap `ambiguous`"),
         key("K", "", "K̄ of every row", "1.0")

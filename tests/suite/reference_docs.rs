@@ -331,7 +331,8 @@ fn examples_of_the_help_name_files_that_are_there() {
     let mut examples = 0;
     for command in ["sweep", "optimise", "tap", "calibrate", "locate", "simulate"] {
         let help = desk.run(&[command, "--help"]).exits(0).stdout;
-        let example = help.lines().find(|l| l.starts_with("Example: ")).unwrap_or_else(|| panic!("{command}"));
+        let example =
+            help.lines().find(|l| l.starts_with("Example: ")).unwrap_or_else(|| panic!("{command}"));
         for file in example.split(' ').filter(|w| w.contains('/')) {
             assert!(root.join(file).is_file(), "{example}");
             examples += 1;
