@@ -238,7 +238,7 @@ fn every_word_is_described() {
     );
     let mut verdicts = words_of(include_str!("../../src/verify/census.rs"), "faults");
     verdicts.extend(vibrissa::verify::QUANTITIES.map(str::to_owned));
-    assert_eq!(verdicts, told(&words::VERDICTS), "verdicts");
+    assert_eq!(verdicts, told(&words::VERDICTS), "VERDICTS in src/reference/words.rs");
 
     let statuses = &words::parts()[0];
     let names: Vec<&str> = statuses.entries.iter().map(|e| e.name.as_str()).collect();
