@@ -7,6 +7,8 @@ use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
+use super::help::{Completions, Help, Man};
+
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
     The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
@@ -242,30 +244,6 @@ pub struct Tap {
     pub objective: TapObjective,
     #[command(flatten)]
     pub common: Common,
-}
-
-/// Help, or the reference.
-#[derive(Debug, Flags)]
-pub struct Help {
-    /// A command; or spec, columns, statuses; or reference: all three as Markdown
-    pub topic: Option<String>,
-    /// Only this section ([gauge], axis, optimise.limits), table (rows.csv) or list (status)
-    pub part: Option<String>,
-}
-
-/// Shell completions.
-#[derive(Debug, Flags)]
-pub struct Completions {
-    /// The shell
-    pub shell: clap_complete::Shell,
-}
-
-/// Manual pages.
-#[derive(Debug, Flags)]
-pub struct Man {
-    /// Write the page of the program and one of each command into this folder
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
 }
 
 /// Words of `tap --objective`.

@@ -1,16 +1,41 @@
 //! `vibrissa help`, `vibrissa completions`, `vibrissa man`: what there is to know of the program.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::{Args as Flags, CommandFactory, Parser};
 use vibrissa::error::{Error, InputError, nearest};
 use vibrissa::reference::{self, Topic};
 
-use super::args::{Args, Completions, Help, Man};
+use super::args::Args;
 use super::reply::{self, Reply};
 
 /// Word of the whole reference.
 const ALL: &str = "reference";
+
+/// Help, or the reference.
+#[derive(Debug, Flags)]
+pub struct Help {
+    /// A command; or spec, columns, statuses; or reference: all three as Markdown
+    pub topic: Option<String>,
+    /// Only this section ([gauge], axis, optimise.limits), table (rows.csv) or list (status)
+    pub part: Option<String>,
+}
+
+/// Shell completions.
+#[derive(Debug, Flags)]
+pub struct Completions {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Manual pages.
+#[derive(Debug, Flags)]
+pub struct Man {
+    /// Write the page of the program and one of each command into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
 
 /// Help of the program or of a command, or a part of the reference.
 pub fn run(help: &Help) -> ExitCode {

@@ -14,6 +14,7 @@ mod explain;
 mod folders;
 mod garbage;
 mod hard;
+mod help;
 mod in_force;
 mod inputs;
 mod linear;
