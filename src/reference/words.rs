@@ -104,7 +104,12 @@ pub fn parts() -> Vec<Part> {
 fn entry(status: Status, word: &str) -> Entry {
     let told = STATUSES.iter().find(|(s, ..)| *s == status);
     let (meaning, values, locate) = told.map_or(("", "", ""), |t| (t.1, t.2, t.3));
-    let counts = if status.counts() { "yes" } else { "no" };
+    // A word that no tap of a sweep has neither counts nor does not.
+    let counts = match (values, status.counts()) {
+        ("", _) => "",
+        (_, true) => "yes",
+        (_, false) => "no",
+    };
     let facts = [counts, values, locate].map(str::to_owned).to_vec();
     Entry { name: word.to_owned(), facts, meaning: meaning.to_owned() }
 }

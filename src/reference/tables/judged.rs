@@ -46,7 +46,7 @@ pub const VERIFY: Table = table(
         ("theta_deg", "tap angle θ"),
         ("delta_mm", "displacement δ"),
         ("verdict", "ok, or what is wrong, joined by +"),
-        ("other_words", "words of the first tap whose words differ, and the reference's"),
+        ("other_words", "words of the first tap whose words differ or that is unsolved, and the reference's"),
         ("status", "words of the tap with the largest strain error"),
     ],
 );
