@@ -54,14 +54,24 @@ pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>
         let first = numbers(&[l.tolerance, l.sweeps, l.flops()]);
         (with(l.configuration, l.place), [first, numbers(&each), numbers(&rest)].concat())
     });
-    Ok(vec![
-        ("work_precision.csv", table(&WORK, work)?),
-        ("scaling.csv", table(&SCALING, scaling)?),
-        ("threads.csv", table(&THREADS, threads)?),
-        ("peaks.csv", table(&PEAKS, peaks)?),
-        ("roofline.csv", table(&ROOFLINE, roofline)?),
-    ])
+    let texts = [
+        table(&WORK, work)?,
+        table(&SCALING, scaling)?,
+        table(&THREADS, threads)?,
+        table(&PEAKS, peaks)?,
+        table(&ROOFLINE, roofline)?,
+    ];
+    Ok(COLUMNS.into_iter().map(|(file, _)| file).zip(texts).collect())
 }
+
+/// Every table and its columns.
+pub const COLUMNS: [(&str, &[&str]); 5] = [
+    ("work_precision.csv", &WORK),
+    ("scaling.csv", &SCALING),
+    ("threads.csv", &THREADS),
+    ("peaks.csv", &PEAKS),
+    ("roofline.csv", &ROOFLINE),
+];
 
 const WORK: [&str; 16] = [
     "configuration",

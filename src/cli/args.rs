@@ -7,10 +7,18 @@ use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
-/// Sweeps and optimises tapered soft whisker sensors.
+use super::help::{Completions, Help, Man};
+
+/// Behind the help of the program.
+const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
+    The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
+    Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+
+/// Sweeps, optimises and calibrates tapered soft whisker sensors.
 #[derive(Debug, Parser)]
 #[command(version, about, max_term_width = 100, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or bad spec.")]
+#[command(disable_help_subcommand = true)]
+#[command(after_help = AFTER)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Command,
@@ -37,6 +45,12 @@ pub enum Command {
     Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
+    /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
+    Help(Help),
+    /// A script for a shell, by which it completes commands and flags
+    Completions(Completions),
+    /// The manual page, on stdout; or the pages of all commands, into a folder
+    Man(Man),
 }
 
 impl Command {
@@ -52,27 +66,32 @@ impl Command {
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
+            Self::Help(_) => "help",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
         }
     }
 
-    /// The flags that every command has.
-    pub fn common(&self) -> &Common {
+    /// The flags that every command that computes has.
+    pub fn common(&self) -> Option<&Common> {
         match self {
-            Self::Sweep(s) => &s.common,
-            Self::Calibrate(c) => &c.common,
-            Self::Locate(l) => &l.common,
-            Self::Simulate(s) => &s.common,
-            Self::Optimise(o) => &o.common,
-            Self::Tap(t) => &t.common,
-            Self::Verify(v) => &v.common,
-            Self::Bench(b) => &b.common,
-            Self::Devices(c) => c,
+            Self::Sweep(s) => Some(&s.common),
+            Self::Calibrate(c) => Some(&c.common),
+            Self::Locate(l) => Some(&l.common),
+            Self::Simulate(s) => Some(&s.common),
+            Self::Optimise(o) => Some(&o.common),
+            Self::Tap(t) => Some(&t.common),
+            Self::Verify(v) => Some(&v.common),
+            Self::Bench(b) => Some(&b.common),
+            Self::Devices(c) => Some(c),
+            Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 }
 
 /// Evaluate a design space.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa sweep sweeps/prototypes.toml")]
 pub struct Sweep {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
@@ -88,6 +107,9 @@ pub struct Sweep {
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml"
+)]
 pub struct Calibrate {
     /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
     /// bridge_mV_per_V, reading; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
@@ -118,6 +140,7 @@ pub struct Calibrate {
 
 /// Distances from readings.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
 pub struct Locate {
     /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
     pub calibration: PathBuf,
@@ -141,6 +164,7 @@ pub struct Locate {
 
 /// Synthetic measurements from the exact model.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa simulate examples/prototype-d10.toml --repeats 3 --zero-every 11")]
 pub struct Simulate {
     /// The spec: one whisker, its distances and drives, its model
     pub spec: PathBuf,
@@ -186,6 +210,7 @@ pub struct Simulate {
 
 /// Search for the best design.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa optimise sweeps/design.toml")]
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
@@ -226,6 +251,7 @@ pub struct Bench {
 
 /// Find the best tap angle.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa tap sweeps/best-tap.toml")]
 pub struct Tap {
     /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
     pub spec: PathBuf,
@@ -256,12 +282,13 @@ where
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
 #[derive(Debug, Clone, Flags)]
+#[command(next_help_heading = "Options of every command, also in [run] of a spec")]
 pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write also into a folder that holds another result (of another command or file; a long one with other values; an
-    /// edited one) or other files: removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values)
+    /// or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

@@ -5,6 +5,7 @@ mod bench;
 mod calibrate;
 mod devices;
 mod explain;
+mod help;
 mod interrupt;
 mod lines;
 mod locate;
@@ -64,9 +65,12 @@ pub fn run() -> ExitCode {
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),
+        Command::Help(asked) => return help::run(asked),
+        Command::Completions(asked) => help::completions(asked),
+        Command::Man(asked) => help::man(asked),
     };
     match result {
-        Ok(reply) => reply.print(args.command.common().quiet),
+        Ok(reply) => reply.print(args.command.common().is_some_and(|c| c.quiet)),
         Err(e) => reply::failure(&e),
     }
 }

@@ -1,11 +1,12 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
-//! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
+//! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places; `axis`, `space`,
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
 
 mod axis;
 mod check;
 mod curve;
+pub mod keys;
 mod model;
 mod optimise;
 mod reader;

@@ -272,7 +272,7 @@ impl<'a> Section<'a> {
     }
 
     fn missing(&self, key: &str) -> InputError {
-        let (name, example) = (self.name, schema::example(key));
+        let (name, example) = (self.name, schema::example(self.name, key));
         let message = match self.user {
             Some(_) => format!("{key} is missing from [{name}]; add a line such as {key} = {example}"),
             None => {
