@@ -37,6 +37,7 @@ mod tables;
 mod tap;
 mod trends;
 mod twins;
+mod units;
 mod verify;
 mod world;
 mod writers;
