@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod best;
 mod calibrate;
 mod devices;
 mod explain;

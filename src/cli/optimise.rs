@@ -119,7 +119,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let (d, row) = (&report.best.point, &report.best.row);
     let mut text = String::new();
     let title = if search.objective == Objective::Pareto {
-        "point of the front with the least error"
+        "point of the front with the least total"
     } else {
         "best design"
     };
@@ -132,7 +132,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));
     let _ = writeln!(
         text,
-        "  K_mean {:.6}, K_sd {}, error {} (bias {}, noise {}), strain {}, force {}",
+        "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest strain {}, largest force {}",
         row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
         number(row.deviation.sd().map(|s| s * report.best.unit), ""),
         number(row.total_rms(), " mm"),
@@ -144,7 +144,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     if let Some(robust) = &search.robust {
         let [sd, total, _] = report.best.score.figures;
         let _ =
-            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
+            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, total {total:.4e} mm", robust.samples);
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(front) = &report.front {

@@ -33,6 +33,7 @@ mod smooth_axis;
 mod spec_errors;
 mod spec_tuples;
 mod statuses;
+mod summary;
 mod tables;
 mod tap;
 mod trends;
