@@ -50,6 +50,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         stop: interrupt::stop_and_keep(),
     };
     let report = optimise::run(&spec, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    if report.discarded > 0 {
+        say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
+    }
     Ok(Reply {
         text: summary(&spec, &search, &report),
         out: Some(out),

@@ -16,6 +16,7 @@ mod garbage;
 mod hard;
 mod in_force;
 mod inputs;
+mod journal;
 mod linear;
 mod locate;
 mod optimise;
