@@ -185,7 +185,11 @@ pub struct Optimise {
 pub struct Verify {
     /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
     pub spec: Option<PathBuf>,
-    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
+    /// Few taps of few configurations: seconds instead of half a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
+    /// cases [default: 24; with --quick 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps

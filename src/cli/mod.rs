@@ -1,5 +1,6 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
+mod apart;
 mod args;
 mod bench;
 mod best;
@@ -7,6 +8,7 @@ mod calibrate;
 mod devices;
 mod explain;
 mod interrupt;
+mod kept;
 mod lines;
 mod locate;
 mod optimise;
@@ -66,8 +68,10 @@ pub fn run() -> ExitCode {
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),
     };
-    match result {
+    let code = match result {
         Ok(reply) => reply.print(args.command.common().quiet),
         Err(e) => reply::failure(&e),
-    }
+    };
+    interrupt::end_without_those_behind();
+    code
 }
