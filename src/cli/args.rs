@@ -19,7 +19,7 @@ pub struct Args {
 /// One question each.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
+    /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
     Sweep(Sweep),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
     Calibrate(Calibrate),
@@ -31,7 +31,8 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
-    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
+    /// broken
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
@@ -173,14 +174,15 @@ pub struct Simulate {
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
-    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was; without this a search that would
+    /// discard the work of an unfinished one asks for --force
     #[arg(long)]
     pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Compare every backend with the reference.
+/// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags)]
 pub struct Verify {
     /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
@@ -195,14 +197,15 @@ pub struct Verify {
     /// Seed of the random taps
     #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
-    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances. Ctrl-C
+/// keeps what was measured.
 #[derive(Debug, Flags)]
 pub struct Bench {
     /// Few configurations, few taps: seconds instead of minutes
@@ -249,7 +252,8 @@ pub struct Common {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Write also into a folder that holds another result (of another command or file; a long one with other values; an
-    /// edited one) or other files: removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// edited one), an unfinished search or other files: removes only what its run.json lists, and says what; never an input,
+    /// never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

@@ -19,6 +19,7 @@ use vibrissa::scene::{Precision, RunOptions};
 use vibrissa::sink::folder::Written;
 
 use super::args::Bench;
+use super::number::rough;
 use super::progress::Steps;
 use super::reply::Reply;
 use super::{apart, interrupt, kept, say};
@@ -131,7 +132,12 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     let names = |list: Vec<&str>| list.join(", ");
     let mut text = String::new();
     let kind = if settings.quick { "quick benchmark" } else { "benchmark" };
-    let _ = writeln!(text, "{kind}: {steps} measurements, about {taps:.1e} taps, about {seconds:.1e} s");
+    let _ = writeln!(
+        text,
+        "{kind}: {steps} measurements, about {} taps, about {} s",
+        rough(taps as f64),
+        rough(seconds)
+    );
     let _ = writeln!(text, "  backends        {}", names(places.iter().map(|p| p.name.as_str()).collect()));
     let configurations = settings.configurations.iter().map(|c| c.name).collect();
     let _ = writeln!(text, "  configurations  {}", names(configurations));

@@ -6,6 +6,8 @@ use vibrissa::scene::{Per, RankBy, Spec};
 use vibrissa::sink::table::drive_unit;
 use vibrissa::sweep::{Kept, Report};
 
+use super::number::grouped;
+
 /// The best rows with the column that ranks them; with a noise of the gauge also what bias and noise come to together.
 pub fn table(spec: &Spec, report: &Report) -> String {
     let output = &spec.study.output;
@@ -82,26 +84,4 @@ fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
 
 fn written(spec: &Spec, key: &str) -> bool {
     spec.in_force.iter().any(|(name, _, written)| name == key && *written)
-}
-
-/// A count in groups of three digits: 10 000.
-fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let first = digits.len() % 3;
-    let groups: Vec<&str> = std::iter::once(&digits[..first])
-        .chain((first..digits.len()).step_by(3).map(|i| &digits[i..i + 3]))
-        .filter(|group| !group.is_empty())
-        .collect();
-    groups.join(" ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn digits_stand_in_threes() {
-        let pairs = [(0, "0"), (33, "33"), (999, "999"), (10_000, "10 000"), (1_234_567, "1 234 567")];
-        pairs.into_iter().for_each(|(n, text)| assert_eq!(grouped(n), text));
-    }
 }

@@ -11,6 +11,7 @@ mod interrupt;
 mod kept;
 mod lines;
 mod locate;
+mod number;
 mod optimise;
 mod patient;
 mod progress;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vibrissa::progress::Progress;
 
+use super::number::{grouped, rough};
 use super::say;
 
 /// Time between plain lines.
@@ -55,7 +56,12 @@ impl Progress for Shown {
                 *last = Instant::now();
                 let rate = done as f64 / start.elapsed().as_secs_f64();
                 let left = total.saturating_sub(done) as f64 / rate;
-                say::line(format_args!("{done} of {total} taps, {rate:.3e} taps/s, {left:.0} s left"));
+                let (done, total) = (grouped(done), grouped(total));
+                say::line(format_args!(
+                    "{done} of {total} taps, {} taps/s, {} s left",
+                    rough(rate),
+                    rough(left)
+                ));
             }
             _ => {}
         }

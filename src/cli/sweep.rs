@@ -13,6 +13,7 @@ use vibrissa::sweep::{Kept, Report, Target};
 use vibrissa::{files, spec};
 
 use super::args::Sweep;
+use super::number::{grouped, rough};
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
@@ -76,7 +77,13 @@ pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
     let model =
         if spec.study.setup.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
-    format!("{}: {} taps of {} designs, {model}, on {}", spec.name, plan.taps, plan.designs, where_and_why(b))
+    format!(
+        "{}: {} taps of {} designs, {model}, on {}",
+        spec.name,
+        grouped(plan.taps),
+        grouped(plan.designs),
+        where_and_why(b)
+    )
 }
 
 /// What to say when the gauge saw more strain than the curve of the material holds.
@@ -109,14 +116,15 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         let _ = writeln!(
             text,
             "  {name:<14} {}",
-            if rows > 0 { format!("{rows} rows") } else { "not written".into() }
+            if rows > 0 { format!("{} rows", grouped(rows)) } else { "not written".into() }
         );
     }
     let _ = writeln!(
         text,
-        "  about {:.3e} bytes in {}, about {seconds:.1e} s, {}; nothing was run",
-        plan.bytes,
+        "  about {} bytes in {}, about {} s, {}; nothing was run",
+        rough(plan.bytes),
         out.display(),
+        rough(seconds),
         way.name()
     );
     if let Space::File(file) = &spec.study.space {
@@ -183,10 +191,11 @@ fn row(spec: &Spec, k: &Kept) -> Value {
 fn summary(spec: &Spec, report: &Report) -> String {
     let mut text = best::table(spec, report);
     let c = &report.counts;
-    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{n} {word}")).collect();
+    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{} {word}", grouped(*n))).collect();
     let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
-    let _ = writeln!(text, "status of {} taps: {words}", c.taps);
+    let _ = writeln!(text, "status of {} taps: {words}", grouped(c.taps));
     if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, spec.study.output.top) {
+        let (kept, complete) = (grouped(kept), grouped(complete));
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();

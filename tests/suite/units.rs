@@ -243,6 +243,8 @@ fn every_command_that_reads_a_spec_says_it() {
         let parts = ["warning: spec.toml:2: whisker.D = 0.01: ", "10 mm, written in metres"];
         assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{command}: {}", ran.stderr);
     }
+    let ran = desk.run(&["simulate", "spec.toml", "--noise", "15"]).exits(2);
+    assert!(ran.stderr.contains("--noise") && ran.stderr.contains("15e-6"), "{}", ran.stderr);
     let run = desk.whole("results/spec-simulate");
     assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("whisker.D")), "{run}");
     desk.sweep(&["--out", "out"]).exits(0);
