@@ -208,7 +208,7 @@ pub struct Verify {
 /// keeps what was measured.
 #[derive(Debug, Flags)]
 pub struct Bench {
-    /// Few configurations, few taps: seconds instead of minutes
+    /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
     #[command(flatten)]

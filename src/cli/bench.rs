@@ -15,7 +15,7 @@ use vibrissa::bench::{
 };
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
-use vibrissa::scene::{Precision, RunOptions};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::sink::folder::Written;
 
 use super::args::Bench;
@@ -44,7 +44,12 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
                 .into());
         }
     }
-    let places = places(&options)?;
+    let mut places = places(&options)?;
+    if args.quick && matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none()
+    {
+        // They compile for a minute what the CPU has compiled.
+        places.retain(|p| !p.choice.backend.software);
+    }
     let settings = Settings::new(args.quick, options.tolerance, rayon::current_num_threads());
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
     if options.plan == Some(true) {

@@ -7,6 +7,7 @@ mod best;
 mod calibrate;
 mod devices;
 mod explain;
+mod faults;
 mod interrupt;
 mod kept;
 mod lines;

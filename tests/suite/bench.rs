@@ -231,6 +231,10 @@ fn the_plan_runs_nothing() {
     let json = desk.run(&["bench", "--plan", "--quick", "--backend", "cpu", "--json"]).exits(0).json();
     assert_eq!(json["result"]["sizes"], serde_json::json!([1000, 10000, 100000]));
     assert!(json["seconds"]["expected"].as_f64().unwrap() > 0.0);
+    let json = desk.run(&["bench", "--plan", "--quick", "--json"]).exits(0).json();
+    let backends = json["backend"].as_array().unwrap();
+    let software = |b: &&Value| b["adapter"].as_str().is_some_and(|a| a.contains("llvmpipe"));
+    assert!(!backends.iter().any(|b| software(&b)), "{backends:?}");
     assert!(desk.names("results").is_empty());
 }
 
