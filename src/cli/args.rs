@@ -27,7 +27,7 @@ pub struct Args {
 /// One question each.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
+    /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
     Sweep(Sweep),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
     Calibrate(Calibrate),
@@ -39,7 +39,8 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
-    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
+    /// broken
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
@@ -214,35 +215,41 @@ pub struct Simulate {
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
-    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was; without this a search that would
+    /// discard the work of an unfinished one asks for --force
     #[arg(long)]
     pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Compare every backend with the reference.
+/// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags)]
 pub struct Verify {
     /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
     pub spec: Option<PathBuf>,
-    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
+    /// Few taps of few configurations: seconds instead of half a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
+    /// cases [default: 24; with --quick 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps
     #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
-    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances. Ctrl-C
+/// keeps what was measured.
 #[derive(Debug, Flags)]
 pub struct Bench {
-    /// Few configurations, few taps: seconds instead of minutes
+    /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
     #[command(flatten)]
@@ -287,8 +294,8 @@ pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values)
-    /// or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values), an
+    /// unfinished search, or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

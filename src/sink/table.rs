@@ -200,7 +200,7 @@ impl TapRow<'_> {
             Number(if r.elongation.is_some() { f64::NAN } else { r.tap.deviation })
         }),
         column(Is("distance_mm"), "estimated distance â (23)", |r| Number(r.estimated.distance)),
-        column(Is("error_mm"), "â − a", |r| Number(r.estimated.distance - r.a)),
+        column(Is("error_mm"), "bias: â − a", |r| Number(r.estimated.distance - r.a)),
         column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge (24)", |r| {
             Number(r.estimated.sigma)
         }),
@@ -231,13 +231,17 @@ impl AtDrive<'_> {
         column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
         column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
         column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
-        column(Is("error_rms_mm"), "root mean square of â − a: the bias (§4.3)", |r| {
+        column(Is("error_rms_mm"), "bias: root mean square of â − a (§4.3)", |r| {
             r.row.error_rms().into()
         }),
-        column(Is("error_max_mm"), "largest |â − a|", |r| r.row.error_max().into()),
-        column(Is("error_mean_mm"), "mean of â − a", |r| r.row.error_mean().into()),
-        column(Is("noise_rms_mm"), "root mean square of sigma_mm (§4.4)", |r| r.row.noise_rms().into()),
-        column(Is("total_rms_mm"), "bias and noise in quadrature (§4.4)", |r| r.row.total_rms().into()),
+        column(Is("error_max_mm"), "bias: largest |â − a|", |r| r.row.error_max().into()),
+        column(Is("error_mean_mm"), "bias: mean of â − a", |r| r.row.error_mean().into()),
+        column(Is("noise_rms_mm"), "noise: root mean square of sigma_mm (§4.4)", |r| {
+            r.row.noise_rms().into()
+        }),
+        column(Is("total_rms_mm"), "bias (error_rms_mm) and noise in quadrature (§4.4)", |r| {
+            r.row.total_rms().into()
+        }),
         column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max().into()),
         column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max().into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),

@@ -82,7 +82,7 @@ fn list(item: &Item<'_>, domain: &Domain) -> Result<Vec<f64>> {
 fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
     let from = item.need("from")?.within(domain)?;
     let last = item.need("to")?;
-    let to = last.number(domain.allowed)?;
+    let to = last.sensible(domain.allowed)?;
     let log = scale(item)?;
     let axis = match (item.child("steps"), item.child("step")) {
         (Some(steps), None) => {

@@ -1,7 +1,8 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
 //! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places; `axis`, `space`,
-//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
+//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
+//! combinations are allowed, `units` which of them were probably meant in another unit.
 
 mod axis;
 mod check;
@@ -16,6 +17,7 @@ mod space;
 mod table;
 mod tap;
 mod tuple_file;
+mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -83,7 +85,7 @@ pub(crate) fn of_table(
     let run = sections::run(&sections.section("run"), base)?;
     let (space, mut warnings) = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
-    Ok(Spec {
+    let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
@@ -94,7 +96,10 @@ pub(crate) fn of_table(
         in_force: sections.in_force(),
         inputs: inputs(&sections, base),
         warnings,
-    })
+    };
+    let doubts = units::doubts(&sections, &spec);
+    spec.warnings.extend(doubts);
+    Ok(spec)
 }
 
 /// Reads the spec at `path` with its `[optimise]`.
@@ -116,6 +121,8 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
     spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
     optimise::check(&sections, &spec, &mut search)?;
+    let doubts = units::of_search(&sections, &spec.study);
+    spec.warnings.extend(doubts);
     Ok((spec, search))
 }
 
