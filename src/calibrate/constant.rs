@@ -7,7 +7,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimator::cells::Cell;
-use crate::estimator::model::exact::{Exact, Parameter};
+use crate::estimator::fit::Fit;
+use crate::estimator::model::exact::Parameter;
 use crate::estimator::taps::Tap;
 
 /// Steps of Gauss and Newton at most.
@@ -191,36 +192,11 @@ pub fn reference(taps: &[&Tap]) -> Option<f64> {
     Some(if rising { lo - room } else { hi + room })
 }
 
-/// The constant of `cells` of one side, whose signals have `sign`, beside factor and drive offset of `model`; `None` where these cannot
-/// be told apart at all.
-pub fn with_model(model: &Exact, cells: &[Cell], sign: f64, noise: f64) -> Option<Constant> {
-    let mut sizes: Vec<f64> = cells.iter().map(|c| c.signal).collect();
-    let size = crate::reduce::median(&mut sizes);
-    let mut ratios: Vec<f64> = cells.iter().map(|c| c.signal / model.expected(c.a, c.drive)).collect();
-    ratios.retain(|r| r.is_finite());
-    if ratios.is_empty() {
-        return None;
-    }
-    let factor = crate::reduce::median(&mut ratios);
-    let one_drive = cells.iter().all(|c| c.j == cells[0].j);
-    let rows = |x: &[f64]| -> Option<Vec<Row>> {
-        let mut values = model.values;
-        (values[0], values[1]) = (x[0] * factor, x.get(2).copied().unwrap_or(0.0));
-        let model = model.with_values(values, &[Parameter::Factor, Parameter::DriveOffset]);
-        let row = |c: &Cell| {
-            // A misfit of the model goes with the signal, noise does not.
-            let weight = 1.0 / (noise * noise * c.share + (1e-3 * c.signal).powi(2)).sqrt();
-            let slopes = model.gradient(c.a, c.drive);
-            let mut d = vec![weight * slopes[0] * factor, weight * size];
-            if x.len() > 2 {
-                d.push(weight * slopes[1]);
-            }
-            (weight * (model.expected(c.a, c.drive) + x[1] * size - c.signal), d)
-        };
-        let rows: Vec<Row> = cells.iter().map(row).collect();
-        rows.iter().all(|(r, d)| r.is_finite() && d.iter().all(|x| x.is_finite())).then_some(rows)
-    };
-    let start = if one_drive { vec![1.0, 0.0] } else { vec![1.0, 0.0, 0.0] };
-    let (x, covariance) = least_squares(start, &rows)?;
-    Some(Constant { value: sign * x[1] * size, error: covariance[(1, 1)].sqrt() * size, size })
+/// The constant that the fit of the model has found beside everything else, of a side whose signals have `sign`; `None` where the data do
+/// not determine it.
+pub fn of_fit(fit: &Fit, cells: &[Cell], sign: f64) -> Option<Constant> {
+    let at = fit.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
+    let size = crate::reduce::median(&mut cells.iter().map(|c| c.signal).collect::<Vec<_>>());
+    let value = sign * fit.exact.values[Parameter::Zero as usize];
+    Some(Constant { value, error: fit.exact.covariance[at][at].sqrt(), size })
 }

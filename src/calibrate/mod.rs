@@ -25,6 +25,7 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError, SolveError};
+use crate::estimator::fit::{Taring, Task};
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::estimator::{EXACT, Estimator};
@@ -130,10 +131,23 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let mut sides = flagged(data, &rig, &mut taps, &signs, modelled, &open)?;
     let mut sure = read || tared.from == TaredBy::Fitted;
     if !read && modelled && tared.from != TaredBy::Reference {
-        let Flagged { sign, scatter, model, .. } = &sides[0];
+        let Flagged { sign, gauge, scatter } = &sides[0];
         let cells = noise::of_side(&rig, &taps, *sign);
-        let found = model.as_ref().and_then(|m| constant::with_model(m, &cells, *sign, scatter.signal));
-        sure |= found.is_some_and(|c| c.determined());
+        let found = match extent(&rig, &taps, *sign, *gauge) {
+            Some(at) => {
+                let task = Task {
+                    rig: &rig,
+                    at,
+                    cells: &cells,
+                    noise: scatter.signal,
+                    zero: Taring::Sought,
+                    open: &open,
+                };
+                constant::of_fit(&task.fit(&options.fit)?, &cells, *sign)
+            }
+            None => None,
+        };
+        sure |= found.is_some();
         if let Some(found) = found.filter(|c| c.is_there()) {
             taps = unflagged;
             tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
@@ -148,11 +162,20 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         None => noise::scatter(&rig, &taps, &sides, modelled, &options.fit, &open)?,
     };
     rig.setup.gauge.noise_strain = Some(noise);
-    let hold = !sure;
+    let zero_known = if sure || !modelled { Taring::Known } else { Taring::Unknown };
     let mut results = Vec::new();
     for (sign, gauge, _) in sides {
-        let asked =
-            side::Ask { data, rig: &rig, taps: &taps, sign, gauge, noise, recorded, hold, fit: &options.fit };
+        let asked = side::Ask {
+            data,
+            rig: &rig,
+            taps: &taps,
+            sign,
+            gauge,
+            noise,
+            recorded,
+            zero: zero_known,
+            fit: &options.fit,
+        };
         results.push(side::calibrate(&asked, &open)?);
     }
     let winner = winner::winner(&results);
@@ -186,8 +209,6 @@ struct Flagged {
     sign: f64,
     gauge: Side,
     scatter: suspects::Scatter,
-    /// The model of the spec, where there is one.
-    model: Option<Exact>,
 }
 
 /// Sets suspects aside, side by side.
@@ -216,7 +237,7 @@ fn flagged(
             models.insert(0, exact);
         }
         let scatter = suspects::flag(taps, rig, sign, &models);
-        sides.push(Flagged { sign, gauge, scatter, model });
+        sides.push(Flagged { sign, gauge, scatter });
     }
     Ok(sides)
 }

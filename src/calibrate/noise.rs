@@ -3,7 +3,7 @@
 use super::suspects::Scatter;
 use crate::error::Error;
 use crate::estimator::cells::{Cell, Levels, cells, repeatability};
-use crate::estimator::fit::Task;
+use crate::estimator::fit::{Taring, Task};
 use crate::estimator::model::exact::Opener;
 use crate::estimator::taps::Tap;
 use crate::locate::Parameter;
@@ -67,7 +67,7 @@ pub fn scatter(
     for (sign, gauge, _) in sides {
         let cells = of_side(rig, taps, *sign);
         let Some(at) = super::extent(rig, taps, *sign, *gauge).filter(|_| recorded) else { continue };
-        let fit = Task { rig, at, cells: &cells, noise: 0.0, hold: false, open }.fit(fit)?;
+        let fit = Task { rig, at, cells: &cells, noise: 0.0, zero: Taring::Known, open }.fit(fit)?;
         squares += fit.residuals.iter().zip(&cells).map(|(e, c)| e * e / c.share).sum::<f64>();
         freedom += cells.len() as f64 - fit.exact.fitted.len() as f64;
     }

@@ -4,7 +4,7 @@ use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, cells};
-use crate::estimator::fit::{Fit, Task};
+use crate::estimator::fit::{Fit, Taring, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
@@ -32,8 +32,8 @@ pub struct Ask<'a> {
     pub noise: f64,
     /// Whether the drive is known.
     pub recorded: bool,
-    /// Whether the drive offset is not fitted: it would take up an offset of the signal.
-    pub hold: bool,
+    /// What is known of the zero of the signal.
+    pub zero: Taring,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -163,7 +163,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         true => {
             let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
             Some(
-                Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, hold: ask.hold, open }
+                Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: ask.zero, open }
                     .fit(ask.fit)?,
             )
         }

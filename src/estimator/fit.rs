@@ -36,6 +36,17 @@ pub struct Fit {
     pub deviations: DVector<f64>,
 }
 
+/// What is known of the zero of the signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taring {
+    /// It was taken off, or is zero.
+    Known,
+    /// It is looked for.
+    Sought,
+    /// The data do not tell it: the drive offset, which would take it up, is fitted only where it is asked for.
+    Unknown,
+}
+
 /// What is fitted to.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
@@ -47,8 +58,8 @@ pub struct Task<'a> {
     pub cells: &'a [Cell],
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// Whether the drive offset is fitted only where it is asked for: beside an unknown zero it would take up an offset of the signal.
-    pub hold: bool,
+    /// What is known of the zero of the signal.
+    pub zero: Taring,
     /// Solves models.
     pub open: Opener<'a>,
 }
@@ -63,7 +74,9 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
                 Parameter::Mu => "contact = { coulomb = … } in [model]",
                 Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
                 Parameter::Hub => "an active whisker (theta_deg)",
-                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset => "",
+                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
+                    ""
+                }
             };
             let message = "the model of this spec has no such parameter, so that it cannot be fitted";
             let name = p.name(rig.setup.drive);
@@ -74,7 +87,7 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
 }
 
 /// How much of a parameter is a lot: what it could plausibly be off by.
-fn width(p: Parameter, values: &Values, drives: [f64; 2]) -> f64 {
+fn width(p: Parameter, values: &Values, drives: [f64; 2], size: f64) -> f64 {
     match p {
         Parameter::Factor => values[0].abs(),
         Parameter::DriveOffset => 0.1 * drives[1],
@@ -82,6 +95,7 @@ fn width(p: Parameter, values: &Values, drives: [f64; 2]) -> f64 {
         Parameter::Hub => 5.0,
         Parameter::Nu | Parameter::Mu => 0.5,
         Parameter::Ratio => 1.0,
+        Parameter::Zero => 0.2 * size,
     }
 }
 
@@ -101,8 +115,9 @@ impl Task<'_> {
             return Err(Error::Run("the model has no strain at any measured tap".to_owned()));
         }
         let mut free = vec![Parameter::Factor];
-        free.extend((!self.hold).then_some(Parameter::DriveOffset));
+        free.extend((self.zero != Taring::Unknown).then_some(Parameter::DriveOffset));
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
+        free.extend((self.zero == Taring::Sought).then_some(Parameter::Zero));
         let mut undetermined = Vec::new();
         let mut misfit = 0.0;
         let mut values = start;
@@ -110,6 +125,11 @@ impl Task<'_> {
             let model = self.minimise(values, &free, misfit)?;
             if let Some(worst) = self.worst(&model, &free, misfit) {
                 undetermined.push(free.remove(worst));
+                if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
+                    undetermined.extend(
+                        free.iter().position(|p| *p == Parameter::DriveOffset).map(|i| free.remove(i)),
+                    );
+                }
                 undetermined.sort_by_key(|p| *p as usize);
                 values = start;
                 misfit = 0.0;
@@ -124,6 +144,11 @@ impl Task<'_> {
             let again = self.minimise(values, &free, misfit)?;
             return self.finish(again, free, undetermined, misfit);
         }
+    }
+
+    /// What half of the cells give.
+    fn size(&self) -> f64 {
+        crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>())
     }
 
     /// Standard deviation of a cell's mean.
@@ -155,7 +180,7 @@ impl Task<'_> {
     /// Sets `free` by least squares, starting from `values`.
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
         let drives = self.at.drives;
-        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives)).collect();
+        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.size())).collect();
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let problem = Problem { task: *self, free: free.to_vec(), scale, exact, deviations, failed: None };
@@ -173,7 +198,8 @@ impl Task<'_> {
 
     /// Covariance for cells with these standard deviations; `None` where some combination is free.
     fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
-        let scale: Vec<f64> = model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives)).collect();
+        let scale: Vec<f64> =
+            model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives, self.size())).collect();
         let mut j = self.slopes(model);
         for (i, c) in self.cells.iter().enumerate() {
             for k in 0..scale.len() {
@@ -201,7 +227,7 @@ impl Task<'_> {
                 return (0..free.len()).map(|i| if i > 0 { f64::INFINITY } else { 0.0 }).collect::<Vec<_>>();
             };
             let share = |(i, p): (usize, &Parameter)| {
-                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives) / limit
+                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives, self.size()) / limit
             };
             free.iter().enumerate().map(share).collect()
         };
@@ -265,7 +291,10 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
             let [lo, hi] = p.domain();
             values[*p as usize] = (x * s).clamp(lo, hi);
         }
-        let same = (3..values.len()).all(|i| values[i].to_bits() == self.exact.values[i].to_bits());
+        let same = Parameter::ALL.iter().filter(|p| p.is_physical()).all(|p| {
+            let i = *p as usize;
+            values[i].to_bits() == self.exact.values[i].to_bits()
+        });
         if same {
             self.exact.values = values;
             return;

@@ -147,29 +147,35 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
 }
 
 /// Rows without contact: those whose drive is 0, and, where the drive has a zero of its own, those of negative drives up to where the
-/// signal begins to change.
+/// signal begins to change. A negative drive that is also there as a positive one is a slip of the sign.
 fn resting(data: &Data, signals: &[f64]) -> (Vec<bool>, TaredBy) {
     let drive = |i: usize| data.rows[i].drive;
+    let all = 0..signals.len();
     let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
+    let mut forward: Vec<f64> = all.clone().map(drive).filter(|d| *d > 0.0).collect();
+    forward.sort_by(f64::total_cmp);
+    let slip = |d: f64| {
+        let near = forward.partition_point(|x| *x < -d * (1.0 - 1e-6));
+        forward.get(near).is_some_and(|x| *x <= -d * (1.0 + 1e-6))
+    };
     let mut before: Vec<usize> =
-        (0..signals.len()).filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
+        all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite() && !slip(drive(i))).collect();
     if before.is_empty() {
-        return ((0..signals.len()).map(at_zero).collect(), TaredBy::Rows);
+        return (all.map(at_zero).collect(), TaredBy::Rows);
     }
     before.sort_by(|i, j| drive(*i).total_cmp(&drive(*j)));
     let lowest = drive(before[0]);
     let mut still: Vec<f64> = before.iter().filter(|i| drive(**i) == lowest).map(|i| signals[*i]).collect();
     let base = median(&mut still);
     let mut sizes: Vec<f64> =
-        (0..signals.len()).filter(|&i| drive(i) > 0.0).map(|i| (signals[i] - base).abs()).collect();
+        all.clone().filter(|&i| drive(i) > 0.0).map(|i| (signals[i] - base).abs()).collect();
     sizes.retain(|s| s.is_finite());
     let near = if sizes.is_empty() { 0.0 } else { STILL * median(&mut sizes) };
     let end = before.iter().find(|i| (signals[**i] - base).abs() > near).map_or(0.0, |i| drive(*i));
-    let rests = |i: usize| {
-        let still = (signals[i] - base).abs() <= near;
-        (drive(i) < end && still) || (at_zero(i) && still)
-    };
-    ((0..signals.len()).map(rests).collect(), TaredBy::Plateau)
+    let still = |i: usize| (signals[i] - base).abs() <= near;
+    let mut rest: Vec<bool> = all.map(|i| at_zero(i) && still(i)).collect();
+    before.iter().for_each(|&i| rest[i] = still(i) && drive(i) < end);
+    (rest, TaredBy::Plateau)
 }
 
 fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {

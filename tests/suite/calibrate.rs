@@ -231,7 +231,7 @@ fn a_rig_that_never_recorded_its_angle() {
         .collect();
     let found = calibrated(&blind, &spec, &[]);
     let held: Vec<&str> = ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
-    assert_eq!(held, ["paper", "table"]);
+    assert_eq!(held, ["paper", "curve", "table"]);
     let at = locator(&found, None).locate(1.0, 0.02);
     let said = {
         let options = Options { drive: Some(4.0), ..Options::default() };

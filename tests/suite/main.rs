@@ -18,6 +18,7 @@ mod help;
 mod in_force;
 mod inputs;
 mod journal;
+mod lab;
 mod linear;
 mod locate;
 mod optimise;

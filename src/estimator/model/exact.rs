@@ -1,6 +1,6 @@
 //! `exact`: the whole configured model, inverted for a, with the parameters that calibration fitted.
 //!
-//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10). E is no parameter: strain does not depend on it.
+//! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10) (+ z₀ while that is looked for). E is no parameter: strain does not depend on it.
 
 use super::Found;
 use super::error::ModelError;
@@ -99,12 +99,6 @@ impl Exact {
         Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides })
     }
 
-    /// The same solution with other values of what needs no new one, as if `fitted` were fitted, none of which is physical.
-    pub fn with_values(&self, values: Values, fitted: &[Parameter]) -> Self {
-        let sides = vec![None; fitted.len()];
-        Self { values, fitted: fitted.to_vec(), covariance: Vec::new(), surface: self.surface.clone(), sides }
-    }
-
     fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
         (a + self.values[2], drive + self.values[1])
     }
@@ -117,7 +111,7 @@ impl Exact {
     /// Reading expected at a, mm.
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         let (a, drive) = self.moved(a, drive);
-        self.values[0] * self.surface.value(a, drive)
+        self.values[0] * self.surface.value(a, drive) + self.values[7]
     }
 
     /// d reading/da, 1/mm.
@@ -140,6 +134,7 @@ impl Exact {
                 let h = 1e-4 * a;
                 quotient(self.surface.value(a - h, drive), self.surface.value(a + h, drive), 2.0 * h)
             }
+            (Parameter::Zero, _) => 1.0,
             (_, Some((lo, hi, width))) => quotient(lo.value(a, drive), hi.value(a, drive), *width),
             (_, None) => 0.0,
         };

@@ -19,10 +19,13 @@ pub enum Parameter {
     Mu,
     /// C01/C10.
     Ratio,
+    /// z₀, in the unit of the signal: what a sensor that nobody tared shows without contact. It is fitted to be taken off the signal, not
+    /// to be kept as a parameter.
+    Zero,
 }
 
 impl Parameter {
-    /// All, in the order of [`Values`].
+    /// All that a calibration holds, in the order of [`Values`].
     pub const ALL: [Self; 7] =
         [Self::Factor, Self::DriveOffset, Self::DistanceOffset, Self::Hub, Self::Nu, Self::Mu, Self::Ratio];
 
@@ -37,6 +40,7 @@ impl Parameter {
             (Self::Nu, _) => "nu",
             (Self::Mu, _) => "mu",
             (Self::Ratio, _) => "C01/C10",
+            (Self::Zero, _) => "zero",
         }
     }
 
@@ -53,7 +57,7 @@ impl Parameter {
     pub fn domain(self) -> [f64; 2] {
         match self {
             Self::Factor => [f64::MIN_POSITIVE, f64::INFINITY],
-            Self::DriveOffset | Self::DistanceOffset => [f64::NEG_INFINITY, f64::INFINITY],
+            Self::DriveOffset | Self::DistanceOffset | Self::Zero => [f64::NEG_INFINITY, f64::INFINITY],
             Self::Hub => [0.0, 1e3],
             Self::Nu => [0.0, 0.5],
             Self::Mu => [0.0, 2.0],
@@ -76,7 +80,7 @@ impl Parameter {
 }
 
 /// Values of all parameters, by [`Parameter`].
-pub type Values = [f64; 7];
+pub type Values = [f64; 8];
 
 /// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10 as they stand; NaN where the model has no such thing.
 pub fn spec_values(setup: &Setup) -> Values {
@@ -91,12 +95,12 @@ pub fn spec_values(setup: &Setup) -> Values {
     };
     let hub = if setup.drive == Drive::Angle { setup.hub } else { f64::NAN };
     let nu = if setup.model.shear { setup.model.nu } else { f64::NAN };
-    [1.0, 0.0, 0.0, hub, nu, mu, ratio]
+    [1.0, 0.0, 0.0, hub, nu, mu, ratio, 0.0]
 }
 
 /// `setup` with the physical parameters of `values`.
 pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
-    let [_, _, _, hub, nu, mu, ratio] = *values;
+    let [_, _, _, hub, nu, mu, ratio, _] = *values;
     let mut setup = setup.clone();
     if hub.is_finite() {
         setup.hub = hub;

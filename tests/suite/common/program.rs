@@ -23,6 +23,12 @@ pub struct Ran {
 }
 
 impl Ran {
+    fn of(output: std::process::Output) -> Self {
+        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+        let code = output.status.code().expect("an exit code");
+        Self { code, stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+
     /// The one object on stdout.
     #[track_caller]
     pub fn json(&self) -> Value {
@@ -84,12 +90,15 @@ impl Desk {
         let mut command = Command::cargo_bin("vibrissa").expect("the program is built");
         command.current_dir(self.folder.path()).args(arguments).envs(variables.iter().copied());
         let output = command.output().expect("the program starts");
-        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-        Ran {
-            code: output.status.code().expect("an exit code"),
-            stdout: text(output.stdout),
-            stderr: text(output.stderr),
-        }
+        Ran::of(output)
+    }
+
+    /// Runs the program here with `input` on stdin.
+    pub fn pipe(&self, arguments: &[&str], input: &str) -> Ran {
+        let mut command = Command::cargo_bin("vibrissa").expect("the program is built");
+        command.current_dir(self.folder.path()).args(arguments).write_stdin(input);
+        let output = command.output().expect("the program starts");
+        Ran::of(output)
     }
 
     /// Runs the program here.

@@ -1,0 +1,269 @@
+//! Readings as a lab has them: offsets, jitter, other columns and decimal marks, raw counts, whiskers that nobody described.
+
+use crate::common::measuring::{REAL, TAPS, calibrated, data, fresh, locator, prototype, score, table};
+use crate::common::program::Desk;
+use crate::common::sweeping::{Row, Table};
+use vibrissa::calibrate::{Options, calibrate};
+use vibrissa::locate::estimator::{CURVE, TABLE};
+use vibrissa::measure::zero::TaredBy;
+use vibrissa::measure::{Names, Rig};
+use vibrissa::scene::{Drive, Setup};
+use vibrissa::simulate::Settings;
+
+const NOISE: f64 = 1e-5;
+const OFFSET: f64 = 180e-6;
+
+fn noisy(seed: u64) -> Settings {
+    Settings { repeats: 3, noise: NOISE, zero_every: Some(20), seed, ..Settings::default() }
+}
+
+/// The rows of a table, each with its signal moved by `f` of (row, a, drive, strain).
+fn moved(table: &str, mut f: impl FnMut(usize, f64, f64, f64) -> f64) -> String {
+    let mut out = String::from("a_mm,theta_deg,strain\n");
+    for (k, row) in data(table).rows.iter().enumerate() {
+        let a = if row.a.is_finite() { row.a.to_string() } else { String::new() };
+        out += &format!("{a},{},{}\n", row.drive, f(k, row.a, row.drive, row.value));
+    }
+    out
+}
+
+fn spec() -> String {
+    prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL])
+}
+
+/// A calibrated rig whose readings have an offset, on a desk.
+fn desk() -> Desk {
+    let desk = Desk::new(&spec());
+    desk.write("cal.csv", moved(&table(&spec(), &noisy(1)), |_, _, _, s| s + OFFSET));
+    desk.run(&["calibrate", "cal.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk
+}
+
+/// Root mean square of distance − a over the rows of a located file that have a distance.
+fn rms(table: &Table) -> f64 {
+    let number = |r: &Row, c: &str| r[c].parse::<f64>().ok();
+    let errors: Vec<f64> =
+        table.rows.iter().filter_map(|r| Some(number(r, "distance_mm")? - number(r, "a_mm")?)).collect();
+    assert!(errors.len() > 100);
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+#[test]
+fn an_offset_of_the_readings_is_taken_off_or_told() {
+    let desk = desk();
+    let tared =
+        vibrissa::locate::Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap().zero.unwrap();
+    assert!(tared.from == TaredBy::Rows && (tared.value - OFFSET).abs() < 3.0 * NOISE, "{tared:?}");
+    let fresh = table(&fresh(&spec(), [22.0, 47.0], 100), &noisy(7));
+    let with_zeros = moved(&fresh, |_, _, _, s| s + OFFSET);
+    let without: String =
+        with_zeros.lines().filter(|l| !l.contains(",0,")).map(|l| format!("{l}\n")).collect();
+    desk.write("zeros.csv", &with_zeros);
+    desk.write("none.csv", &without);
+    let ran = |arguments: &[&str]| {
+        let ran = desk.run(&[&["locate", "cal/calibration.toml"], arguments, &["--force"]].concat()).exits(0);
+        (Table::read(&desk.path("loc/located.csv")), ran.stderr)
+    };
+    let clean = {
+        desk.write("clean.csv", moved(&fresh, |_, _, _, s| s));
+        rms(&ran(&["clean.csv", "--out", "loc"]).0)
+    };
+    let (located, said) = ran(&["zeros.csv", "--out", "loc"]);
+    assert!(rms(&located) < 1.05 * clean && !said.contains("every distance is wrong"), "{said}");
+    let zeros: Vec<_> = located.rows.iter().filter(|r| r["theta_deg"] == "0").collect();
+    assert!(
+        zeros.len() > 10 && zeros.iter().all(|r| r["status"] == "no_strain" && r["distance_mm"].is_empty())
+    );
+    let (located, said) = ran(&["none.csv", "--zero", "180e-6", "--out", "loc"]);
+    assert!(rms(&located) < 1.05 * clean && !said.contains("every distance is wrong"), "{said}");
+    let (located, said) = ran(&["none.csv", "--out", "loc"]);
+    assert!(rms(&located) > 2.0 * clean && said.contains("every distance is wrong"), "{said}");
+    let both =
+        desk.run(&["locate", "cal/calibration.toml", "zeros.csv", "--zero", "0", "--out", "l2"]).exits(2);
+    assert!(both.stderr.contains("zero readings of their own"), "{}", both.stderr);
+}
+
+#[test]
+fn an_offset_that_nobody_read_is_found_where_the_data_tell_it() {
+    let settings = Settings { zero_every: None, ..noisy(1) };
+    let fresh = table(&fresh(&spec(), [22.0, 47.0], 200), &Settings { zero_every: None, ..noisy(7) });
+    for (offset, drive_offset) in [(OFFSET, 0.0), (-4.0 * OFFSET, 0.1), (0.0, 0.2)] {
+        let text = moved(&table(&spec(), &Settings { drive_offset, ..settings }), |_, _, _, s| s + offset);
+        let found = calibrated(&text, &spec(), &[]);
+        let tared = found.calibration.zero.clone().unwrap();
+        let [value, error] =
+            if tared.from == TaredBy::Fitted { [tared.value, tared.error] } else { [0.0, 2e-6] };
+        assert!((value - offset).abs() < 5.0 * error && error < 3e-5, "{offset}: {tared:?}");
+        assert_eq!(found.warnings.iter().any(|w| w.contains("constant offset")), offset != 0.0);
+        if drive_offset == 0.0 {
+            let located = locator(&found, None);
+            let shifted = moved(&fresh, |_, _, _, s| s + offset - value);
+            let score = score(&located, &shifted, NOISE);
+            assert!(score.rms < 1.3 * score.limit, "{offset}: {score:?}");
+        }
+    }
+    // One drive at two distances tells nothing, and says so.
+    let two = "[tap]\na = [30, 40]\ntheta = 4\n";
+    let bare = prototype(10.0, &["noise_strain = 1e-5\n", two, REAL]);
+    let found = calibrated(&table(&bare, &settings), &bare, &[]);
+    assert!(
+        found.warnings.iter().any(|w| w.contains("cannot tell a constant offset")),
+        "{:?}",
+        found.warnings
+    );
+}
+
+#[test]
+fn a_stream_holds_the_last_zero() {
+    let desk = desk();
+    let at = |input: &str, more: &[&str]| -> Vec<String> {
+        let arguments = [&["locate", "cal/calibration.toml"], more].concat();
+        let ran = desk.pipe(&arguments, input).exits(0);
+        ran.stdout.lines().skip(1).map(str::to_owned).collect()
+    };
+    let plain = at("4,0.02\n4,0.03\n", &["--zero", "0"]);
+    let tared = at("0,0.00018\n4,0.02018\n0,0.00118\n4,0.03118\n", &[]);
+    assert!(tared[0].ends_with(",,,no_strain") && tared[2].ends_with(",,,no_strain"), "{tared:?}");
+    let answer = |l: &String| l.split(',').nth(2).unwrap().parse::<f64>().unwrap();
+    for (p, t) in [(0, 1), (1, 3)] {
+        assert!((answer(&plain[p]) - answer(&tared[t])).abs() < 1e-6, "{plain:?} {tared:?}");
+    }
+    // Semicolons and decimal commas; the zero in the unit of the stream.
+    let comma = at("theta_deg;microstrain\n4;20180,0\n", &["--zero", "180"]);
+    assert!((answer(&comma[0]) - answer(&plain[0])).abs() < 1e-6, "{comma:?}");
+}
+
+#[test]
+fn columns_may_have_any_name_and_a_drive_is_not_guessed() {
+    let desk = desk();
+    desk.write("r.csv", "id;dist;ang;ch3;note\n1;30,0;4,0;0,02;\"a;b\"\n2;31,5;4,0;0,0195;x,y\n");
+    let columns = "theta=ang,strain=ch3";
+    desk.run(&["locate", "cal/calibration.toml", "r.csv", "--columns", columns, "--zero", "0", "--out", "l"])
+        .exits(0);
+    let located = Table::read(&desk.path("l/located.csv"));
+    let own = ["line", "id", "dist", "ang", "ch3", "note", "theta_deg", "strain", "zero"];
+    assert_eq!(located.columns[..9], own, "{:?}", located.columns);
+    let row = &located.rows[0];
+    assert_eq!(
+        [&row["line"], &row["ang"], &row["ch3"], &row["note"], &row["strain"]],
+        ["2", "4.0", "0.02", "a;b", "0.02"]
+    );
+    assert!(row["distance_mm"].parse::<f64>().is_ok() && located.rows[1]["note"] == "x,y");
+    for (name, word) in
+        [("theta", "theta_deg"), ("theta_rad", "radians"), ("angle", "theta_deg"), ("delta", "delta_mm")]
+    {
+        desk.write("d.csv", format!("a_mm,{name},strain\n30,4,0.02\n40,4,0.01\n"));
+        for command in [
+            &["calibrate", "d.csv", "--whisker", "spec.toml"][..],
+            &["locate", "cal/calibration.toml", "d.csv"],
+        ] {
+            let ran = desk.run(command).exits(2);
+            assert!(ran.stderr.contains(word) && ran.stderr.contains("d.csv:1"), "{name}: {}", ran.stderr);
+        }
+    }
+    let mixed = "a_mm;theta_deg;strain\n30;4.0;0,02\n31;4.0;0,02\n";
+    desk.write("d.csv", mixed);
+    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml"]).exits(2);
+    assert!(ran.stderr.contains("decimal mark") && ran.stderr.contains("d.csv:2"), "{}", ran.stderr);
+}
+
+/// A rig that reaches its drives and distances with jitter, its counts raw and upside down above a large offset, its drive counted from
+/// a zero of its own: contact begins at −6.
+fn raw(counts: impl Fn(f64) -> f64) -> String {
+    let spec = "[whisker]\nD = 3\nd = 1\nL_a = 180\n[gauge]\nx_ss = 5\nl = 2\n[tap]\ndrive = \"displacement\"\n\
+                a = [117, 121.5, 126, 130.5, 135, 139.5, 144]\ndelta = [8, 10, 12, 14, 16]\n";
+    let measured = table(spec, &Settings { repeats: 3, noise: 3e-6, ..Settings::default() });
+    let mut out = String::from("a_mm,delta_mm,reading\n");
+    for (k, row) in data(&measured).rows.iter().enumerate() {
+        let jitter = 0.02 * (k % 7) as f64;
+        if k % 35 == 0 {
+            out += &format!("144.04,-7.85,{}\n", counts(0.0));
+        }
+        out += &format!("{},{},{}\n", row.a + 0.5 * jitter, row.drive - 6.0 + jitter, counts(row.value));
+    }
+    out
+}
+
+#[test]
+fn raw_counts_with_jitter_and_a_zero_of_their_own_are_calibrated_without_a_whisker() {
+    let rig = || Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.2).unwrap();
+    let plain =
+        calibrate(&data(&raw(|s| (50_000.0 - 1.2e7 * s).round())), &rig(), &Options::default()).unwrap();
+    let side = &plain.sides[0];
+    assert_eq!((side.distances.len(), side.drives.len(), plain.zeros.len()), (7, 5, 3));
+    assert_eq!(plain.calibration.zero.as_ref().unwrap().from, TaredBy::Plateau);
+    assert!(plain.winner == CURVE || plain.winner == TABLE);
+    let held = side.held_out(CURVE).unwrap().rms(|_| true);
+    assert!(held.0.unwrap() < 0.6 && held.1 == side.used, "{held:?}");
+}
+
+#[test]
+fn counts_that_begin_anew_are_joined_and_answered() {
+    let rig = || Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.2).unwrap();
+    let counts = |s: f64| (12_000.0 - 5e6 * s).round();
+    let lowest = data(&raw(counts)).rows.iter().map(|r| r.value).fold(f64::INFINITY, f64::min);
+    assert!((-20_000.0..-1_000.0).contains(&lowest), "{lowest}");
+    let with = |text: &str| calibrate(&data(text), &rig(), &Options::default()).unwrap();
+    let plain = with(&raw(counts));
+    let turned = with(&raw(|s| counts(s).rem_euclid(65_536.0)));
+    assert!(
+        turned.calibration.zero.as_ref().unwrap().wraps
+            && turned.warnings.iter().any(|w| w.contains("16 bits"))
+    );
+    let [p, t] =
+        [&plain, &turned].map(|c| locator(c, Some(CURVE)).locate_above(6.0, lowest * 0.8, 12_000.0, 0.0));
+    let anew = locator(&turned, Some(CURVE)).locate_above(6.0, 65_536.0 + lowest * 0.8, 12_000.0, 0.0);
+    assert!(
+        p.distance.is_finite() && (p.distance - t.distance).abs() < 1e-6 && anew == t,
+        "{p:?} {t:?} {anew:?}"
+    );
+}
+
+#[test]
+fn what_a_user_says_of_groups_holds() {
+    let text = raw(|s| (50_000.0 - 1.2e7 * s).round());
+    let rig = Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.2).unwrap();
+    let with = |group| calibrate(&data(&text), &rig, &Options { group, ..Options::default() }).unwrap();
+    assert_eq!(with([None, Some(0.5)]).sides[0].drives.len(), 5);
+    assert!(with([Some(0.0), None]).sides[0].distances.len() > 40);
+    assert_eq!(with([Some(5.0), None]).groups[0].centres.len(), 1);
+    assert!(with([None; 2]).warnings.iter().any(|w| w.contains("taken as 7")));
+}
+
+#[test]
+fn one_drive_that_nobody_recorded_is_calibrated_without_a_whisker() {
+    let one = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = 4\n";
+    let spec = prototype(10.0, &["noise_strain = 1e-5\n", one, REAL]);
+    let blind = |t: &str| -> String {
+        let rows = data(t).rows.into_iter().map(|r| format!("{},{}\n", r.a, 4.7e5 * r.value));
+        std::iter::once("a_mm,reading\n".to_owned()).chain(rows).collect()
+    };
+    let settings = Settings { zero_every: None, ..noisy(3) };
+    let desk = Desk::new("");
+    desk.write("d.csv", blind(&table(&spec, &settings)));
+    desk.run(&["calibrate", "d.csv", "--out", "cal"]).exits(0);
+    let fresh = table(&fresh(&spec, [22.0, 47.0], 300), &settings);
+    desk.write("r.csv", blind(&fresh));
+    desk.run(&["locate", "cal/calibration.toml", "r.csv", "--out", "loc"]).exits(0);
+    let located = Table::read(&desk.path("loc/located.csv"));
+    let error = rms(&located);
+    assert!(error < 0.1, "{error}");
+    let ran = desk.run(&["calibrate", "d.csv", "--fit", "hub", "--out", "c2"]).exits(2);
+    assert!(ran.stderr.contains("--whisker"), "{}", ran.stderr);
+    let ran = desk.run(&["locate", "cal/calibration.toml", "r.csv", "--estimator", "exact"]).exits(2);
+    assert!(ran.stderr.contains("curve"), "{}", ran.stderr);
+}
+
+#[test]
+fn names_of_columns_are_checked() {
+    for bad in ["a", "x=y", "a=", "a=b,a=c"] {
+        assert_eq!(Names::parse(bad).unwrap_err().key.as_deref(), Some("--columns"));
+    }
+    let table = "dist;reading\n30;1\n";
+    let read = |said: &str| {
+        vibrissa::measure::Data::parse_named("d.csv", table.as_bytes(), &Names::parse(said).unwrap())
+    };
+    assert!(read("a=dist").is_ok());
+    let e = read("a=dost").unwrap_err();
+    assert!(e.message.contains("dist"), "{e}");
+}
