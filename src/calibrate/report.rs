@@ -4,11 +4,13 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use super::coverage::coverage;
+use super::order::contradictions;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
 use crate::estimator::{ALL, Estimator};
-use crate::locate::Parameter;
+use crate::locate::{Locator, Parameter};
 use crate::measure::{Data, Rig};
 use crate::scene::Drive;
 
@@ -16,7 +18,8 @@ use crate::scene::Drive;
 const LISTED: usize = 100;
 
 /// The result object.
-pub fn result(found: &Calibrated, rig: &Rig) -> Value {
+pub fn result(found: &Calibrated, rig: &Rig, locator: &Locator) -> Value {
+    let (by_position, over_all) = coverage(found, locator);
     let kind = rig.setup.drive;
     let c = &found.calibration;
     let suspect: Vec<Value> = found
@@ -32,10 +35,14 @@ pub fn result(found: &Calibrated, rig: &Rig) -> Value {
         "noise_from": c.noise_from,
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
-        "zero": { "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
+        "zero": { "from": c.zero.as_ref().map(|z| z.from), "value": c.zero.as_ref().map(|z| z.value),
+                  "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
                   "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
         "suspects": suspect,
         "sides": found.sides.iter().map(|s| side(s, rig)).collect::<Vec<_>>(),
+        "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "width": g.width })),
+        "coverage": { "all": over_all.map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
+                      "positions": by_position },
         "warnings": found.warnings,
     })
 }
@@ -81,6 +88,7 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
         "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
+        "contradictions": contradictions(s).iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
     })
 }
@@ -208,7 +216,7 @@ fn parameters(f: &crate::estimator::fit::Fit, kind: Drive) -> Value {
 }
 
 /// A few lines for people.
-pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
+pub fn text(found: &Calibrated, data: &Data, rig: &Rig, locator: &Locator) -> String {
     let mut t = String::new();
     let kind = rig.setup.drive;
     let (symbol, degree) = crate::sink::table::drive_unit(kind);
@@ -285,6 +293,18 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
                 say("with_noise")
             );
         }
+    }
+    if let (_, Some(c)) = coverage(found, locator) {
+        let percent = |x: f64| (100.0 * x).round();
+        let _ = writeln!(
+            t,
+            "σ against errors on distances left out: {} % of {} within 1 σ ({} … {} % at 95 %), {:.1} % beyond 3 σ",
+            percent(c.within_1),
+            c.n,
+            percent(c.interval[0]),
+            percent(c.interval[1]),
+            100.0 * c.beyond_3
+        );
     }
     t
 }

@@ -73,7 +73,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
-    let result = report::result(&found, &rig);
+    let result = report::result(&found, &rig, &locator);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = run_json::document(
@@ -89,7 +89,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         }),
     );
     let written = output::write(&found, &data, &locator, &document, folder)?;
-    let mut text = report::text(&found, &data, &rig);
+    let mut text = report::text(&found, &data, &rig, &locator);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
     let reply = Reply {
         text,

@@ -137,8 +137,11 @@ impl Estimator for Model {
     fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
         let Opening { rig, record, side, open } = *of;
         let Some(r) = &record.exact else { return Ok(None) };
-        let at = Extent { hard: HARD, ..Extent::around(rig, side, record.distances_mm, record.ends()) };
         let (values, fitted) = (r.values(rig), r.fitted(rig.setup.drive));
+        // Half as much again as the offset: its own uncertainty, and readings a little beyond the calibrated drives.
+        let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
+        let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
+        let at = Extent { hard: HARD, ..at };
         match Exact::new(rig, values, fitted, r.covariance.clone(), at, open) {
             Ok(exact) => Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) }))),
             Err(why @ ModelError::Solve(SolveError::TooHard)) => Err(unsolvable(rig, record, &why).into()),

@@ -87,10 +87,10 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
 }
 
 /// How much of a parameter is a lot: what it could plausibly be off by.
-fn width(p: Parameter, values: &Values, drives: [f64; 2], size: f64) -> f64 {
+fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
     match p {
         Parameter::Factor => values[0].abs(),
-        Parameter::DriveOffset => 0.1 * drives[1],
+        Parameter::DriveOffset => (0.1 * drives[1]).max(before),
         Parameter::DistanceOffset => 2.0,
         Parameter::Hub => 5.0,
         Parameter::Nu | Parameter::Mu => 0.5,
@@ -118,7 +118,8 @@ impl Task<'_> {
         free.extend((self.zero != Taring::Unknown).then_some(Parameter::DriveOffset));
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
         free.extend((self.zero == Taring::Sought).then_some(Parameter::Zero));
-        let mut undetermined = Vec::new();
+        let mut undetermined: Vec<Parameter> =
+            (!free.contains(&Parameter::DriveOffset)).then_some(Parameter::DriveOffset).into_iter().collect();
         let mut misfit = 0.0;
         let mut values = start;
         loop {
@@ -146,9 +147,10 @@ impl Task<'_> {
         }
     }
 
-    /// What half of the cells give.
-    fn size(&self) -> f64 {
-        crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>())
+    /// What half of the cells give, and how far the drive went before contact.
+    fn sizes(&self) -> [f64; 2] {
+        let size = crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>());
+        [size, self.rig.before]
     }
 
     /// Standard deviation of a cell's mean.
@@ -180,7 +182,7 @@ impl Task<'_> {
     /// Sets `free` by least squares, starting from `values`.
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
         let drives = self.at.drives;
-        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.size())).collect();
+        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.sizes())).collect();
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let problem = Problem { task: *self, free: free.to_vec(), scale, exact, deviations, failed: None };
@@ -199,7 +201,7 @@ impl Task<'_> {
     /// Covariance for cells with these standard deviations; `None` where some combination is free.
     fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
         let scale: Vec<f64> =
-            model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives, self.size())).collect();
+            model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives, self.sizes())).collect();
         let mut j = self.slopes(model);
         for (i, c) in self.cells.iter().enumerate() {
             for k in 0..scale.len() {
@@ -227,7 +229,7 @@ impl Task<'_> {
                 return (0..free.len()).map(|i| if i > 0 { f64::INFINITY } else { 0.0 }).collect::<Vec<_>>();
             };
             let share = |(i, p): (usize, &Parameter)| {
-                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives, self.size()) / limit
+                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives, self.sizes()) / limit
             };
             free.iter().enumerate().map(share).collect()
         };

@@ -72,6 +72,8 @@ pub struct Sorted {
     pub tared: Tared,
     /// Distances and drives that are one.
     pub groups: [Groups; 2],
+    /// How far below its zero the drive was without contact, in its unit; 0 where it was not.
+    pub before: f64,
 }
 
 /// Sorts the rows of `data` into taps and zero readings. Rows that cannot be taps of this whisker have their reason.
@@ -143,7 +145,9 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     let error = spread.sd().map_or(0.0, |sd| sd / (readings.len() as f64).sqrt());
     let from = if readings.is_empty() { TaredBy::None } else { from };
     let tared = Tared { from, value: spread.mean().unwrap_or(0.0), error, wraps: turn.is_some() };
-    Sorted { taps, zeros, zero, tared, groups }
+    let lowest = data.rows.iter().enumerate().filter(|(i, _)| rest[*i]).map(|(_, r)| -r.drive);
+    let before = lowest.fold(0.0, f64::max);
+    Sorted { taps, zeros, zero, tared, groups, before }
 }
 
 /// Rows without contact: those whose drive is 0, and, where the drive has a zero of its own, those of negative drives up to where the

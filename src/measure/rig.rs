@@ -14,6 +14,8 @@ pub struct Rig {
     pub design: Design,
     /// Whether anybody said what the whisker is; see [`Self::unknown`].
     pub known: bool,
+    /// How far the drive was seen to go before contact, in its unit: an offset of the drive may be as large.
+    pub before: f64,
 }
 
 #[allow(non_snake_case)]
@@ -25,7 +27,7 @@ impl Rig {
     pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         let design = Design::new(&setup, tuple);
         match design.shared {
-            Some(_) => Ok(Self { setup, design, known: true }),
+            Some(_) => Ok(Self { setup, design, known: true, before: 0.0 }),
             None => Err(InputError::new("these numbers are no whisker with a gauge on it")
                 .key("whisker")
                 .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),

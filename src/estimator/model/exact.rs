@@ -33,13 +33,16 @@ pub struct Extent {
 
 impl Extent {
     /// Around calibrated `distances` and `drives`: distances as far as the tip and a little beyond, as noise leads there; drives
-    /// with room for an offset where there is more than one.
-    pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2]) -> Self {
+    /// with room for an offset where there is more than one, and for one of `ahead`.
+    pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2], ahead: f64) -> Self {
         let [lo, hi] = distances;
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         let reach = [lo - margin, (hi + margin).max(1.1 * rig.design.tuple.L_a)];
         let [first, last] = drives;
-        let drives = if first < last { [0.02 * first, last + first.max(0.1 * last)] } else { drives };
+        let drives = match first < last || ahead > 0.0 {
+            true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
+            false => drives,
+        };
         Self { side, reach, drives, hard: [usize::MAX; 2] }
     }
 }
