@@ -8,6 +8,7 @@ use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::journal::Journal;
+use super::other::{self, Other};
 use super::score::{Goal, Limit, Score};
 use super::sensitivity::{self, Sensitivity};
 use super::session::{Ended, Found, Session, Stage, Step, Watch};
@@ -88,6 +89,8 @@ pub struct Report {
     pub at_bounds: Vec<(Column, &'static str)>,
     /// Limits that bind.
     pub binding: Vec<Limit>,
+    /// What the other estimator would make of the best design; `None` where no distance is told.
+    pub other: Option<Other>,
     /// Sensitivities.
     pub sensitivity: Sensitivity,
     /// The front, of a pareto search.
@@ -213,6 +216,11 @@ fn whole(
         .map(Front::new);
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
+    let other = search.objective.needs_distance().then(|| {
+        let method = precise.open(&setup.model)?;
+        other::judge((setup, &layout), search, method, (&best.point, goal))
+    });
+    let other = other.transpose()?;
     let binding = Limit::ALL
         .into_iter()
         .filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)])
@@ -230,6 +238,7 @@ fn whole(
         taps_each,
         seconds: [begun.elapsed().as_secs_f64(), search_seconds],
         binding,
+        other,
         sensitivity,
         front,
         backends: [choice.backend.clone(), precise.backend.clone()],
@@ -271,6 +280,6 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
 }
 
 /// Unit of K of a design in the tables.
-fn unit(setup: &Setup, point: &Tuple) -> f64 {
+pub(super) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }

@@ -40,12 +40,18 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let work = match (&study.space, &plan.scope) {
         (Space::Grid(factors), Some(scope)) => ranked(&mut run, &Layout::new(factors), scope)?,
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors))?,
-        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])?,
+        (Space::List(tuples), _) => {
+            let (n, tuple) = (tuples.len() as u64, |i: u64| tuples[i as usize]);
+            listed(&mut run, n, &tuple)? + curves(&mut run, plan.curves, reach(tuples), &tuple)?
+        }
         (Space::File(file), _) => {
             let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
             let first: Vec<Tuple> =
                 (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
-            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])?;
+            let tuple = |i: u64| first[i as usize];
+            let solved = listed(&mut run, first.len() as u64, &tuple)?;
+            let rows = plan.curves * first.len() as u64 / file.len().max(1) as u64;
+            let solved = solved + curves(&mut run, rows, reach(&first), &tuple)?;
             (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
         }
     };
@@ -99,7 +105,8 @@ fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
     let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-        return Ok(passes * listed(run, layout.len(), &tuple)?);
+        let curves = curves(run, layout.n_designs * layout.n_drives, layout.reach(), &tuple)?;
+        return Ok(passes * listed(run, layout.len(), &tuple)? + curves);
     }
     let together = CHUNK / layout.block();
     paced(layout.n_designs, &mut |n| {
@@ -116,6 +123,24 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
         let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
         let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
         run.evaluate(&designs, &tasks).map(drop)
+    })
+}
+
+/// Smallest and largest distance.
+fn reach(tuples: &[Tuple]) -> [f64; 2] {
+    tuples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], t| [lo.min(t.a), hi.max(t.a)])
+}
+
+/// The model's own curves of `n` designs rows, where distances are told by it.
+fn curves(run: &mut Run<'_>, n: u64, reach: [f64; 2], tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
+    if run.plan.curves == 0 {
+        return Ok(0.0);
+    }
+    paced(n, &mut |some| {
+        let tuples: Vec<Tuple> = (0..some.min(CHUNK)).map(|i| tuple(place(i, n))).collect();
+        let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
+        let rows = (0..).zip(&tuples).map(|(d, t)| (d, t.drive, reach));
+        run.profiles(&designs, rows, None).map(drop)
     })
 }
 
