@@ -67,14 +67,30 @@ impl<'a> Scorer<'a> {
 
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
-        let judge = &self.judge;
-        let design = [Design::new(judge.setup, *point)];
-        let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
-        let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
-        let taps = self.evaluator.run(&design, &tasks)?;
-        let ask = [Ask { design: 0, drive: point.drive, reach: Reach::Asked(judge.reach) }];
-        let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &design, &ask, None)?;
-        Ok(judge.reduce(&design[0], &taps, Told::by(&own, 0), None))
+        Ok(self.rows(std::slice::from_ref(point))?[0])
+    }
+
+    /// The designs rows of `points`, as a sweep would write them.
+    pub fn rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
+        let mut rows = Vec::with_capacity(points.len());
+        for part in points.chunks((BATCH / self.judge.distances.len()).max(1)) {
+            rows.extend(self.some_rows(part)?);
+        }
+        Ok(rows)
+    }
+
+    fn some_rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
+        let (judge, n) = (&self.judge, self.judge.distances.len());
+        let designs: Vec<Design> = points.iter().map(|p| Design::new(judge.setup, *p)).collect();
+        let task =
+            |t: usize| Task { design: (t / n) as u32, a: judge.distances[t % n], drive: points[t / n].drive };
+        let tasks: Vec<Task> = (0..points.len() * n).map(task).collect();
+        let taps = self.evaluator.run(&designs, &tasks)?;
+        let ask = |(w, p): (u32, &Tuple)| Ask { design: w, drive: p.drive, reach: Reach::Asked(judge.reach) };
+        let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
+        let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let row = |w: usize| judge.reduce(&designs[w], &taps[w * n..(w + 1) * n], Told::by(&own, w), None);
+        Ok((0..points.len()).map(row).collect())
     }
 
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {

@@ -47,7 +47,7 @@ enum Ratio {
 }
 
 impl Piece {
-    /// The ratio and its slope over u; in a rough piece those of the chord of the taps around.
+    /// The ratio and its slope over u; in a rough piece what lies between the taps around, and the slope of the chord of all.
     fn at(&self, u: f64) -> (f64, f64) {
         match &self.ratio {
             Ratio::Smooth(c) => {
@@ -56,13 +56,11 @@ impl Piece {
             }
             Ratio::Rough(taps) => {
                 let solved: Vec<(f64, f64)> = taps.iter().copied().filter(|(_, r)| r.is_finite()).collect();
-                let next = solved.partition_point(|(v, _)| *v <= u).clamp(1, solved.len().max(2) - 1);
-                let [(v, r), (w, s)] = match solved.get(next - 1..=next) {
-                    Some([p, q]) => [*p, *q],
-                    _ => return (f64::NAN, f64::NAN),
-                };
-                let slope = (s - r) / (w - v);
-                (r + slope * (u - v), slope)
+                let chord = |(v, r): (f64, f64), (w, s): (f64, f64)| (s - r) / (w - v);
+                let [first, .., last] = solved[..] else { return (f64::NAN, f64::NAN) };
+                let next = solved.partition_point(|(v, _)| *v <= u).clamp(1, solved.len() - 1);
+                let (v, r) = solved[next - 1];
+                (r + chord(solved[next - 1], solved[next]) * (u - v), chord(first, last))
             }
         }
     }

@@ -19,7 +19,7 @@ const FINE: (f64, f64) = (1e-9, 0.3);
 /// Share of the tolerance below which coefficients are left out: they are noise, which a slope would magnify.
 const NOISE: f64 = 0.1;
 /// Most halvings of a piece.
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 8;
 /// Curves that are solved together.
 const TOGETHER: usize = 1 << 13;
 

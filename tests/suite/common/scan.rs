@@ -52,6 +52,15 @@ impl Scan {
         (value, slope / STEP)
     }
 
+    /// d|ε|/da at `a` by five looks around it.
+    pub fn slope(setup: &Setup, whisker: Tuple, a: f64) -> f64 {
+        let design = [Design::new(setup, whisker)];
+        let task = |i: u32| Task { design: 0, a: a + STEP * (f64::from(i) - 2.0), drive: whisker.drive };
+        let tasks: Vec<Task> = (0..5).map(task).collect();
+        let taps = Evaluator::new(setup, Method::Reference).run(&design, &tasks).expect("the reference");
+        Self { from: tasks[0].a, strains: taps.iter().map(|t| t.strain.abs()).collect() }.at(a).1
+    }
+
     fn peak(&self) -> usize {
         let known = |i: &usize| !self.strains[*i].is_nan();
         (0..self.strains.len())
