@@ -145,7 +145,7 @@ impl Judge<'_> {
         let robust = self.search.robust.as_ref().filter(|_| !self.deviations.is_empty());
         let nominal = robust.is_some_and(|r| r.calibrated == Calibrated::Nominal);
         match (nominal, self.search.limits.unambiguous) {
-            (true, _) if w == 0 => Some(Reach::Whole),
+            (true, _) if w == 0 => Some(Reach::Whole(self.reach)),
             (_, true) => Some(Reach::Peak(self.reach)),
             (true, false) => None,
             (false, false) => Some(Reach::Asked(self.reach)),

@@ -65,6 +65,12 @@ impl Piece {
         }
     }
 
+    /// |ε| at the drive `amount` and its slope over u, where f is `curve`.
+    fn strain(&self, curve: &StrainCurve, amount: f64, u: f64) -> (f64, f64) {
+        let ((r, dr), (f, df)) = (self.at(u), curve.at_inverse(u));
+        (amount * f * r, amount * (df * r + f * dr))
+    }
+
     /// Places between which |ε| is looked at, and whether the model is solved there.
     fn looks(&self) -> Vec<(f64, bool)> {
         match &self.ratio {
@@ -81,9 +87,12 @@ impl Profile {
     fn new(curve: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Self {
         pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
         let mut profile = Self { curve, amount, pieces, looks: Vec::new(), peak: 0 };
-        let look = |piece, (u, solved)| (u, if solved { profile.in_piece(piece, u).0 } else { f64::NAN });
+        let look = |piece: &Piece, (u, solved)| {
+            (u, if solved { piece.strain(&profile.curve, amount, u).0 } else { f64::NAN })
+        };
         let looks = profile.pieces.iter().flat_map(|p| p.looks().into_iter().map(move |at| look(p, at)));
         profile.looks = looks.collect();
+        profile.looks.dedup_by_key(|(u, _)| *u);
         profile.find_peak();
         profile
     }
@@ -108,15 +117,10 @@ impl Profile {
         self.peak = largest(&self.looks);
     }
 
-    fn in_piece(&self, piece: &Piece, u: f64) -> (f64, f64) {
-        let ((r, dr), (f, df)) = (piece.at(u), self.curve.at_inverse(u));
-        (self.amount * f * r, self.amount * (df * r + f * dr))
-    }
-
     /// |ε| and d|ε|/du.
     fn at(&self, u: f64) -> (f64, f64) {
         let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
-        piece.map_or((f64::NAN, f64::NAN), |piece| self.in_piece(piece, u))
+        piece.map_or((f64::NAN, f64::NAN), |piece| piece.strain(&self.curve, self.amount, u))
     }
 
     /// |ε| of a tap at `a` mm.

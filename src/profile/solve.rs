@@ -4,22 +4,32 @@
 //! Where the contact is frictionless or sticks one piece mostly does: 12 taps in f32, 16 in f64, for each design and drive, beside the taps
 //! asked for; along a fine axis of drives these are read from a few solved ones as the others are.
 
+use std::sync::LazyLock;
+
+use rayon::prelude::*;
+
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
-use crate::physics::chebyshev::{coefficients, placed, points};
+use crate::physics::chebyshev::{matrix, placed, points};
 use crate::scene::{Geometry, Setup, Theory};
 
 use super::{Piece, Profile, Ratio};
 
 /// Tolerance from which a piece has fewer points, and how many it has.
 const NODES: (f64, [usize; 2]) = (1e-6, [12, 16]);
+/// From values at so many points to coefficients.
+static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
 /// Size of the last coefficients, relative to the first, that a smooth piece has at most: so small, or a share of the tolerance.
 const FINE: (f64, f64) = (1e-9, 0.3);
 /// Share of the tolerance below which coefficients are left out: they are noise, which a slope would magnify.
 const NOISE: f64 = 0.1;
 /// Most halvings of a piece.
 const HALVINGS: u32 = 8;
+/// Most halvings of one next to the gauge that nobody asked for.
+const FEW: u32 = 2;
+/// Pieces narrower than this share of their distance are none.
+const NARROW: f64 = 1e-3;
 /// Curves that are solved together.
 const TOGETHER: usize = 1 << 13;
 
@@ -28,10 +38,10 @@ const TOGETHER: usize = 1 << 13;
 pub enum Reach {
     /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
     Asked([f64; 2]),
-    /// The same from before the peak, and to the tip.
+    /// The same from before the peak on.
     Peak([f64; 2]),
     /// From the gauge to the tip.
-    Whole,
+    Whole([f64; 2]),
 }
 
 /// A curve that is wanted.
@@ -87,6 +97,8 @@ struct Work<'w, 'a> {
     designs: &'w [Design],
     asks: &'w [Ask],
     nodes: Vec<f64>,
+    /// From values at the nodes to coefficients.
+    transform: &'static [Vec<f64>],
     pieces: Vec<Vec<Piece>>,
     taps: u64,
 }
@@ -98,9 +110,9 @@ impl<'w, 'a> Work<'w, 'a> {
         designs: &'w [Design],
         asks: &'w [Ask],
     ) -> Self {
-        let (least, [few, many]) = NODES;
-        let nodes = points(if evaluator.tolerance() >= least { few } else { many });
-        Self { setup, evaluator, designs, asks, nodes, pieces: vec![Vec::new(); asks.len()], taps: 0 }
+        let transform = &TRANSFORMS[usize::from(evaluator.tolerance() < NODES.0)];
+        let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
+        Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0 }
     }
 
     fn run(&mut self, drives: Option<&[f64]>) -> Result<(), SolveError> {
@@ -110,37 +122,40 @@ impl<'w, 'a> Work<'w, 'a> {
         self.fill(beyond, None)
     }
 
-    /// The curve of an ask over `pieces`.
-    fn profile(&self, ask: usize, pieces: Vec<Piece>) -> Option<Profile> {
-        let Ask { design, drive, .. } = self.asks[ask];
-        let shared = self.designs[design as usize].shared.as_ref()?;
-        let amount = amount(self.setup.drive, drive);
-        (!pieces.is_empty()).then(|| Profile::new(shared.model, amount, pieces))
-    }
-
     fn profiles(self) -> Vec<Option<Profile>> {
-        (0..self.asks.len()).map(|ask| self.profile(ask, self.pieces[ask].clone())).collect()
+        let Self { setup, designs, asks, pieces, .. } = self;
+        let profile = |(ask, pieces): (&Ask, Vec<Piece>)| {
+            let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
+            Some(Profile::new(shared.model, amount(setup.drive, ask.drive), pieces))
+        };
+        asks.par_iter().zip(pieces).map(profile).collect()
     }
 
-    /// Where an ask begins; a contact on the gauge is another branch of f.
+    /// Where an ask begins.
     fn first(&self, ask: usize) -> Vec<Open> {
-        let design = &self.designs[self.asks[ask].design as usize];
-        let Some([lo, hi]) = domain(self.setup, design, self.asks[ask].reach) else { return Vec::new() };
-        let edge = design.shared.as_ref().map_or(f64::NAN, |s| s.gauge[1]);
-        let ends = if lo < edge && edge < hi { vec![hi, edge, lo] } else { vec![hi, lo] };
-        ends.windows(2).map(|w| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: 0 }).collect()
+        let Ask { design, reach, .. } = self.asks[ask];
+        let ends = ends(self.setup, &self.designs[design as usize], reach);
+        // Next to the gauge taps are hard, and only readings that no distance beyond the peak gives are looked for there.
+        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
+        let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
+        let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
+        let open = |w: &[f64]| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: depth(w[0]) };
+        ends.windows(2).map(open).collect()
     }
 
     /// The rest of the whisker where |ε| rises at the smallest distance asked: a larger one may have the same strain.
     fn beyond(&self, ask: usize) -> Option<Open> {
         let Ask { design, reach, .. } = self.asks[ask];
-        let Reach::Asked([least, _]) = reach else { return None };
+        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
         let pieces = &self.pieces[ask];
         let near = pieces.iter().map(|p| p.u[1]).fold(0.0, f64::max);
         let far = pieces.iter().map(|p| p.u[0]).fold(f64::INFINITY, f64::min);
         let tip = 1.0 / self.designs[design as usize].tuple.L_a;
-        let rises = |p: Profile| p.slope(least.max(1.0 / near)) >= 0.0;
-        let wanted = tip < far && self.profile(ask, pieces.clone()).is_some_and(rises);
+        let shared = self.designs[design as usize].shared.as_ref()?;
+        let u = near.min(1.0 / least);
+        // |ε| rises with a where it falls with u.
+        let rises = |p: &Piece| p.strain(&shared.model, 1.0, u).1 <= 0.0;
+        let wanted = tip < far && pieces.iter().any(|p| p.u[0] <= u && u <= p.u[1] && rises(p));
         wanted.then_some(Open { ask, u: [tip, far], depth: 0 })
     }
 
@@ -154,8 +169,11 @@ impl<'w, 'a> Work<'w, 'a> {
         while !open.is_empty() {
             let ratios = self.ratios(&open, drives.take())?;
             let mut next = Vec::new();
-            for (o, ratios) in open.iter().zip(ratios.chunks(self.nodes.len())) {
-                match self.smooth(ratios) {
+            let (n, tolerance, transform) = (self.nodes.len(), self.evaluator.tolerance(), self.transform);
+            let fits: Vec<Option<Vec<f64>>> =
+                ratios.par_chunks(n).map(|ratios| smooth(transform, tolerance, ratios)).collect();
+            for ((o, ratios), fit) in open.iter().zip(ratios.chunks(n)).zip(fits) {
+                match fit {
                     Some(c) => self.put(o, Ratio::Smooth(c)),
                     None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
                         let (mid, depth) = (0.5 * (o.u[0] + o.u[1]), o.depth + 1);
@@ -174,23 +192,6 @@ impl<'w, 'a> Work<'w, 'a> {
 
     fn put(&mut self, o: &Open, ratio: Ratio) {
         self.pieces[o.ask].push(Piece { u: o.u, ratio });
-    }
-
-    /// Coefficients of the ratio, without those that are noise; `None` where it is not smooth.
-    fn smooth(&self, ratios: &[f64]) -> Option<Vec<f64>> {
-        if !ratios.iter().all(|r| r.is_finite()) {
-            return None;
-        }
-        let mut c = coefficients(ratios);
-        let ((least, share), tolerance) = (FINE, self.evaluator.tolerance());
-        let size = c[0].abs();
-        let tail: f64 = c[c.len() - 2..].iter().map(|c| c.abs()).sum();
-        if tail > least.max(share * tolerance) * size {
-            return None;
-        }
-        let heard = c.iter().rposition(|c| c.abs() > NOISE * tolerance * size).unwrap_or(0);
-        c.truncate(heard + 1);
-        Some(c)
     }
 
     /// ε/(θ f) at the nodes of every interval; NaN where there is none. With `drives` the intervals come in runs over all of them.
@@ -234,26 +235,48 @@ impl<'w, 'a> Work<'w, 'a> {
     }
 }
 
-/// Smallest and largest distance over which the curve of `design` is solved, mm. A little more than what was asked: a polynomial tells slopes
-/// badly at its ends and over a narrow range.
-fn domain(setup: &Setup, design: &Design, reach: Reach) -> Option<[f64; 2]> {
-    let shared = design.shared.as_ref()?;
+/// Coefficients of the ratio from its values at the nodes, without those that are noise; `None` where it is not smooth.
+fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<f64>> {
+    if !ratios.iter().all(|r| r.is_finite()) {
+        return None;
+    }
+    let coefficient = |row: &Vec<f64>| row.iter().zip(ratios).map(|(m, r)| m * r).sum();
+    let mut c: Vec<f64> = transform.iter().map(coefficient).collect();
+    let ((least, share), size) = (FINE, c[0].abs());
+    let tail: f64 = c[c.len() - 2..].iter().map(|c| c.abs()).sum();
+    if tail > least.max(share * tolerance) * size {
+        return None;
+    }
+    let heard = c.iter().rposition(|c| c.abs() > NOISE * tolerance * size).unwrap_or(0);
+    c.truncate(heard + 1);
+    Some(c)
+}
+
+/// Ends of the pieces over which the curve of `design` is solved first, mm, falling. They reach a little beyond what was asked: a polynomial
+/// tells slopes badly at its ends and over a narrow range.
+fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
+    let Some(shared) = &design.shared else { return Vec::new() };
     let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
     let start = x1 + 0.02 * (x2 - x1);
-    let (Reach::Asked([least, most]) | Reach::Peak([least, most])) = reach else {
-        return (start < tip).then_some([start, tip]);
-    };
+    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
     let [from, to] = setup.estimate.range.unwrap_or([least, most]);
     let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
-    let hi = most.max(1.2 * least).min(tip);
+    let whole = matches!(reach, Reach::Whole(_));
+    let hi = if whole { tip } else { most.max(1.2 * least).min(tip) };
+    // A contact on the gauge is another branch of f.
     let clear = |a: f64| if least > x2 { a.max(0.5 * (x2 + least)).min(least) } else { least };
-    let lo = clear(0.7 * hi);
-    match reach {
-        Reach::Asked(_) => (lo < hi).then_some([lo, hi]),
-        _ => {
-            let before = x2 + 0.5 * (shared.theory.peak().0 - x2);
-            let lo = if before > start { lo.min(before) } else { lo };
-            (lo < tip).then_some([lo, tip])
-        }
+    let mut ends = vec![hi, clear(0.7 * hi)];
+    if !matches!(reach, Reach::Asked(_)) {
+        ends.push(x2 + 0.5 * (shared.theory.peak().0 - x2));
     }
+    if whole {
+        ends.push(start);
+    }
+    ends.retain(|a| (start..=tip).contains(a));
+    ends.sort_by(|p, q| q.total_cmp(p));
+    if let Some(place) = ends.windows(2).position(|w| w[1] < x2 && x2 < w[0]) {
+        ends.insert(place + 1, x2);
+    }
+    ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
+    ends
 }

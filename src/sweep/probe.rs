@@ -24,6 +24,8 @@ const LOOK: f64 = 0.5;
 const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 /// Bytes a second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
+/// Taps that the model's own curve takes.
+const CURVE: f64 = 16.0;
 /// Rows a second of a tuple file that is read twice or more.
 const READ: f64 = 1e6;
 
@@ -37,21 +39,16 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let opened = start.elapsed().as_secs_f64();
     let (never, mut silent) = (AtomicBool::new(false), Silent);
     let mut run = Run::new((study, plan), method, Writers::none(), (&never, &mut silent));
+    let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.scope) {
         (Space::Grid(factors), Some(scope)) => ranked(&mut run, &Layout::new(factors), scope)?,
-        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors))?,
-        (Space::List(tuples), _) => {
-            let (n, tuple) = (tuples.len() as u64, |i: u64| tuples[i as usize]);
-            listed(&mut run, n, &tuple)? + curves(&mut run, plan.curves, reach(tuples), &tuple)?
-        }
+        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
+        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])? * curves,
         (Space::File(file), _) => {
             let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
             let first: Vec<Tuple> =
                 (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
-            let tuple = |i: u64| first[i as usize];
-            let solved = listed(&mut run, first.len() as u64, &tuple)?;
-            let rows = plan.curves * first.len() as u64 / file.len().max(1) as u64;
-            let solved = solved + curves(&mut run, rows, reach(&first), &tuple)?;
+            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])? * curves;
             (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
         }
     };
@@ -92,8 +89,8 @@ fn place(i: u64, n: u64) -> u64 {
     (((i as f64 + 1.0) * 0.618_033_988_749_894_9).fract() * n as f64) as u64
 }
 
-/// Whole designs, or rows of large ones, solved, reduced and made into text.
-fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
+/// Whole designs, solved, reduced and made into text; or taps of large ones, whose curves make them so many times as dear.
+fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     let tables: Vec<Table> = match run.study.output.top {
         Some(_) => Vec::new(),
         None => [(Table::Tuples, 0), (Table::Designs, 1), (Table::Distances, 2)]
@@ -105,8 +102,7 @@ fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
     let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-        let curves = curves(run, layout.n_designs * layout.n_drives, layout.reach(), &tuple)?;
-        return Ok(passes * listed(run, layout.len(), &tuple)? + curves);
+        return Ok(passes * listed(run, layout.len(), &tuple)? * curves);
     }
     let together = CHUNK / layout.block();
     paced(layout.n_designs, &mut |n| {
@@ -123,24 +119,6 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
         let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
         let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
         run.evaluate(&designs, &tasks).map(drop)
-    })
-}
-
-/// Smallest and largest distance.
-fn reach(tuples: &[Tuple]) -> [f64; 2] {
-    tuples.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], t| [lo.min(t.a), hi.max(t.a)])
-}
-
-/// The model's own curves of `n` designs rows, where distances are told by it.
-fn curves(run: &mut Run<'_>, n: u64, reach: [f64; 2], tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
-    if run.plan.curves == 0 {
-        return Ok(0.0);
-    }
-    paced(n, &mut |some| {
-        let tuples: Vec<Tuple> = (0..some.min(CHUNK)).map(|i| tuple(place(i, n))).collect();
-        let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
-        let rows = (0..).zip(&tuples).map(|(d, t)| (d, t.drive, reach));
-        run.profiles(&designs, rows, None).map(drop)
     })
 }
 

@@ -3,11 +3,14 @@
 use crate::common::measuring::{REAL, calibrated, fresh, locator, prototype, score, table};
 use crate::common::program::Desk;
 use crate::common::scan::Scan;
-use crate::common::searching::{parse, search};
+use crate::common::searching::{layout, parse, search};
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, number, sweep, sweep_with};
+use vibrissa::design::Design;
 use vibrissa::estimator::named;
+use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::normal::deviations;
+use vibrissa::optimise::score::Limit;
 use vibrissa::plan::{Plan, Way};
 use vibrissa::scene::Tuple;
 use vibrissa::simulate::Settings;
@@ -278,6 +281,22 @@ fn tolerances_are_read_with_the_nominal_model() {
         total += (squares.iter().sum::<f64>() / 4.0).sqrt() / 4.0;
     }
     assert!((report.value / total - 1.0).abs() < 1e-4, "{} against {total}", report.value);
+}
+
+/// The limit `unambiguous` is that of the model's own peak, which lies elsewhere than that of f.
+#[test]
+fn distances_are_unambiguous_beyond_the_models_own_peak() {
+    let text = SEARCH.replace("strain = 0.03", "unambiguous = true").replace("x_ss = 5", "x_ss = 12");
+    let (spec, wanted) = parse(&(text + "objective = \"distance\"\n[model]\nsurface = true\n"));
+    let setup = &spec.study.setup;
+    let mut scorer = Scorer::new(setup, &layout(&spec), &wanted, CPU_F64.open(setup));
+    for d in [6.0, 10.0] {
+        let point = Tuple { d, drive: 8.0, ..spec.study.space.whisker().unwrap() };
+        let limit = scorer.scores(&[point]).unwrap()[0].limit(Limit::Unambiguous);
+        let (peak, scanned) = (21.0 / (1.0 - limit), Scan::new(setup, point, 15.0).peak_at());
+        let linear = Design::new(setup, point).shared.unwrap().theory.peak().0;
+        assert!((peak - scanned).abs() < 0.06 && (peak - linear).abs() > 0.2, "{peak}, {scanned}, {linear}");
+    }
 }
 
 /// What is predicted is what `simulate`, `calibrate` and `locate --estimator exact` come to, within 20 %.

@@ -61,6 +61,11 @@ impl Scan {
         Self { from: tasks[0].a, strains: taps.iter().map(|t| t.strain.abs()).collect() }.at(a).1
     }
 
+    /// Distance of the largest of the looks.
+    pub fn peak_at(&self) -> f64 {
+        self.from + STEP * self.peak() as f64
+    }
+
     fn peak(&self) -> usize {
         let known = |i: &usize| !self.strains[*i].is_nan();
         (0..self.strains.len())
