@@ -3,7 +3,7 @@
 //! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`] (what was asked), [`plan`] says what will run and how,
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`smooth`] spares it most taps. [`explain`] compares the effects of a model, [`verify`]
-//! the backends with the reference, `bench` speed with error. [`optimise`] searches designs, [`tap`] the angle of one whisker.
+//! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
 //! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
 //! `docs/architecture.md` says where a thing belongs.
@@ -29,6 +29,8 @@ pub mod optimise;
 pub mod plan;
 pub mod profile;
 pub mod progress;
+#[cfg(feature = "files")]
+pub mod reference;
 pub mod simulate;
 pub mod sink;
 #[cfg(feature = "files")]

@@ -65,7 +65,7 @@ impl DriveRow {
         value.filter(|_| !self.incomplete)
     }
 
-    /// Root mean square of â − a, mm.
+    /// The bias: root mean square of â − a, mm.
     pub fn error_rms(&self) -> Option<f64> {
         self.whole(self.errors.rms())
     }
@@ -80,12 +80,12 @@ impl DriveRow {
         self.whole(self.errors.mean())
     }
 
-    /// Root mean square of σ_a, mm.
+    /// The noise: root mean square of σ_a, mm.
     pub fn noise_rms(&self) -> Option<f64> {
         self.whole(self.noise.rms())
     }
 
-    /// Errors and noise in quadrature, mm.
+    /// Bias and noise in quadrature, mm.
     pub fn total_rms(&self) -> Option<f64> {
         Some(self.error_rms()?.hypot(self.noise_rms()?))
     }

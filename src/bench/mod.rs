@@ -3,13 +3,14 @@
 //! The yardstick is the reference solver, which shares no method with the kernels; an error is |ε − ε_ref| relative to
 //! max(|ε_ref|, 1e-3 θ f_max), as the tolerance is defined. Times are those of whole taps, from a tuple to its strain,
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
-//! can do, the median what it did.
+//! can do, the median what it did, their spread how much else it did ([`noise`]).
 //!
 //! [`work`] makes the work–precision points, [`scaling`] the cost of whole sweeps and of threads, [`roofline`] compares counted
 //! operations with measured peaks; [`tables`] and [`figures`] show them.
 
 mod figure;
 pub mod figures;
+pub mod noise;
 pub mod place;
 mod probe;
 pub mod roofline;
@@ -20,7 +21,7 @@ pub mod tables;
 pub mod taps;
 pub mod work;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -31,6 +32,7 @@ use crate::sink::{
     folder::{Folder, Question, Written, hash},
     run_json,
 };
+use noise::Noise;
 use place::Place;
 use roofline::{Load, Peak};
 use scaling::{Scaled, Threaded};
@@ -71,23 +73,51 @@ pub struct Measured {
     pub loads: Vec<Load>,
 }
 
-/// A finished benchmark.
-#[derive(Debug)]
-pub struct Report {
-    /// Files written.
-    pub files: Vec<PathBuf>,
-    /// Files of an older result that only `force` removed.
-    pub removed: Vec<PathBuf>,
-    /// What they hold.
-    pub measured: Measured,
-    /// Seconds it took.
-    pub seconds: f64,
+impl Measured {
+    /// Adds a part.
+    pub fn add(&mut self, part: Part) {
+        match part {
+            Part::Point(point) => self.points.push(point),
+            Part::Scaled(scaled) => self.scaled.push(scaled),
+            Part::Threaded(threaded) => self.threaded.push(threaded),
+            Part::Peak(peak) => self.peaks.push(peak),
+            Part::Load(load) => self.loads.push(load),
+        }
+    }
+
+    /// Number of parts.
+    pub fn len(&self) -> usize {
+        let of_places = self.peaks.len() + self.loads.len();
+        self.points.len() + self.scaled.len() + self.threaded.len() + of_places
+    }
+
+    /// Whether nothing was measured.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
 }
 
-/// How a benchmark tells what it does, and hears that it should stop.
+/// One measurement.
+#[derive(Debug, Clone)]
+pub enum Part {
+    /// A work–precision point.
+    Point(Point),
+    /// A whole sweep.
+    Scaled(Scaled),
+    /// Taps on some threads.
+    Threaded(Threaded),
+    /// What a place can do.
+    Peak(Peak),
+    /// What a kernel asks of it.
+    Load(Load),
+}
+
+/// How a benchmark tells what it does and has measured, and hears that it should stop.
 pub struct Watch<'a> {
     /// Called with each step: its number, the number of all, and what is measured.
     pub step: &'a mut dyn FnMut(usize, usize, &str),
+    /// Handed each measurement as it is made.
+    pub each: &'a mut dyn FnMut(Part),
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
     done: usize,
@@ -95,15 +125,19 @@ pub struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Reports through `step` until `stop` is set.
-    pub fn new(step: &'a mut dyn FnMut(usize, usize, &str), stop: &'a AtomicBool) -> Self {
-        Self { step, stop, done: 0, all: 0 }
+    /// Reports through `step` and `each` until `stop` is set.
+    pub fn new(
+        step: &'a mut dyn FnMut(usize, usize, &str),
+        each: &'a mut dyn FnMut(Part),
+        stop: &'a AtomicBool,
+    ) -> Self {
+        Self { step, each, stop, done: 0, all: 0 }
     }
 
     /// The next step; an error when asked to stop.
     fn next(&mut self, what: &str) -> Result<(), Error> {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(Error::Run("stopped; nothing was written".into()));
+            return Err(Error::Run("interrupted".into()));
         }
         self.done += 1;
         (self.step)(self.done, self.all, what);
@@ -111,58 +145,73 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Measures everything in `settings` on `places` and writes tables, figures and `run.json` to `out`.
+/// The folder for what is measured.
 ///
 /// # Errors
-/// A device or a file that fails, or `watch.stop`; a folder that holds something else, unless `force`.
-pub fn run(
+/// A folder that holds something else, unless `force`.
+pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> Result<Folder, Error> {
+    let question = Question::new("bench", "bench", json!({ "settings": hash(&settings.text(places)) }));
+    Folder::open(out, question, &FILES, force)
+}
+
+/// Measures everything in `settings` on `places`; whole sweeps write into `scratch`.
+///
+/// # Errors
+/// A device or a file that fails, or `watch.stop`.
+pub fn measure(
     settings: &Settings,
     places: &[Place],
-    (out, force): (&Path, bool),
+    scratch: &Path,
     watch: &mut Watch<'_>,
-) -> Result<Report, Error> {
-    let start = Instant::now();
-    let text = settings.text(places);
-    let question = Question::new("bench", "bench", json!({ "settings": hash(&text) }));
-    let mut folder = Folder::open(out, question, &FILES, force)?;
+) -> Result<(), Error> {
     watch.all = settings.steps(places);
-    let points = work::measure(settings, places, watch)?;
-    let (peaks, loads) = roofline::measure(settings, places, watch)?;
-    let threaded = scaling::threads(settings, places, watch)?;
-    let scaled = scaling::sizes(settings, places, watch)?;
-    let measured = Measured { points, scaled, threaded, peaks, loads };
-    for (name, text) in tables::all(&measured, places)? {
-        write(&mut folder, name, text.as_bytes())?;
-    }
-    for (name, bytes) in figures::all(&measured, places)? {
-        write(&mut folder, &name, &bytes)?;
-    }
-    let seconds = start.elapsed().as_secs_f64();
-    folder.run_json(&document(settings, places, &text, &measured, seconds))?;
-    let Written { files, removed, .. } = folder.finish()?;
-    Ok(Report { files, removed, measured, seconds })
+    work::measure(settings, places, watch)?;
+    roofline::measure(settings, places, watch)?;
+    scaling::threads(settings, places, watch)?;
+    scaling::sizes(settings, places, scratch, watch)
 }
 
-fn write(folder: &mut Folder, name: &str, bytes: &[u8]) -> Result<(), Error> {
-    let mut file = folder.file(name)?;
-    file.write(bytes)?;
-    file.close()
-}
-
-fn document(settings: &Settings, places: &[Place], text: &str, m: &Measured, seconds: f64) -> Value {
-    run_json::document(
+/// Writes tables, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
+///
+/// # Errors
+/// A file that fails.
+pub fn write(
+    mut folder: Folder,
+    settings: &Settings,
+    places: &[Place],
+    measured: &Measured,
+    (start, stopped): (Instant, Option<[usize; 2]>),
+) -> Result<Written, Error> {
+    let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
+        let mut file = folder.file(name)?;
+        file.write(bytes)?;
+        file.close()
+    };
+    for (name, text) in tables::all(measured, places)? {
+        put(name, text.as_bytes())?;
+    }
+    if stopped.is_none() {
+        for (name, bytes) in figures::all(measured, places)? {
+            put(&name, &bytes)?;
+        }
+    }
+    let text = settings.text(places);
+    folder.run_json(&run_json::document(
         "bench",
-        json!({ "name": "bench", "hash": hash(text), "text": text }),
+        json!({ "name": "bench", "hash": hash(&text), "text": text }),
         json!({
             "machine": machine(),
             "backends": places.iter().map(|p| json!(p.choice.backend)).collect::<Vec<_>>(),
             "settings": settings.json(),
             "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
             "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
-            "counts": counts(m),
-            "seconds": { "total": seconds },
+            "counts": counts(measured),
+            "noise": Noise::of(measured, places).json(),
+            "stopped": stopped.map(|[steps, of]| json!({ "steps": steps, "of": of })),
+            "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
-    )
+    ))?;
+    folder.finish()
 }
 
 /// How much was measured.

@@ -4,7 +4,7 @@ use super::place::Place;
 use super::probe::Probe;
 use super::stopwatch::{Times, repeat};
 use super::taps::Taps;
-use super::{Settings, Watch};
+use super::{Part, Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method};
 use crate::kernel::{Solution, Tap, cpu, gpu::Gpu};
@@ -68,21 +68,18 @@ const COUNTED: usize = 2048;
 ///
 /// # Errors
 /// A device that fails, or a request to stop.
-pub fn measure(
-    settings: &Settings,
-    places: &[Place],
-    watch: &mut Watch<'_>,
-) -> Result<(Vec<Peak>, Vec<Load>), Error> {
-    let (mut peaks, mut loads) = (Vec::new(), Vec::new());
+pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
     for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
         watch.next(&format!("peaks of {}", p.name))?;
-        peaks.push(peak(place, p, settings.repeats)?);
+        let peak = peak(place, p, settings.repeats)?;
+        (watch.each)(Part::Peak(peak));
         for c in &settings.configurations {
             watch.next(&format!("operations of {} on {}", c.name, p.name))?;
-            loads.push(load(c, place, p, settings)?);
+            let load = load(c, place, p, settings)?;
+            (watch.each)(Part::Load(load));
         }
     }
-    Ok((peaks, loads))
+    Ok(())
 }
 
 fn peak(place: usize, p: &Place, repeats: usize) -> Result<Peak, Error> {

@@ -1,11 +1,11 @@
 //! Cost against work: whole sweeps of growing size, and the same taps on more threads.
 
-use std::sync::atomic::AtomicBool;
+use std::path::Path;
 
 use super::place::Place;
 use super::stopwatch::{Times, repeat};
 use super::taps::{Taps, exact, gridded, independent};
-use super::{Settings, Watch};
+use super::{Part, Settings, Watch};
 use crate::error::Error;
 use crate::evaluate::Evaluator;
 use crate::plan::Plan;
@@ -64,12 +64,17 @@ pub struct Threaded {
     pub speedup: f64,
 }
 
-/// Sweeps of all sizes, reduced to the best designs.
+/// Sweeps of all sizes, reduced to the best designs, into folders in `scratch`.
 ///
 /// # Errors
-/// A device or a temporary folder that fails, or a request to stop.
-pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Scaled>, Error> {
-    let (hooke, mut found) = (exact()[0], Vec::new());
+/// A device or a folder that fails, or a request to stop.
+pub fn sizes(
+    settings: &Settings,
+    places: &[Place],
+    scratch: &Path,
+    watch: &mut Watch<'_>,
+) -> Result<(), Error> {
+    let hooke = exact()[0];
     for (place, p) in places.iter().enumerate() {
         for shape in [Shape::Independent, Shape::Gridded] {
             for taps in settings.sizes(p) {
@@ -81,34 +86,34 @@ pub fn sizes(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Re
                 let (spec, plan) = (Spec::of(shape.name(), study.clone()), Plan::new(&study, &p.choice)?);
                 // Long runs vary little; short ones are repeated.
                 let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
-                let never = AtomicBool::new(false);
                 let (report, seconds) = repeat(repeats, || {
-                    let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
-                    let target = Target { out: &folder.path().join("sweep"), force: false, stop: &never };
+                    let folder = tempfile::tempdir_in(scratch).map_err(|e| Error::io(scratch, e))?;
+                    let target = Target { out: &folder.path().join("sweep"), force: false, stop: watch.stop };
                     sweep::run(&spec, &plan, &p.choice, &target, &mut Silent)
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);
                 let failed = c.status.get("not_converged").copied().unwrap_or(0);
-                found.push(Scaled { shape, place, taps, solved, interpolated, failed, seconds });
+                let scaled = Scaled { shape, place, taps, solved, interpolated, failed, seconds };
+                (watch.each)(Part::Scaled(scaled));
             }
         }
     }
-    Ok(found)
+    Ok(())
 }
 
 /// The taps of the simplest configuration on 1, 2, … threads of the CPU.
 ///
 /// # Errors
 /// Threads that do not start, or a request to stop.
-pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Threaded>, Error> {
-    let (hooke, mut found) = (exact()[0], Vec::<Threaded>::new());
+pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
+    let hooke = exact()[0];
     for (place, p) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {
         let count = if p.is_reference() { settings.compared.min(1000) } else { settings.timed };
         let taps = Taps::new(&hooke, count)?;
         let mut alone = f64::NAN;
         for &threads in &settings.threads {
-            watch.next(&format!("{} on {threads} threads", p.name))?;
+            watch.next(&format!("{} on {threads} thread{}", p.name, if threads == 1 { "" } else { "s" }))?;
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
@@ -121,8 +126,8 @@ pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
             if threads == 1 {
                 alone = times.best;
             }
-            found.push(Threaded { place, threads, times, speedup: alone / times.best });
+            (watch.each)(Part::Threaded(Threaded { place, threads, times, speedup: alone / times.best }));
         }
     }
-    Ok(found)
+    Ok(())
 }

@@ -37,7 +37,7 @@ impl Settings {
         let tens = |to: u32| (3..=to).map(|k| 10u64.pow(k)).collect();
         if quick {
             let configurations = exact().into_iter().filter(|c| ["hooke", "neo"].contains(&c.name)).collect();
-            let (compared, timed, repeats, sizes) = (400, 1 << 13, 3, tens(5));
+            let (compared, timed, repeats, sizes) = (200, 1 << 12, 3, tens(5));
             return Self { quick, configurations, compared, timed, repeats, tolerance, sizes, threads };
         }
         let (compared, timed, repeats, sizes) = (10_000, 1 << 17, 5, tens(8));
@@ -80,6 +80,7 @@ impl Settings {
     /// Sizes of whole sweeps at `place`; the reference and f64 are too slow for the largest.
     pub fn sizes(&self, place: &Place) -> Vec<u64> {
         let most = match (place.backend, place.precision) {
+            (BackendChoice::Reference, _) if self.quick => 1000,
             (BackendChoice::Reference, _) => 10_000,
             (_, Precision::F64) => 10_000_000,
             _ => u64::MAX,

@@ -9,6 +9,8 @@ pub struct Times {
     pub best: f64,
     /// The median run: what it did.
     pub median: f64,
+    /// (slowest − fastest) / median; `None` of one run.
+    pub spread: Option<f64>,
 }
 
 impl Times {
@@ -16,13 +18,15 @@ impl Times {
     pub fn of(mut seconds: Vec<f64>) -> Self {
         seconds.sort_by(f64::total_cmp);
         let n = seconds.len();
-        Self { best: seconds[0], median: 0.5 * (seconds[(n - 1) / 2] + seconds[n / 2]) }
+        let median = 0.5 * (seconds[(n - 1) / 2] + seconds[n / 2]);
+        let spread = (n > 1).then(|| (seconds[n - 1] - seconds[0]) / median);
+        Self { best: seconds[0], median, spread }
     }
 
     /// Nanoseconds per each of `n`.
     pub fn per(&self, n: usize) -> Self {
         let scale = 1e9 / n as f64;
-        Self { best: self.best * scale, median: self.median * scale }
+        Self { best: self.best * scale, median: self.median * scale, spread: self.spread }
     }
 }
 
@@ -53,7 +57,8 @@ mod tests {
     #[test]
     fn best_and_median() {
         let t = Times::of(vec![3.0, 1.0, 2.0]);
-        assert_eq!((t.best, t.median), (1.0, 2.0));
+        assert_eq!((t.best, t.median, t.spread), (1.0, 2.0, Some(1.0)));
+        assert_eq!(Times::of(vec![3.0]).spread, None);
         let t = Times::of(vec![4.0, 1.0, 2.0, 3.0]).per(1000);
         assert!((t.best - 1e6).abs() < 1e-6 && (t.median - 2.5e6).abs() < 1e-6);
     }

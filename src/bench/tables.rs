@@ -29,11 +29,11 @@ pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>
         let counts = [s.taps, s.solved, s.interpolated, s.failed].map(Field::Count).to_vec();
         let rate = s.taps as f64 / s.seconds.best;
         let times = numbers(&[s.seconds.best, s.seconds.median, rate, 1e9 / rate]);
-        (with(s.shape.name(), s.place), [counts, times].concat())
+        (with(s.shape.name(), s.place), [counts, times, vec![s.seconds.spread.into()]].concat())
     });
     let threads = m.threaded.iter().map(|t| {
         let times = numbers(&[t.times.best, t.times.median, t.speedup]);
-        (at(t.place), [vec![Field::Count(t.threads as u64)], times].concat())
+        (at(t.place), [vec![Field::Count(t.threads as u64)], times, vec![t.times.spread.into()]].concat())
     });
     let peaks = m.peaks.iter().map(|p| (at(p.place), numbers(&[p.flops / 1e9, p.bytes / 1e9])));
     let roofline = m.loads.iter().map(|l| {
@@ -52,18 +52,29 @@ pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>
             share(bytes, peak.map(|p| p.bytes)),
         ];
         let first = numbers(&[l.tolerance, l.sweeps, l.flops()]);
-        (with(l.configuration, l.place), [first, numbers(&each), numbers(&rest)].concat())
+        let spread = vec![l.kernel.spread.into()];
+        (with(l.configuration, l.place), [first, numbers(&each), numbers(&rest), spread].concat())
     });
-    Ok(vec![
-        ("work_precision.csv", table(&WORK, work)?),
-        ("scaling.csv", table(&SCALING, scaling)?),
-        ("threads.csv", table(&THREADS, threads)?),
-        ("peaks.csv", table(&PEAKS, peaks)?),
-        ("roofline.csv", table(&ROOFLINE, roofline)?),
-    ])
+    let texts = [
+        table(&WORK, work)?,
+        table(&SCALING, scaling)?,
+        table(&THREADS, threads)?,
+        table(&PEAKS, peaks)?,
+        table(&ROOFLINE, roofline)?,
+    ];
+    Ok(COLUMNS.into_iter().map(|(file, _)| file).zip(texts).collect())
 }
 
-const WORK: [&str; 16] = [
+/// Every table and its columns.
+pub const COLUMNS: [(&str, &[&str]); 5] = [
+    ("work_precision.csv", &WORK),
+    ("scaling.csv", &SCALING),
+    ("threads.csv", &THREADS),
+    ("peaks.csv", &PEAKS),
+    ("roofline.csv", &ROOFLINE),
+];
+
+const WORK: [&str; 17] = [
     "configuration",
     "backend",
     "precision",
@@ -80,9 +91,10 @@ const WORK: [&str; 16] = [
     "strain_error_median",
     "strain_error_p99",
     "strain_error_max",
+    "spread",
 ];
 
-const SCALING: [&str; 12] = [
+const SCALING: [&str; 13] = [
     "shape",
     "backend",
     "precision",
@@ -95,14 +107,15 @@ const SCALING: [&str; 12] = [
     "seconds_median",
     "taps_per_second",
     "ns_per_tap",
+    "spread",
 ];
 
-const THREADS: [&str; 7] =
-    ["backend", "precision", "adapter", "threads", "ns_per_tap", "ns_per_tap_median", "speedup"];
+const THREADS: [&str; 8] =
+    ["backend", "precision", "adapter", "threads", "ns_per_tap", "ns_per_tap_median", "speedup", "spread"];
 
 const PEAKS: [&str; 5] = ["backend", "precision", "adapter", "gflops", "gbytes_per_s"];
 
-const ROOFLINE: [&str; 20] = [
+const ROOFLINE: [&str; 21] = [
     "configuration",
     "backend",
     "precision",
@@ -123,6 +136,7 @@ const ROOFLINE: [&str; 20] = [
     "gbytes_per_s",
     "share_of_peak_flops",
     "share_of_peak_bytes",
+    "spread",
 ];
 
 fn point(p: &Point) -> Vec<Field> {
@@ -143,6 +157,7 @@ fn point(p: &Point) -> Vec<Field> {
         error(|e| e.median),
         error(|e| e.p99),
         error(|e| e.worst),
+        p.whole.spread.into(),
     ]
 }
 

@@ -4,7 +4,7 @@ use super::place::Place;
 use super::probe::{Account, Probe, Spent};
 use super::stopwatch::{Times, repeat};
 use super::taps::{self, Taps};
-use super::{Settings, Watch};
+use super::{Part, Settings, Watch};
 use crate::backend::Choice;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome};
@@ -99,17 +99,16 @@ struct Run {
 ///
 /// # Errors
 /// A device that fails, or a request to stop.
-pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<Vec<Point>, Error> {
-    let mut points = Vec::new();
+pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
     for (i, c) in settings.configurations.iter().enumerate() {
         let judge = Judge::new(settings, places, c, watch)?;
-        points.push(judge.point.clone());
+        (watch.each)(Part::Point(judge.point.clone()));
         let timed = Taps::new(c, settings.timed_of(c).max(judge.compared.tasks.len()))?;
         for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
             for tolerance in settings.tolerances(p.precision) {
                 watch.next(&format!("{} on {}, tolerance {tolerance:e}", c.name, p.name))?;
                 let run = fast(&timed, p, settings.repeats, |m| rungs(p, m, tolerance), (tolerance, None))?;
-                points.push(judge.point((c, place, Solved::Ladder, Some(tolerance)), run));
+                (watch.each)(Part::Point(judge.point((c, place, Solved::Ladder, Some(tolerance)), run)));
             }
             for nodes in settings.nodes(p) {
                 watch.next(&format!("{} on {}, {nodes} nodes", c.name, p.name))?;
@@ -118,17 +117,19 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
                     Ok(vec![Rung::new(rule(p.precision, nodes), p.precision, &m.material, tolerance)])
                 };
                 let run = fast(&timed, p, settings.repeats, alone, (1.0, Some(tolerance)))?;
-                points.push(judge.point((c, place, Solved::Nodes(nodes), Some(tolerance)), run));
+                (watch.each)(Part::Point(
+                    judge.point((c, place, Solved::Nodes(nodes), Some(tolerance)), run),
+                ));
             }
             if i == 0 {
                 // The same taps by the linear theory: what leaving the rod out costs.
                 let taps = Taps::new(&taps::linear(), timed.tasks.len())?;
                 let run = linear(&taps, p, settings, watch)?;
-                points.push(judge.point((c, place, Solved::Linear, None), run));
+                (watch.each)(Part::Point(judge.point((c, place, Solved::Linear, None), run)));
             }
         }
     }
-    Ok(points)
+    Ok(())
 }
 
 fn linear(taps: &Taps, p: &Place, settings: &Settings, watch: &mut Watch<'_>) -> Result<Run, Error> {

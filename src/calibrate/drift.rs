@@ -1,6 +1,7 @@
 //! A zero that drifts and was never read: repeats of the same tap tell how fast.
 
-use crate::estimator::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::cells::{Cell, Levels, cells};
+use crate::estimator::taps::Tap;
 use crate::measure::Rig;
 use crate::reduce::median;
 
@@ -26,7 +27,7 @@ pub fn of_all(rig: &Rig, taps: &[Tap], signs: &[f64]) -> Option<Drift> {
     for sign in signs {
         let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == *sign;
         let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
-        all.extend(cells(taps, rig, &levels(|t| t.a), &levels(|t| t.drive), here));
+        all.extend(cells(taps, rig, &levels(|t| t.group[0]), &levels(|t| t.group[1]), here));
     }
     find(taps, &all)
 }

@@ -12,6 +12,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
+pub mod constant;
 pub mod drift;
 pub mod noise;
 pub mod output;
@@ -24,12 +25,14 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError, SolveError};
-use crate::estimator::model::exact::{Exact, Extent, HARD, spec_values};
-use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::estimator::{EXACT, Estimator};
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
 use crate::locate::{ModelError, Parameter};
+use crate::measure::group::Groups;
+use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side, Theory};
 
@@ -43,6 +46,8 @@ const ABSURD: f64 = 0.5;
 pub struct Options {
     /// Drive of every tap where no column says: degrees, or mm.
     pub drive: Option<f64>,
+    /// Widths within which distances, and drives, are one; by default from the data.
+    pub group: [Option<f64>; 2],
     /// Parameters of the model to fit beside factor and drive offset.
     pub fit: Vec<Parameter>,
     /// Where models are solved.
@@ -62,6 +67,8 @@ pub struct Calibrated {
     pub zeros: Vec<ZeroReading>,
     /// The zero that was subtracted.
     pub zero: Zero,
+    /// Distances and drives that are one.
+    pub groups: [Groups; 2],
     /// The drift that was subtracted for want of zero readings.
     pub drift: Option<drift::Drift>,
     /// One for each side.
@@ -86,11 +93,25 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     if !data.ignored.is_empty() {
         warnings.push(format!("{}: ignored columns {}", data.file, data.ignored.join(", ")));
     }
-    let (mut taps, zeros, zero) = crate::estimator::taps::taps(data, &rig, options.drive);
+    let said = Said { drive: options.drive, group: options.group };
+    let Sorted { mut taps, zeros, zero, mut tared, groups } = crate::estimator::taps::taps(data, &rig, &said);
+    warnings.extend(joined(&groups, rig.setup.drive));
+    if tared.wraps {
+        warnings.push(format!("{}: counts of 16 bits begin anew; they were joined", data.file));
+    }
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
+    let read = zero.count > 0;
+    if !read && data.drive.is_some() {
+        let usable: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
+        if let Some(found) = constant::without_theory(&usable) {
+            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
+        } else if let Some(value) = constant::reference(&usable).filter(|_| !data.unit.is_strain()) {
+            tare(&mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
+        }
+    }
     let signs = signs(data, &mut taps)?;
-    let drift = if zero.count == 0 { drift::of_all(&rig, &taps, &signs) } else { None };
+    let drift = if !read { drift::of_all(&rig, &taps, &signs) } else { None };
     if let Some(d) = &drift {
         drift::remove(&mut taps, d);
         let carried = d.slope * data.rows.len() as f64;
@@ -104,36 +125,38 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         ));
     }
     let open = opener(&options.run);
-    let mut sides = Vec::new();
-    for &sign in &signs {
-        let gauge = gauge_side(data, &rig, sign, signs[0]);
-        let kind = rig.setup.drive;
-        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.setup.hub));
-        let [plain, sheared] =
-            closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
-        let model = if recorded { spec_model(data, &rig, &taps, sign, gauge, &open)? } else { None };
-        let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
-        let mut models: Vec<&suspects::Expected<'_>> = vec![&plain, &sheared];
-        if let Some(exact) = &exact {
-            models.insert(0, exact);
+    let modelled = recorded && rig.known;
+    let unflagged = taps.clone();
+    let mut sides = flagged(data, &rig, &mut taps, &signs, modelled, &open)?;
+    let mut sure = read || tared.from == TaredBy::Fitted;
+    if !read && modelled && tared.from != TaredBy::Reference {
+        let Flagged { sign, scatter, model, .. } = &sides[0];
+        let cells = noise::of_side(&rig, &taps, *sign);
+        let found = model.as_ref().and_then(|m| constant::with_model(m, &cells, *sign, scatter.signal));
+        sure |= found.is_some_and(|c| c.determined());
+        if let Some(found) = found.filter(|c| c.is_there()) {
+            taps = unflagged;
+            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
+            sides = flagged(data, &rig, &mut taps, &signs, modelled, &open)?;
         }
-        let scatter = suspects::flag(&mut taps, &rig, sign, &models);
-        sides.push((sign, gauge, scatter));
     }
+    warnings.extend(untared(data, &rig, &tared, sure));
+    let sides: Vec<_> = sides.into_iter().map(|s| (s.sign, s.gauge, s.scatter)).collect();
     let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
     let (noise, noise_from) = match found {
         Some(found) => found,
-        None => noise::scatter(&rig, &taps, &sides, recorded, &options.fit, &open)?,
+        None => noise::scatter(&rig, &taps, &sides, modelled, &options.fit, &open)?,
     };
     rig.setup.gauge.noise_strain = Some(noise);
+    let hold = !sure;
     let mut results = Vec::new();
     for (sign, gauge, _) in sides {
         let asked =
-            side::Ask { data, rig: &rig, taps: &taps, sign, gauge, noise, recorded, fit: &options.fit };
+            side::Ask { data, rig: &rig, taps: &taps, sign, gauge, noise, recorded, hold, fit: &options.fit };
         results.push(side::calibrate(&asked, &open)?);
     }
     let winner = winner::winner(&results);
-    warnings.extend(remarks(data, &taps, &results, winner));
+    warnings.extend(remarks(data, &taps, &results, winner, rig.known));
     let used = results.iter().map(|s| s.used).sum();
     let calibration = Calibration {
         format: FORMAT,
@@ -144,6 +167,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         drive_recorded: recorded,
         noise,
         noise_from,
+        zero: Some(tared),
         data: Source {
             file: data.file.clone(),
             hash: options.hash.clone(),
@@ -154,7 +178,96 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    Ok(Calibrated { calibration, taps, zeros, zero, drift, sides: results, winner, warnings })
+    Ok(Calibrated { calibration, taps, zeros, zero, groups, drift, sides: results, winner, warnings })
+}
+
+/// A side after its suspects were set aside.
+struct Flagged {
+    sign: f64,
+    gauge: Side,
+    scatter: suspects::Scatter,
+    /// The model of the spec, where there is one.
+    model: Option<Exact>,
+}
+
+/// Sets suspects aside, side by side.
+fn flagged(
+    data: &Data,
+    rig: &Rig,
+    taps: &mut [Tap],
+    signs: &[f64],
+    modelled: bool,
+    open: Opener<'_>,
+) -> Result<Vec<Flagged>, Error> {
+    let kind = rig.setup.drive;
+    let mut sides = Vec::new();
+    for &sign in signs {
+        let gauge = gauge_side(data, rig, sign, signs[0]);
+        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.setup.hub));
+        let [plain, sheared] =
+            closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
+        let model = if modelled { spec_model(data, rig, taps, sign, gauge, open)? } else { None };
+        let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
+        let mut models: Vec<&suspects::Expected<'_>> = vec![&plain];
+        if rig.known {
+            models.push(&sheared);
+        }
+        if let Some(exact) = &exact {
+            models.insert(0, exact);
+        }
+        let scatter = suspects::flag(taps, rig, sign, &models);
+        sides.push(Flagged { sign, gauge, scatter, model });
+    }
+    Ok(sides)
+}
+
+/// Takes a constant off every tap.
+fn tare(taps: &mut [Tap], tared: &mut Tared, from: TaredBy, [value, error]: [f64; 2]) {
+    for tap in taps {
+        tap.zero += value;
+        tap.signal -= value;
+    }
+    *tared = Tared { from, value: tared.value + value, error, wraps: tared.wraps };
+}
+
+/// What to say of a zero that nobody read; `sure`: the data say what it is, or that there is none.
+fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool) -> Option<String> {
+    let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
+    match tared.from {
+        TaredBy::Fitted => Some(format!(
+            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted \
+             and is from readings without a zero of their own",
+            data.file, tared.value, tared.error
+        )),
+        TaredBy::Reference => Some(format!(
+            "{}: no zero was read, and the signal changes its sign with the drive: its zero is not known. {:.4e} {unit} stands in for it, \
+             so that only estimators of the data mean anything; readings must be in the same state",
+            data.file, tared.value
+        )),
+        TaredBy::None if !sure => Some(format!(
+            "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
+             with {kind} = 0 say what the sensor shows without contact",
+            data.file
+        )),
+        _ => None,
+    }
+}
+
+/// What was taken as one.
+fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
+    let say = |g: &Groups, what: &str, unit: &str| {
+        g.joined().then(|| {
+            format!(
+                "{} values of {what} lie within {:.3} {unit} of each other and are taken as {}: --group sets the width, 0 takes each \
+                 as its own",
+                g.distinct,
+                g.width,
+                g.centres.len()
+            )
+        })
+    };
+    let unit = if kind == Drive::Angle { "degrees" } else { "mm" };
+    [say(distances, "a_mm", "mm"), say(drives, kind.column(), unit)].into_iter().flatten().collect()
 }
 
 /// Refuses data and options that do not belong together.
@@ -211,8 +324,9 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
 fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
     let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
-    let distances =
-        |sign: f64| crate::estimator::taps::Levels::of(taps.iter().filter(of(sign)).map(|t| t.a)).len();
+    let distances = |sign: f64| {
+        crate::estimator::cells::Levels::of(taps.iter().filter(of(sign)).map(|t| t.group[0])).len()
+    };
     let (plus, minus) = (count(1.0), count(-1.0));
     let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
     if plus + minus == 0 {
@@ -272,7 +386,7 @@ fn spec_model(
     taps: &[Tap],
     sign: f64,
     gauge: Side,
-    open: crate::estimator::model::exact::Opener<'_>,
+    open: Opener<'_>,
 ) -> Result<Option<Exact>, Error> {
     let Some(at) = extent(rig, taps, sign, gauge) else { return Ok(None) };
     let at = Extent { hard: HARD, ..at };
@@ -293,7 +407,13 @@ fn spec_model(
 }
 
 /// What a user should know before trusting the result.
-fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: &dyn Estimator) -> Vec<String> {
+fn remarks(
+    data: &Data,
+    taps: &[Tap],
+    sides: &[SideResult],
+    winner: &dyn Estimator,
+    known: bool,
+) -> Vec<String> {
     let mut all = Vec::new();
     let lines = |wanted: &dyn Fn(&Tap) -> bool| {
         let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
@@ -318,7 +438,7 @@ fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], winner: &dyn Estimat
     }
     for s in sides {
         if let Some(k) =
-            s.mean_k().filter(|k| data.unit.is_strain() && s.recorded && !(0.33..3.0).contains(k))
+            s.mean_k().filter(|k| data.unit.is_strain() && s.recorded && known && !(0.33..3.0).contains(k))
         {
             all.push(format!(
                 "K is {k:.3e} where theory expects about 1: check the unit of {} and the drive",

@@ -2,9 +2,10 @@
 
 use super::suspects::Scatter;
 use crate::error::Error;
+use crate::estimator::cells::{Cell, Levels, cells, repeatability};
 use crate::estimator::fit::Task;
 use crate::estimator::model::exact::Opener;
-use crate::estimator::taps::{Cell, Levels, Tap, cells, repeatability};
+use crate::estimator::taps::Tap;
 use crate::locate::Parameter;
 use crate::measure::Rig;
 use crate::scene::Side;
@@ -66,7 +67,7 @@ pub fn scatter(
     for (sign, gauge, _) in sides {
         let cells = of_side(rig, taps, *sign);
         let Some(at) = super::extent(rig, taps, *sign, *gauge).filter(|_| recorded) else { continue };
-        let fit = Task { rig, at, cells: &cells, noise: 0.0, open }.fit(fit)?;
+        let fit = Task { rig, at, cells: &cells, noise: 0.0, hold: false, open }.fit(fit)?;
         squares += fit.residuals.iter().zip(&cells).map(|(e, c)| e * e / c.share).sum::<f64>();
         freedom += cells.len() as f64 - fit.exact.fitted.len() as f64;
     }
@@ -78,10 +79,10 @@ pub fn scatter(
 }
 
 /// Cells of the usable taps of one side.
-fn of_side(rig: &Rig, taps: &[Tap], sign: f64) -> Vec<Cell> {
+pub(super) fn of_side(rig: &Rig, taps: &[Tap], sign: f64) -> Vec<Cell> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
-    let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
+    let (distances, drives) = (levels(|t| t.group[0]), levels(|t| t.group[1]));
     if distances.is_empty() {
         return Vec::new();
     }

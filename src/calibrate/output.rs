@@ -12,6 +12,7 @@ use crate::scene::{Setup, Side};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
+use crate::status::Status;
 
 /// Names of the files beside run.json.
 pub const FILES: [&str; 5] = ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv"];
@@ -74,22 +75,28 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> csv::Result<Vec<u8
         let t = &side.table;
         for (c, e) in t.cells.iter().zip(&t.estimates) {
             let sd = if c.n() > 1.0 { (c.squares / (c.n() - 1.0)).sqrt() } else { f64::NAN };
-            let k = c.linear / c.signal;
+            // Without a whisker there is no f, and no K.
+            let linear = if found.calibration.rig.known { c.linear } else { f64::NAN };
+            let k = linear / c.signal;
             row.extend([c.a, c.drive].map(Field::Number));
             row.push(Field::Count(c.taps.len() as u64));
-            let deviation = (c.linear - c.signal) / c.signal;
+            let deviation = (linear - c.signal) / c.signal;
+            let of_k = |x: f64| if k.is_finite() { x } else { f64::NAN };
             let numbers = [
                 side.sign * c.signal,
                 sd,
-                side.sign * c.linear,
+                side.sign * linear,
                 k,
                 deviation,
-                e.distance,
-                e.distance - c.a,
-                e.sigma,
+                of_k(e.distance),
+                of_k(e.distance - c.a),
+                of_k(e.sigma),
             ];
             row.extend(numbers.map(Field::Number));
-            row.extend([Field::Word(side_name(side.gauge)), Field::Status(e.status)]);
+            row.extend([
+                Field::Word(side_name(side.gauge)),
+                Field::Status(if k.is_finite() { e.status } else { Status::OK }),
+            ]);
             text.row(&mut row)?;
         }
     }
@@ -104,7 +111,8 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     columns.extend(["held_out_rms_mm", "side", "status"]);
     text.header(&columns)?;
     let mut row = Vec::new();
-    for side in &found.sides {
+    // Without a whisker there is no f, and no K.
+    for side in found.sides.iter().filter(|_| rig.known) {
         let held = side.held_out(PAPER);
         let held =
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
@@ -133,7 +141,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     columns.extend(["side", "status"]);
     text.header(&columns)?;
     let mut row = Vec::new();
-    for side in &found.sides {
+    for side in found.sides.iter().filter(|_| rig.known) {
         let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());

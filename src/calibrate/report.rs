@@ -69,16 +69,16 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
     };
     let estimators: serde_json::Map<String, Value> =
         ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
-    let best = if s.drives.len() > 1 { best(s, kind) } else { Value::Null };
+    let best = if s.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
         "sign": s.sign,
         "used": s.used,
         "estimators": estimators,
         "best": best,
-        "drives": drives(&s.table, Some(s), rig),
-        "distances": distances(&s.table, rig),
-        "with_suspects": s.with_suspects.as_ref().map(|t| json!({
+        "drives": if rig.known { drives(&s.table, Some(s), rig) } else { Vec::new() },
+        "distances": if rig.known { distances(&s.table, rig) } else { Vec::new() },
+        "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
@@ -225,17 +225,18 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
         found.calibration.noise_from
     );
     for s in &found.sides {
-        let _ = writeln!(
-            t,
-            "{} side: {} distances {} … {} mm, {} {symbol} values {} … {}{degree}",
-            side_name(s.gauge),
-            s.distances.len(),
-            s.record.distances_mm[0],
-            s.record.distances_mm[1],
-            s.drives.len(),
-            s.drives.centres[0],
-            s.drives.centres[s.drives.len() - 1],
-        );
+        let [first, last] = s.record.distances_mm.map(short);
+        let drives = match (s.recorded, s.drives.len()) {
+            (false, _) => "one drive that nobody recorded".to_owned(),
+            (true, 1) => format!("{symbol} = {}{degree}", short(s.drives.centres[0])),
+            (true, n) => format!(
+                "{n} {symbol} values {} … {}{degree}",
+                short(s.drives.centres[0]),
+                short(s.drives.centres[n - 1])
+            ),
+        };
+        let n = s.distances.len();
+        let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
         let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let shared = s.answered_by_all(&candidates);
         let n = shared.iter().filter(|x| **x).count();
@@ -269,7 +270,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
                 );
             }
         }
-        if s.drives.len() > 1 {
+        if s.drives.len() > 1 && rig.known {
             let b = best(s, kind);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {
@@ -286,6 +287,11 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig) -> String {
         }
     }
     t
+}
+
+/// A number to a thousandth, for people.
+fn short(x: f64) -> f64 {
+    (x * 1e3).round() / 1e3
 }
 
 /// Names of parameters on the command line.

@@ -3,10 +3,11 @@
 use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
+use crate::estimator::cells::{Cell, Levels, cells};
 use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, Estimator, Judged, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
@@ -31,6 +32,8 @@ pub struct Ask<'a> {
     pub noise: f64,
     /// Whether the drive is known.
     pub recorded: bool,
+    /// Whether the drive offset is not fitted: it would take up an offset of the signal.
+    pub hold: bool,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -83,7 +86,7 @@ pub struct KTable {
 impl KTable {
     fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
         let levels = |f: fn(&Tap) -> f64| Levels::of(ask.taps.iter().filter(|t| wanted(t)).map(f));
-        let (distances, drives) = (levels(|t| t.a), levels(|t| t.drive));
+        let (distances, drives) = (levels(|t| t.group[0]), levels(|t| t.group[1]));
         if distances.is_empty() {
             return None;
         }
@@ -155,17 +158,24 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         noise: ask.noise,
     };
     let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
-    let fit = match ask.recorded {
+    let several = drives.len() > 1;
+    let fit = match ask.recorded && ask.rig.known {
         true => {
             let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-            Some(Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, open }.fit(ask.fit)?)
+            Some(
+                Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, hold: ask.hold, open }
+                    .fit(ask.fit)?,
+            )
         }
         false => None,
     };
     let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
     record.end_stop = end_stop(ask);
     let mut held = Vec::new();
-    for e in ALL.into_iter().filter(|e| ask.recorded || !e.needs_drive()) {
+    let allowed = |e: &&'static dyn Estimator| {
+        (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
+    };
+    for e in ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
         let judged = Judged {

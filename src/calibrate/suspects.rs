@@ -7,7 +7,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Reason;
-use crate::estimator::taps::{Cell, Levels, Tap, cells};
+use crate::estimator::cells::{Cell, Levels, cells};
+use crate::estimator::taps::Tap;
 use crate::measure::Rig;
 use crate::reduce::median;
 
@@ -32,7 +33,7 @@ pub type Expected<'a> = dyn Fn(f64, f64) -> f64 + 'a;
 pub fn flag(taps: &mut [Tap], rig: &Rig, sign: f64, models: &[&Expected<'_>]) -> Scatter {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
     let levels = |taps: &[Tap], f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
-    let (distances, drives) = (levels(taps, |t| t.a), levels(taps, |t| t.drive));
+    let (distances, drives) = (levels(taps, |t| t.group[0]), levels(taps, |t| t.group[1]));
     if distances.is_empty() {
         return Scatter::default();
     }

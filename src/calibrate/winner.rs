@@ -3,52 +3,76 @@
 use std::collections::BTreeMap;
 
 use super::side::SideResult;
-use crate::estimator::held_out::HeldOut;
 use crate::estimator::{ALL, Estimator, PAPER};
 
 /// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
 const TOLD_APART: f64 = 2.0;
 
-/// The winner. Candidates are compared on the held-out taps that all of them answer; one that answers less than half of what
-/// another does is none. Of those that the data cannot tell apart the preferred one is taken.
+/// A candidate whose error is so many times the smallest has no say in which taps are compared, and cannot win.
+const FAR_WORSE: f64 = 3.0;
+/// So many common taps, or half of all, are enough to compare on.
+const ENOUGH: usize = 20;
+
+/// The winner. Candidates are compared on the held-out taps that all of them answer, those far worse than the best left out; where these
+/// are too few, on all, a tap without an answer counting as an error of half the range. Of those that the data cannot tell apart the
+/// preferred one is taken.
 pub fn winner(sides: &[SideResult]) -> &'static dyn Estimator {
-    let answered = |e: &dyn Estimator| -> usize {
-        let on = |s: &SideResult| s.held_out(e).map_or(0, HeldOut::answered);
-        sides.iter().map(on).sum()
-    };
-    let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e));
+    let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e) && s.held_out(*e).is_some());
     let mut known: Vec<&'static dyn Estimator> = ALL.into_iter().filter(everywhere).collect();
     known.sort_by_key(|e| e.preference());
-    let most = known.iter().map(|e| answered(*e)).max().unwrap_or(0);
-    let candidates: Vec<&dyn Estimator> =
-        known.iter().copied().filter(|e| answered(*e) > 0 && 2 * answered(*e) >= most).collect();
+    let overall: Vec<f64> = known.iter().map(|e| rms(sides, *e)).collect();
+    let least = overall.iter().copied().fold(f64::INFINITY, f64::min);
+    let near = known.iter().zip(&overall).filter(|(_, rms)| **rms <= FAR_WORSE * least);
+    let candidates: Vec<&'static dyn Estimator> = near.map(|(e, _)| *e).collect();
+    let used: usize = sides.iter().map(|s| s.used).sum();
+    let common: usize =
+        sides.iter().map(|s| s.answered_by_all(&candidates).iter().filter(|x| **x).count()).sum();
+    let shared = common >= ENOUGH || 2 * common >= used;
     let squares: Vec<BTreeMap<(usize, usize), (f64, f64)>> =
-        candidates.iter().map(|e| per_distance(sides, *e, &candidates)).collect();
+        candidates.iter().map(|e| per_distance(sides, *e, &candidates, shared)).collect();
     let mean = |k: usize| {
         let (sum, n) = squares[k].values().fold((0.0, 0.0), |(s, n), (q, m)| (s + q, n + m));
         sum / n
     };
     let Some(best) = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b))) else {
-        return known.first().copied().unwrap_or(PAPER);
+        let calibrated = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e));
+        let mut any: Vec<&'static dyn Estimator> = ALL.into_iter().filter(calibrated).collect();
+        any.sort_by_key(|e| e.preference());
+        return any.first().copied().unwrap_or(PAPER);
     };
     let as_good = |k: &usize| *k == best || !worse(&squares[*k], &squares[best]);
     (0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k])
 }
 
-/// Sum of squared errors and number of taps at each (side, distance).
+/// Half the range of the distances of a side: the error of a tap without an answer, mm.
+fn unanswered(side: &SideResult) -> f64 {
+    0.5 * (side.record.distances_mm[1] - side.record.distances_mm[0])
+}
+
+/// Root mean square error over all used taps.
+fn rms(sides: &[SideResult], estimator: &dyn Estimator) -> f64 {
+    let all = per_distance(sides, estimator, &[], false);
+    let (sum, n) = all.values().fold((0.0, 0.0), |(s, n), (q, m)| (s + q, n + m));
+    (sum / n).sqrt()
+}
+
+/// Sum of squared errors and number of taps at each (side, distance): of those that all `candidates` answer if `shared`, else of all.
 fn per_distance(
     sides: &[SideResult],
     estimator: &dyn Estimator,
     candidates: &[&dyn Estimator],
+    shared: bool,
 ) -> BTreeMap<(usize, usize), (f64, f64)> {
     let mut sums = BTreeMap::new();
     for (k, side) in sides.iter().enumerate() {
-        let shared = side.answered_by_all(candidates);
+        let answered = side.answered_by_all(candidates);
         let Some(held) = side.held_out(estimator) else { continue };
         for cell in &side.cells {
-            for tap in cell.taps.iter().filter(|t| shared[**t]) {
+            for tap in cell.taps.iter().filter(|t| !shared || answered[**t]) {
+                let error = held.taps[*tap];
+                let error = if error.is_finite() { error } else { unanswered(side) };
                 let sum: &mut (f64, f64) = sums.entry((k, cell.i)).or_default();
-                *sum = (sum.0 + held.taps[*tap].powi(2), sum.1 + 1.0);
+                *sum = (sum.0 + error.powi(2), sum.1 + 1.0);
             }
         }
     }

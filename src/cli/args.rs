@@ -7,10 +7,18 @@ use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
-/// Sweeps and optimises tapered soft whisker sensors.
+use super::help::{Completions, Help, Man};
+
+/// Behind the help of the program.
+const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
+    The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
+    Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+
+/// Sweeps, optimises and calibrates tapered soft whisker sensors.
 #[derive(Debug, Parser)]
 #[command(version, about, max_term_width = 100, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage or bad spec.")]
+#[command(disable_help_subcommand = true)]
+#[command(after_help = AFTER)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Command,
@@ -19,7 +27,7 @@ pub struct Args {
 /// One question each.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Evaluate a design space: K, its spread, distance errors -> tuples, designs, distances tables
+    /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
     Sweep(Sweep),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
     Calibrate(Calibrate),
@@ -31,12 +39,19 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
-    /// Compare every backend with the f64 reference -> census of errors; exit code 1 where a bound is broken
+    /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
+    /// broken
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
+    /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
+    Help(Help),
+    /// A script for a shell, by which it completes commands and flags
+    Completions(Completions),
+    /// The manual page, on stdout; or the pages of all commands, into a folder
+    Man(Man),
 }
 
 impl Command {
@@ -52,27 +67,32 @@ impl Command {
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
+            Self::Help(_) => "help",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
         }
     }
 
-    /// The flags that every command has.
-    pub fn common(&self) -> &Common {
+    /// The flags that every command that computes has.
+    pub fn common(&self) -> Option<&Common> {
         match self {
-            Self::Sweep(s) => &s.common,
-            Self::Calibrate(c) => &c.common,
-            Self::Locate(l) => &l.common,
-            Self::Simulate(s) => &s.common,
-            Self::Optimise(o) => &o.common,
-            Self::Tap(t) => &t.common,
-            Self::Verify(v) => &v.common,
-            Self::Bench(b) => &b.common,
-            Self::Devices(c) => c,
+            Self::Sweep(s) => Some(&s.common),
+            Self::Calibrate(c) => Some(&c.common),
+            Self::Locate(l) => Some(&l.common),
+            Self::Simulate(s) => Some(&s.common),
+            Self::Optimise(o) => Some(&o.common),
+            Self::Tap(t) => Some(&t.common),
+            Self::Verify(v) => Some(&v.common),
+            Self::Bench(b) => Some(&b.common),
+            Self::Devices(c) => Some(c),
+            Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 }
 
 /// Evaluate a design space.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa sweep sweeps/prototypes.toml")]
 pub struct Sweep {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
@@ -88,19 +108,30 @@ pub struct Sweep {
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml"
+)]
 pub struct Calibrate {
-    /// CSV with a_mm, theta_deg (or delta_mm) and one of strain, microstrain, bridge_mV_per_V, reading; rows with
-    /// theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
+    /// bridge_mV_per_V, reading; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
     pub data: PathBuf,
-    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there
+    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
+    /// curve, table and, with one drive, paper (with f falling as 1/a)
     #[arg(long, value_name = "SPEC")]
-    pub whisker: PathBuf,
+    pub whisker: Option<PathBuf>,
     /// Tap angle of every row, degrees, where no column says
     #[arg(long, value_name = "X", conflicts_with = "delta")]
     pub theta: Option<f64>,
     /// Displacement of every row, mm, where no column says
     #[arg(long, value_name = "X")]
     pub delta: Option<f64>,
+    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
+    /// [default: from the gaps of the data]
+    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true)]
+    pub group: Vec<f64>,
     /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
@@ -110,21 +141,31 @@ pub struct Calibrate {
 
 /// Distances from readings.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
 pub struct Locate {
     /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
     pub calibration: PathBuf,
-    /// CSV with theta_deg (or delta_mm) and strain (or microstrain, bridge_mV_per_V, reading); stdin if left out or -, where
-    /// the header may be missing and every line is answered at once on stdout
+    /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
+    /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
+    /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
     pub readings: Option<PathBuf>,
     /// Answer by this instead of the one that won on distances left out
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
+    /// must be in the state of the calibration: tared as its signal was, or with their zero
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub zero: Option<f64>,
+    /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
     #[command(flatten)]
     pub common: Common,
 }
 
 /// Synthetic measurements from the exact model.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa simulate examples/prototype-d10.toml --repeats 3 --zero-every 11")]
 pub struct Simulate {
     /// The spec: one whisker, its distances and drives, its model
     pub spec: PathBuf,
@@ -170,38 +211,45 @@ pub struct Simulate {
 
 /// Search for the best design.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa optimise sweeps/design.toml")]
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
-    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was
+    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was; without this a search that would
+    /// discard the work of an unfinished one asks for --force
     #[arg(long)]
     pub resume: bool,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Compare every backend with the reference.
+/// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags)]
 pub struct Verify {
     /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
     pub spec: Option<PathBuf>,
-    /// Random taps: of the spec [default: 1000], or of each built-in configuration beside its hard cases [default: 24]
+    /// Few taps of few configurations: seconds instead of half a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
+    /// cases [default: 24; with --quick 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps
     #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
     pub seed: u64,
-    /// Largest strain error that passes [default: the tolerance with f32, twice the tolerance with f64]
+    /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances.
+/// Measure speed against error. Without --backend or --precision: everything that this machine has, at several tolerances. Ctrl-C
+/// keeps what was measured.
 #[derive(Debug, Flags)]
 pub struct Bench {
-    /// Few configurations, few taps: seconds instead of minutes
+    /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
     #[command(flatten)]
@@ -210,6 +258,7 @@ pub struct Bench {
 
 /// Find the best tap angle.
 #[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa tap sweeps/best-tap.toml")]
 pub struct Tap {
     /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
     pub spec: PathBuf,
@@ -240,12 +289,13 @@ where
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
 #[derive(Debug, Clone, Flags)]
+#[command(next_help_heading = "Options of every command, also in [run] of a spec")]
 pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write also into a folder that holds another result (of another command or file; a long one with other values; an
-    /// edited one) or other files: removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values), an
+    /// unfinished search, or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]

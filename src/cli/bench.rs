@@ -1,23 +1,28 @@
 //! `vibrissa bench`.
 
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::bench::{
-    self, Report, Settings, Watch,
+    self, Measured, Part, Settings, Watch,
+    noise::Noise,
     place::{Place, places},
     work::Solved,
 };
-use vibrissa::error::Error;
-use vibrissa::error::InputError;
+use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
-use vibrissa::scene::{Precision, RunOptions};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use vibrissa::sink::folder::Written;
 
 use super::args::Bench;
-use super::interrupt;
+use super::number::rough;
+use super::progress::Steps;
 use super::reply::Reply;
-use super::say;
+use super::{apart, interrupt, kept, say};
 
 /// Measures, or says what would be measured.
 pub fn run(args: &Bench) -> Result<Reply, Error> {
@@ -39,32 +44,88 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
                 .into());
         }
     }
-    let places = places(&options)?;
+    let mut places = places(&options)?;
+    if args.quick && matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none()
+    {
+        // They compile for a minute what the CPU has compiled.
+        places.retain(|p| !p.choice.backend.software);
+    }
     let settings = Settings::new(args.quick, options.tolerance, rayon::current_num_threads());
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
     if options.plan == Some(true) {
         return Ok(planned(&settings, &places, out));
     }
-    let mut step = |n: usize, of: usize, what: &str| {
-        if !quiet {
-            say::line(format_args!("[{n:>3} of {of}] {what}"));
-        }
-    };
     let force = options.force == Some(true);
-    let report =
-        bench::run(&settings, &places, (&out, force), &mut Watch::new(&mut step, interrupt::stop()))?;
-    Ok(Reply {
-        text: summary(&report, &places),
-        out: Some(out),
-        counts: bench::counts(&report.measured),
-        seconds: json!({ "total": report.seconds }),
-        backend: backends(&places),
-        result: result(&report, &places),
-        files: report.files,
-        quiet,
-        ..Reply::default()
+    let folder = bench::open(&settings, &places, &out, force)?;
+    let (begun, steps) = (Instant::now(), settings.steps(&places));
+    let (settings, places) = (Arc::new(settings), Arc::new(places));
+    let (measured, done) = measured(&settings, &places, &Steps::new(steps as u64, quiet))?;
+    let stopped = (done < steps).then_some([done, steps]);
+    let kept = stopped.is_none() || (!measured.is_empty() && (force || !kept::is_whole(folder.older())));
+    let noise = Noise::of(&measured, &places);
+    if let Some(warning) = noise.warning().filter(|_| !quiet) {
+        say::warning(warning);
     }
-    .removing(&report.removed))
+    let mut text = summary(&measured, &places);
+    let (mut files, mut removed) = (Vec::new(), Vec::new());
+    if kept {
+        Written { files, removed, .. } =
+            bench::write(folder, &settings, &places, &measured, (begun, stopped))?;
+        let _ = writeln!(text, "wrote {} in {:.1} s", super::listed(&files), begun.elapsed().as_secs_f64());
+    }
+    let what = format!("{done} of {steps} measurements");
+    Ok(Reply {
+        text,
+        counts: bench::counts(&measured),
+        seconds: json!({ "total": begun.elapsed().as_secs_f64() }),
+        backend: backends(&places),
+        result: result(&measured, &noise, &places),
+        broken: stopped.map(|_| kept::words(&what, measured.is_empty(), kept, &out)),
+        out: Some(out),
+        files,
+        quiet,
+    }
+    .removing(&removed))
+}
+
+/// What was measured, and in how many steps: in all, or in those before a signal.
+fn measured(
+    settings: &Arc<Settings>,
+    places: &Arc<Vec<Place>>,
+    shown: &Steps,
+) -> Result<(Measured, usize), Error> {
+    let scratch = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+    let (stop, path) = (interrupt::stop_and_keep(), scratch.path().to_owned());
+    let (mut measured, mut done, of) = (Measured::default(), 0, settings.steps(places));
+    let (settings, places, steps) = (Arc::clone(settings), Arc::clone(places), shown.clone());
+    let work = move |tell: &mut dyn FnMut(News)| {
+        let tell = RefCell::new(tell);
+        let mut step = |n: usize, of: usize, what: &str| {
+            steps.at(n, of, what);
+            (tell.borrow_mut())(News::Begun(n));
+        };
+        let mut each = |part| (tell.borrow_mut())(News::Part(part));
+        bench::measure(&settings, &places, &path, &mut Watch::new(&mut step, &mut each, stop))
+    };
+    let ended = apart::apart(work, |news| match news {
+        News::Begun(n) => done = n - 1,
+        News::Part(part) => measured.add(part),
+    });
+    shown.finish();
+    match ended? {
+        Some(Ok(())) => done = of,
+        Some(Err(e)) if !interrupt::asked() => return Err(e),
+        _ => {}
+    }
+    Ok((measured, done))
+}
+
+/// What the measuring tells.
+enum News {
+    /// A step begins, from 1.
+    Begun(usize),
+    /// A measurement is made.
+    Part(Part),
 }
 
 fn backends(places: &[Place]) -> Value {
@@ -76,7 +137,12 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     let names = |list: Vec<&str>| list.join(", ");
     let mut text = String::new();
     let kind = if settings.quick { "quick benchmark" } else { "benchmark" };
-    let _ = writeln!(text, "{kind}: {steps} measurements, about {taps:.1e} taps, about {seconds:.1e} s");
+    let _ = writeln!(
+        text,
+        "{kind}: {steps} measurements, about {} taps, about {} s",
+        rough(taps as f64),
+        rough(seconds)
+    );
     let _ = writeln!(text, "  backends        {}", names(places.iter().map(|p| p.name.as_str()).collect()));
     let configurations = settings.configurations.iter().map(|c| c.name).collect();
     let _ = writeln!(text, "  configurations  {}", names(configurations));
@@ -98,45 +164,57 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
 }
 
 /// The ladder at every tolerance, in one line each.
-fn summary(report: &Report, places: &[Place]) -> String {
+fn summary(m: &Measured, places: &[Place]) -> String {
     let mut text = String::new();
-    let m = &report.measured;
     let _ = writeln!(
         text,
-        "{:<15} {:<14} {:<12} {:>9} {:>11} {:>10} {:>9} {:>9} {:>7}",
-        "configuration", "backend", "kernel", "tolerance", "ns per tap", "taps/s", "p99", "worst", "failed"
+        "{:<15} {:<14} {:<12} {:>9} {:>11} {:>7} {:>10} {:>9} {:>9} {:>7}",
+        "configuration",
+        "backend",
+        "kernel",
+        "tolerance",
+        "ns per tap",
+        "spread",
+        "taps/s",
+        "p99",
+        "worst",
+        "failed"
     );
     for p in m.points.iter().filter(|p| !matches!(p.solved, Solved::Nodes(_))) {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.1e}"));
         let _ = writeln!(
             text,
-            "{:<15} {:<14} {:<12} {:>9} {:>11.1} {:>10.2e} {:>9} {:>9} {:>7}",
+            "{:<15} {:<14} {:<12} {:>9} {:>11.1} {:>7} {:>10.2e} {:>9} {:>9} {:>7}",
             p.configuration,
             places[p.place].name,
             p.solved.name(),
             p.tolerance.map_or(String::new(), |t| format!("{t:e}")),
             p.whole.best,
+            p.whole.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s)),
             1e9 / p.whole.best,
             number(p.errors.map(|e| e.p99)),
             number(p.errors.map(|e| e.worst)),
             p.failed,
         );
     }
-    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
-    let _ = writeln!(text, "wrote {} in {:.1} s", files.join(", "), report.seconds);
+    text.push_str(
+        "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
+         reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n",
+    );
     text
 }
 
-fn result(report: &Report, places: &[Place]) -> Value {
+fn result(measured: &Measured, noise: &Noise, places: &[Place]) -> Value {
     let point = |p: &bench::work::Point| {
         json!({
             "configuration": p.configuration, "backend": places[p.place].name, "kernel": p.solved.name(),
             "nodes": match p.solved { Solved::Nodes(n) => Some(n), _ => None },
             "tolerance": p.tolerance, "taps": p.taps, "failed": p.failed,
-            "ns_per_tap": p.whole.best, "ns_per_tap_median": p.whole.median, "taps_per_second": 1e9 / p.whole.best,
+            "ns_per_tap": p.whole.best, "ns_per_tap_median": p.whole.median, "spread": p.whole.spread, "taps_per_second": 1e9 / p.whole.best,
             "strain_error_median": p.errors.map(|e| e.median), "strain_error_p99": p.errors.map(|e| e.p99),
             "strain_error_max": p.errors.map(|e| e.worst),
         })
     };
-    json!({ "machine": bench::machine(), "points": report.measured.points.iter().map(point).collect::<Vec<_>>() })
+    let points: Vec<Value> = measured.points.iter().map(point).collect();
+    json!({ "machine": bench::machine(), "noise": noise.json(), "points": points })
 }

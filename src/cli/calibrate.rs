@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use vibrissa::calibrate::{self, Options, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{Locator, locator::opener};
-use vibrissa::measure::{Data, Rig};
-use vibrissa::scene::{Drive, RunOptions, Spec};
+use vibrissa::measure::{Data, Names, Rig};
+use vibrissa::scene::{Drive, Output, RunOptions, Setup, Space, Spec, Study};
 use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
@@ -19,13 +19,14 @@ use super::say;
 pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let start = Instant::now();
     let bytes = Data::load(&args.data)?;
-    let data = Data::parse(&args.data.display().to_string(), &bytes)?;
+    let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let data = Data::parse_named(&args.data.display().to_string(), &bytes, &columns)?;
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
-    let (rig, spec) = Rig::read_with(&args.whisker, data.drive.or(said))?;
+    let (rig, spec) = whisker(args, &data, data.drive.or(said))?;
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let kind = rig.setup.drive;
@@ -55,11 +56,17 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit });
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "group": args.group });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
     question.inputs.push(args.data.clone());
     let folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
-    let asked = Options { drive: args.theta.or(args.delta), fit, run: options.clone(), hash: digest };
+    let asked = Options {
+        drive: args.theta.or(args.delta),
+        group: widths(args)?,
+        fit,
+        run: options.clone(),
+        hash: digest,
+    };
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     if !quiet {
         found.warnings.iter().for_each(say::warning);
@@ -96,6 +103,40 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         ..Reply::default()
     };
     Ok(reply.removing(&written.removed))
+}
+
+/// The whisker of `--whisker`, or one of which nothing is known.
+fn whisker(args: &Calibrate, data: &Data, drive: Option<Drive>) -> Result<(Rig, Spec), Error> {
+    if let Some(path) = &args.whisker {
+        return Ok(Rig::read_with(path, drive)?);
+    }
+    if !args.fit.is_empty() {
+        let error = InputError::new("there is no model to fit without a whisker").key("--fit");
+        return Err(error.value(args.fit.join(",")).allowed("--whisker SPEC.toml").into());
+    }
+    let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+    if furthest <= 0.0 {
+        let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
+        return Err(error.allowed("contact distances in mm").into());
+    }
+    let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
+    let rig = Rig::unknown(setup.clone(), furthest)?;
+    let study = Study { setup, space: Space::List(vec![rig.design.tuple]), output: Output::default() };
+    Ok((rig, Spec::of("no whisker", study)))
+}
+
+/// Widths of `--group` for distances and drives: one for both, or two.
+fn widths(args: &Calibrate) -> Result<[Option<f64>; 2], InputError> {
+    match args.group.as_slice() {
+        all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
+            let said = all.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+            let error = InputError::new("these are no widths").key("--group").value(said);
+            Err(error.allowed("one number ≥ 0 (mm, and the unit of the drive), or two with a comma between; 0: equal values only"))
+        }
+        [] => Ok([None; 2]),
+        [both] => Ok([Some(*both); 2]),
+        [distance, drive, ..] => Ok([Some(*distance), Some(*drive)]),
+    }
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {

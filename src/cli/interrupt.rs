@@ -17,6 +17,8 @@ const GRACE: Duration = Duration::from_millis(1200);
 const WORDS: Duration = Duration::from_millis(300);
 
 static STOP: AtomicBool = AtomicBool::new(false);
+/// Whether a thread is left behind in its work.
+static BEHIND: AtomicBool = AtomicBool::new(false);
 static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
 
 /// How the run that is under way ends.
@@ -45,6 +47,18 @@ pub fn stop_and_keep() -> &'static AtomicBool {
 /// Whether the run was asked to stop.
 pub fn asked() -> bool {
     STOP.load(Ordering::Relaxed)
+}
+
+/// Notes that a thread is left behind, with which the process cannot end in good order.
+pub fn leave_behind() {
+    BEHIND.store(true, Ordering::Relaxed);
+}
+
+/// Ends the process if a thread was left behind: with exit code 1, and without the good order in which drivers are closed.
+pub fn end_without_those_behind() {
+    if BEHIND.load(Ordering::Relaxed) {
+        signal_hook::low_level::exit(1);
+    }
 }
 
 fn set(manner: Manner) {

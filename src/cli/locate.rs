@@ -7,7 +7,9 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::{Calibration, Locator, locator::opener, stream};
+use vibrissa::locate::stream::{self, Ask};
+use vibrissa::locate::{Calibration, Locator, locator::opener};
+use vibrissa::measure::{Names, zero::Zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
@@ -40,13 +42,22 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         return Ok(planned(&calibration, &locator, readings));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
+    let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let quiet = args.common.quiet;
+    let warn = |text: &str| {
+        if !quiet {
+            say::warning(text)
+        }
+    };
+    let asked = Ask { columns: &columns, zero: args.zero, label: None, keep: false, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
-        return streamed(&locator, start);
+        return streamed(&locator, &asked, start);
     }
-    filed(args, &calibration, &locator, readings, start)
+    let label = readings.map(|p| p.display().to_string());
+    filed(args, &calibration, &locator, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
 }
 
-fn streamed(locator: &Locator, start: Instant) -> Result<Reply, Error> {
+fn streamed(locator: &Locator, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
     let mut stdout = std::io::stdout().lock();
     let mut gone = false;
     let mut write = |bytes: &[u8], waiting: bool| {
@@ -64,7 +75,7 @@ fn streamed(locator: &Locator, start: Instant) -> Result<Reply, Error> {
         }
     };
     let input = Patient(std::io::stdin().lock());
-    let answered = stream::answer(locator, input, None, interrupt::stop(), &mut write);
+    let answered = stream::answer(locator, input, ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -101,37 +112,58 @@ impl Source {
     fn answer(
         self,
         locator: &Locator,
-        label: Option<&str>,
+        ask: &Ask<'_>,
         write: stream::Write<'_>,
     ) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(path, _) => {
-                let counts = stream::answer(locator, Patient(open(&path)?), label, interrupt::stop(), write)?;
+                let zero = read_zeros(locator, &path, ask)?;
+                let input = Patient(open(&path)?);
+                let counts = stream::answer(locator, input, ask, Some(zero), interrupt::stop(), write)?;
                 return if counts.stopped { nothing("") } else { Ok(counts) };
             }
             Self::Stream(file) => {
-                stream::answer(locator, Patient(file), label, interrupt::stop_and_keep(), write)?
+                stream::answer(locator, Patient(file), ask, None, interrupt::stop_and_keep(), write)?
             }
             Self::Stdin => {
                 let stdin = Patient(std::io::stdin().lock());
-                stream::answer(locator, stdin, label, interrupt::stop_and_keep(), write)?
+                stream::answer(locator, stdin, ask, None, interrupt::stop_and_keep(), write)?
             }
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
     }
 }
 
+/// The zero of the file at `path`, from its own zero readings.
+fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<Zero, Error> {
+    let (zero, wrong) = stream::zeros(locator, Patient(open(path)?), ask)?;
+    if let (Some(x), true) = (ask.zero, zero.count > 0) {
+        let error = InputError::new("these readings have zero readings of their own").key("--zero").value(x);
+        return Err(error.allowed(format!("nothing: {} rows say it", zero.count)).into());
+    }
+    if !wrong.is_empty() {
+        let shown: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
+        let label = ask.label.unwrap_or("stdin");
+        (ask.warn)(&format!(
+            "{label}: {} zero readings are taps by their size and not used (lines {})",
+            wrong.len(),
+            shown.join(", ")
+        ));
+    }
+    Ok(zero)
+}
+
 fn filed(
     args: &Locate,
     calibration: &Calibration,
     locator: &Locator,
-    readings: Option<&Path>,
+    ask: &Ask<'_>,
     start: Instant,
 ) -> Result<Reply, Error> {
+    let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
-    let (label, digest) =
-        (readings.map_or("stdin".to_owned(), |p| p.display().to_string()), source.digest().to_owned());
+    let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
     let identity = hash(&format!("{digest}\n{}\n{}", calibration.checksum, locator.estimator.name()));
     let stem = readings
         .and_then(Path::file_stem)
@@ -139,14 +171,14 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name() });
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": args.zero });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![args.calibration.clone(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
     let mut file = folder.file("located.csv")?;
     let mut write = |bytes: &[u8], _: bool| file.write(bytes);
-    let counts = source.answer(locator, readings.map(|_| label.as_str()), &mut write)?;
+    let counts = source.answer(locator, ask, &mut write)?;
     file.close()?;
     let document = run_json::document(
         "locate",
@@ -193,7 +225,7 @@ fn open(path: &Path) -> Result<File, Error> {
 }
 
 fn counted(counts: &stream::Counts) -> Value {
-    json!({ "readings": counts.lines, "status": counts.status })
+    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status })
 }
 
 fn reply(

@@ -1,13 +1,19 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
+mod apart;
 mod args;
 mod bench;
+mod best;
 mod calibrate;
 mod devices;
 mod explain;
+mod faults;
+mod help;
 mod interrupt;
+mod kept;
 mod lines;
 mod locate;
+mod number;
 mod optimise;
 mod patient;
 mod progress;
@@ -64,9 +70,14 @@ pub fn run() -> ExitCode {
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),
+        Command::Help(asked) => return help::run(asked),
+        Command::Completions(asked) => help::completions(asked),
+        Command::Man(asked) => help::man(asked),
     };
-    match result {
-        Ok(reply) => reply.print(args.command.common().quiet),
+    let code = match result {
+        Ok(reply) => reply.print(args.command.common().is_some_and(|c| c.quiet)),
         Err(e) => reply::failure(&e),
-    }
+    };
+    interrupt::end_without_those_behind();
+    code
 }

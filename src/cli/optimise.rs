@@ -18,6 +18,7 @@ use vibrissa::{files, spec};
 
 use super::args::Optimise;
 use super::interrupt;
+use super::number::{grouped, rough};
 use super::reply::{self, Reply};
 use super::say;
 use super::sweep::{threads, where_and_why};
@@ -51,6 +52,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         stop: interrupt::stop_and_keep(),
     };
     let report = optimise::run(&spec, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    if report.discarded > 0 {
+        say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
+    }
     Ok(Reply {
         text: summary(&spec, &search, &report),
         out: Some(out),
@@ -74,12 +78,32 @@ fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     let samples =
         search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
     format!(
-        "{}: smallest {} over {}{samples}, on {}",
+        "{}: looking for the smallest {} over {}{samples}, on {}",
         spec.name,
-        search.objective.word(),
+        sought(search),
         over.join(", "),
         where_and_why(&choice.backend)
     )
+}
+
+/// What is made small.
+fn sought(search: &Search) -> &'static str {
+    match search.objective {
+        Objective::Sd => "K_sd",
+        Objective::Distance => "total_rms_mm (bias and noise)",
+        Objective::Weighted => "weighted sum of K_sd/K_mean and total_rms_mm/L_a",
+        Objective::Pareto => "K_sd and total_rms_mm, one against the other,",
+    }
+}
+
+/// Why a search ended, in words.
+fn ending(ended: Ended) -> &'static str {
+    match ended {
+        Ended::Converged => "ended because several starts found the same, or all starts were made",
+        Ended::Evaluations => "ended with its evaluations spent: a larger budget and --resume go on",
+        Ended::Seconds => "ended with its seconds spent: --resume goes on",
+        Ended::Interrupted => "ended by a signal: --resume goes on",
+    }
 }
 
 fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
@@ -120,7 +144,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let (d, row) = (&report.best.point, &report.best.row);
     let mut text = String::new();
     let title = if search.objective == Objective::Pareto {
-        "point of the front with the least error"
+        "point of the front with the least total"
     } else {
         "best design"
     };
@@ -133,7 +157,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));
     let _ = writeln!(
         text,
-        "  K_mean {:.6}, K_sd {}, error {} (bias {}, noise {}), strain {}, force {}",
+        "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest strain {}, largest force {}",
         row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
         number(row.deviation.sd().map(|s| s * report.best.unit), ""),
         number(row.total_rms(), " mm"),
@@ -145,7 +169,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     if let Some(robust) = &search.robust {
         let [sd, total, _] = report.best.score.figures;
         let _ =
-            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, error {total:.4e} mm", robust.samples);
+            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, total {total:.4e} mm", robust.samples);
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(other) = &report.other {
@@ -170,11 +194,11 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{} evaluations in {} starts, {:.2} s; ended: {}",
-        report.evaluations,
+        "{} evaluations in {} starts, {:.2} s; {}",
+        grouped(report.evaluations),
         report.starts,
         report.seconds[1],
-        report.ended.name()
+        ending(report.ended)
     );
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds[0]);
@@ -208,8 +232,9 @@ impl Watch for Shown {
             if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
         let left = left.map_or(String::new(), |n| format!(", {n} left"));
         let line = format!(
-            "{best}; {} evaluations{left}, {rate:.3e}/s, start {}, {}",
-            step.evaluations,
+            "{best}; {} evaluations{left}, {}/s, start {}, {}",
+            grouped(step.evaluations),
+            rough(rate),
             step.start + 1,
             step.stage.name()
         );

@@ -6,12 +6,14 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vibrissa::progress::Progress;
 
+use super::number::{grouped, rough};
 use super::say;
 
 /// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Shows taps done, rate and remaining time.
+/// Shows taps done, rate and remaining time. Clones show the same.
+#[derive(Clone)]
 pub enum Shown {
     /// A terminal.
     Bar(ProgressBar),
@@ -54,9 +56,64 @@ impl Progress for Shown {
                 *last = Instant::now();
                 let rate = done as f64 / start.elapsed().as_secs_f64();
                 let left = total.saturating_sub(done) as f64 / rate;
-                say::line(format_args!("{done} of {total} taps, {rate:.3e} taps/s, {left:.0} s left"));
+                let (done, total) = (grouped(done), grouped(total));
+                say::line(format_args!(
+                    "{done} of {total} taps, {} taps/s, {} s left",
+                    rough(rate),
+                    rough(left)
+                ));
             }
             _ => {}
+        }
+    }
+}
+
+/// Shows the steps of work whose steps differ: which one, and of how many. Clones show the same.
+#[derive(Clone)]
+pub enum Steps {
+    /// A terminal.
+    Bar(ProgressBar),
+    /// A log: a line for each.
+    Lines,
+    /// Nothing.
+    Silent,
+}
+
+impl Steps {
+    /// Of a run of `total` steps.
+    pub fn new(total: u64, quiet: bool) -> Self {
+        match (quiet, std::io::stderr().is_terminal()) {
+            (true, _) => Self::Silent,
+            (_, false) => Self::Lines,
+            (_, true) => {
+                let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+                if let Ok(style) =
+                    ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {wide_msg}")
+                {
+                    bar.set_style(style);
+                }
+                bar.enable_steady_tick(Duration::from_millis(200));
+                Self::Bar(bar)
+            }
+        }
+    }
+
+    /// Step `n`, from 1, begins: `what`.
+    pub fn at(&self, n: usize, of: usize, what: &str) {
+        match self {
+            Self::Bar(bar) => {
+                bar.set_position(n as u64 - 1);
+                bar.set_message(what.to_owned());
+            }
+            Self::Lines => say::line(format_args!("[{n:>3} of {of}] {what}")),
+            Self::Silent => {}
+        }
+    }
+
+    /// Takes the bar off the screen.
+    pub fn finish(&self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
         }
     }
 }

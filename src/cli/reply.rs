@@ -140,8 +140,11 @@ pub fn failure(error: &Error) -> ExitCode {
 
 /// The last words of a run that a signal ended.
 pub fn interrupted() {
-    let what =
-        if unfinished::is_placed() { " after the result was written" } else { "; no result was written" };
+    let what = if unfinished::is_placed() {
+        " after the result was written"
+    } else {
+        "; nothing was written, an older result is as it was"
+    };
     failure(&Error::Run(format!("interrupted{what}")));
 }
 

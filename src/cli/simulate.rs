@@ -36,6 +36,9 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         return Err(error.allowed("fewer than 2^32 rows").into());
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
+    if !quiet {
+        spec.warnings.iter().for_each(say::warning);
+    }
     let result = described(&settings, rig.setup.drive);
     if options.plan == Some(true) {
         let text = format!("{}: {taps} synthetic taps to {}; nothing was run\n", spec.name, out.display());
@@ -50,9 +53,6 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
             ..Reply::default()
         });
     }
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
     let question = Question::of_scene("simulate", &spec, json!({ "settings": result.to_string() }));
     let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
     let method = opener(&options)(&rig.setup.model)?;
@@ -66,6 +66,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         run_json::spec(&spec),
         json!({
             "in_force": run_json::in_force(&spec),
+            "warnings": spec.warnings,
             "source": simulate::SOURCE,
             "settings": result,
             "counts": counted,

@@ -9,15 +9,15 @@ use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::run_json;
-use vibrissa::sink::table::drive_unit;
 use vibrissa::sweep::{Kept, Report, Target};
 use vibrissa::{files, spec};
 
 use super::args::Sweep;
+use super::number::{grouped, rough};
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
-use super::{explain, interrupt};
+use super::{best, explain, interrupt};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
@@ -56,7 +56,11 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         counts: run_json::counts(&report.counts),
         seconds: json!(report.seconds),
         backend: json!(report.backend),
-        result: json!({ "best": report.highlights.iter().map(|k| best(&spec, k)).collect::<Vec<_>>() }),
+        result: json!({
+            "best": report.highlights.iter().map(|k| row(&spec, k)).collect::<Vec<_>>(),
+            "by": spec.study.output.by.name(),
+            "ranked_rows": report.ranked,
+        }),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -73,7 +77,13 @@ pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
     let model =
         if spec.study.setup.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
-    format!("{}: {} taps of {} designs, {model}, on {}", spec.name, plan.taps, plan.designs, where_and_why(b))
+    format!(
+        "{}: {} taps of {} designs, {model}, on {}",
+        spec.name,
+        grouped(plan.taps),
+        grouped(plan.designs),
+        where_and_why(b)
+    )
 }
 
 /// What to say when the gauge saw more strain than the curve of the material holds.
@@ -106,14 +116,15 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         let _ = writeln!(
             text,
             "  {name:<14} {}",
-            if rows > 0 { format!("{rows} rows") } else { "not written".into() }
+            if rows > 0 { format!("{} rows", grouped(rows)) } else { "not written".into() }
         );
     }
     let _ = writeln!(
         text,
-        "  about {:.3e} bytes in {}, about {seconds:.1e} s, {}; nothing was run",
-        plan.bytes,
+        "  about {} bytes in {}, about {} s, {}; nothing was run",
+        rough(plan.bytes),
         out.display(),
+        rough(seconds),
         way.name()
     );
     if plan.curves > 0 {
@@ -160,12 +171,14 @@ fn large(file: &Listed) -> String {
     )
 }
 
-fn best(spec: &Spec, k: &Kept) -> Value {
+fn row(spec: &Spec, k: &Kept) -> Value {
     let d = &k.design;
     let mut value = json!({
         "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
         "n": k.row.deviation.n,
         "error_rms_mm": k.row.error_rms(),
+        "error_max_mm": k.row.error_max(),
+        "noise_rms_mm": k.row.noise_rms(),
         "total_rms_mm": k.row.total_rms(),
         "strain_max": k.row.strain_max(),
         "force_max_N": k.row.force_max(),
@@ -183,42 +196,13 @@ fn best(spec: &Spec, k: &Kept) -> Value {
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {
-    let mut text = String::new();
-    let by = spec.study.output.by.name();
-    let (symbol, unit) = drive_unit(spec.study.setup.drive);
-    if !report.highlights.is_empty() {
-        let title = if spec.study.output.top.is_some() { "best rows" } else { "best row of each design" };
-        let _ = writeln!(text, "{title} by {by}:");
-        let _ = writeln!(
-            text,
-            "  {:>8} {:>8} {:>8} {:>8} {:>6} {symbol:>8}   {:>10} {:>10} {:>12}",
-            "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "K_mean", "K_sd", "error_rms_mm"
-        );
-    }
-    for k in &report.highlights {
-        let d = &k.design;
-        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.3e}"));
-        let mean = k.row.deviation.mean().map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
-        let drive = format!("{:.4}", k.drive);
-        let drive = drive.trim_end_matches('0').trim_end_matches('.');
-        let _ = writeln!(
-            text,
-            "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3} {:>8}   {mean:>10} {:>10} {:>12}",
-            d.D,
-            d.d,
-            d.L_a,
-            d.x_ss,
-            d.l,
-            format!("{drive}{unit}"),
-            number(k.row.deviation.sd().map(|s| s * k.unit)),
-            number(k.row.error_rms()),
-        );
-    }
+    let mut text = best::table(spec, report);
     let c = &report.counts;
-    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{n} {word}")).collect();
+    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{} {word}", grouped(*n))).collect();
     let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
-    let _ = writeln!(text, "status of {} taps: {words}", c.taps);
+    let _ = writeln!(text, "status of {} taps: {words}", grouped(c.taps));
     if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, spec.study.output.top) {
+        let (kept, complete) = (grouped(kept), grouped(complete));
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();

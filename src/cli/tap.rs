@@ -104,7 +104,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
     let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
     let line = |name: &str, s: &Sample| {
         format!(
-            "{name} {symbol} {:.4}{unit}: error {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
+            "{name} {symbol} {:.4}{unit}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
             s.drive,
             number(s.row.total_rms()),
             number(s.row.error_rms()),

@@ -7,17 +7,18 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::backend::Backend;
 use vibrissa::error::{Error, InputError};
-use vibrissa::scene::{RunOptions, Spec, Tuple};
+use vibrissa::scene::{RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
-use vibrissa::verify::write::{self, Verified, other_words, verdict};
-use vibrissa::verify::{self, Case, Line, Place, QUANTITIES, RANDOM, SAMPLES};
+use vibrissa::verify::write::{self, Verified, verdict};
+use vibrissa::verify::{self, Case, Line, Place, QUICK, QUICK_SAMPLES, RANDOM, SAMPLES};
 
 use super::args::Verify;
-use super::interrupt;
+use super::faults::broken;
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
+use super::{apart, interrupt, kept};
 
 /// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
 const REFERENCE_RATE: f64 = 500.0;
@@ -32,6 +33,7 @@ struct Asked {
     out: PathBuf,
     samples: u32,
     seed: u64,
+    quick: bool,
 }
 
 /// Verifies, or says what would be verified; a bound that is broken is told beside the result.
@@ -47,7 +49,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
             .build_global()
             .map_err(|e| Error::Run(e.to_string()))?;
     }
-    let mut places = verify::present(options, bound(args)?)?;
+    let places = verify::present(options, bound(args)?)?;
     if !quiet {
         asked.spec.iter().flat_map(|s| &s.warnings).for_each(say::warning);
         if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
@@ -58,37 +60,45 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         return planned(&asked, &places);
     }
     let on: Vec<String> = places.iter().map(Place::label).collect();
-    let of = json!({ "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": on });
+    let of = json!({ "quick": asked.quick, "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": &on });
     let question = match &asked.spec {
         Some(spec) => Question::of_scene("verify", spec, of),
         None => Question::new("verify", "verify", of),
     };
-    let mut folder = Folder::open(&asked.out, question, &["verify.csv"], options.force == Some(true))?;
+    let force = options.force == Some(true);
+    let mut folder = Folder::open(&asked.out, question, &["verify.csv"], force)?;
     let cases = cases(&asked)?;
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     if !quiet {
         say::line(headline(&asked, cases.len(), taps, &places));
     }
-    let mut progress = Shown::new(taps, quiet);
-    let lines = verify::run(&cases, &mut places, interrupt::stop(), &mut progress);
-    progress.finish();
-    let lines = lines?;
-    let backends: Vec<&Backend> = places.iter().map(Place::backend).collect();
-    write::write(&mut folder, &lines, &backends)?;
+    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
+    let (lines, done) = solved(cases, places, &Shown::new(taps, quiet))?;
+    let stopped = (done < taps).then_some([done, taps]);
+    let kept = stopped.is_none() || (!lines.is_empty() && (force || !kept::is_whole(folder.older())));
+    let mut text = table(&lines, &on);
+    let (mut files, mut removed) = (Vec::new(), Vec::new());
     let seconds = start.elapsed().as_secs_f64();
-    let verified = Verified {
-        spec: asked.spec.as_ref(),
-        samples: asked.samples,
-        seed: asked.seed,
-        backends: &backends,
-        lines: &lines,
-        seconds,
-    };
-    folder.run_json(&write::document(&verified))?;
-    let Written { files, removed, .. } = folder.finish()?;
-    let mut text = table(&lines, &places);
-    let written: Vec<_> = files.iter().map(|p| p.display().to_string()).collect();
-    let _ = writeln!(text, "wrote {} in {seconds:.1} s", written.join(", "));
+    if kept {
+        let verified = Verified {
+            spec: asked.spec.as_ref(),
+            samples: asked.samples,
+            seed: asked.seed,
+            backends: &backends,
+            lines: &lines,
+            stopped,
+            seconds,
+        };
+        write::write(&mut folder, &lines, &backends)?;
+        folder.run_json(&write::document(&verified))?;
+        Written { files, removed, .. } = folder.finish()?;
+        let _ = writeln!(text, "wrote {} in {seconds:.1} s", super::listed(&files));
+    }
+    let cut = stopped.map(|[done, taps]| {
+        let what = format!("{done} of {taps} taps");
+        kept::words(&what, lines.is_empty(), kept, &asked.out)
+    });
+    let faults = [cut, broken(&lines, &on)].into_iter().flatten().collect::<Vec<_>>();
     Ok(Reply {
         text,
         out: Some(asked.out),
@@ -96,11 +106,26 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         counts: write::counts(&lines),
         seconds: json!({ "total": seconds }),
         backend: json!(backends),
-        result: json!({ "census": lines.iter().map(|l| write::line_json(l, backends[l.place])).collect::<Vec<_>>() }),
+        result: json!({ "census": lines.iter().map(|l| write::line_json(l, &backends[l.place])).collect::<Vec<_>>() }),
         quiet,
-        broken: broken(&lines, &places),
+        broken: (!faults.is_empty()).then(|| faults.join("\n")),
     }
     .removing(&removed))
+}
+
+/// The lines of the census and the number of taps that were solved everywhere: all, or those before a signal.
+fn solved(cases: Vec<Case>, mut places: Vec<Place>, progress: &Shown) -> Result<(Vec<Line>, u64), Error> {
+    let (stop, mut shown) = (interrupt::stop_and_keep(), progress.clone());
+    let mut lines: Vec<Line> = Vec::new();
+    let work = move |each: &mut dyn FnMut(Line)| verify::run(&cases, &mut places, stop, &mut shown, each);
+    let done = apart::apart(work, |line| lines.push(line));
+    progress.finish();
+    let done = match done? {
+        Some(done) => done?,
+        // Left behind in the middle of a configuration.
+        None => lines.iter().filter(|l| l.place == 0).map(|l| l.taps as u64).sum(),
+    };
+    Ok((lines, done))
 }
 
 /// `--bound`, checked.
@@ -135,14 +160,20 @@ fn asked(args: &Verify) -> Result<Asked, Error> {
     if let Some(spec) = &mut spec {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
-    let samples = args.samples.unwrap_or(if spec.is_some() { SAMPLES } else { RANDOM });
-    Ok(Asked { spec, options, out, samples, seed: args.seed })
+    let quick = args.quick;
+    let samples = args.samples.unwrap_or(match (spec.is_some(), quick) {
+        (true, false) => SAMPLES,
+        (true, true) => QUICK_SAMPLES,
+        (false, false) => RANDOM,
+        (false, true) => QUICK,
+    });
+    Ok(Asked { spec, options, out, samples, seed: args.seed, quick })
 }
 
 fn cases(asked: &Asked) -> Result<Vec<Case>, Error> {
     match &asked.spec {
         Some(spec) => Ok(vec![Case::of_study(&spec.name, spec.study.clone(), asked.samples, asked.seed)?]),
-        None => Ok(Case::built_in(asked.samples, asked.seed)),
+        None => Ok(Case::built_in(asked.samples, asked.seed, asked.quick)),
     }
 }
 
@@ -190,7 +221,7 @@ fn planned(asked: &Asked, places: &[Place]) -> Result<Reply, Error> {
 }
 
 /// The census for people: one line per configuration and backend.
-fn table(lines: &[Line], places: &[Place]) -> String {
+fn table(lines: &[Line], places: &[String]) -> String {
     let mut text = format!(
         "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6} {:>5}  verdict\n",
         "configuration",
@@ -214,7 +245,7 @@ fn table(lines: &[Line], places: &[Place]) -> String {
             text,
             "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6.1} {:>5}  {}",
             line.configuration,
-            places[line.place].label(),
+            places[line.place],
             line.taps,
             number(strain.map(|f| f.worst)),
             number(strain.map(|f| f.median)),
@@ -234,52 +265,4 @@ fn table(lines: &[Line], places: &[Place]) -> String {
          reference solves; sweeps: mean and largest number of a tap.\n",
     );
     text
-}
-
-/// Which bounds are broken, and where: the three worst lines in full.
-fn broken(lines: &[Line], places: &[Place]) -> Option<String> {
-    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
-    if bad.is_empty() {
-        return None;
-    }
-    let excess = |l: &Line| l.errors[0].map_or(0.0, |f| f.worst / l.bound);
-    bad.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
-    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
-    for line in bad.iter().take(3) {
-        let _ = write!(text, "\n  {} on {}: ", line.configuration, places[line.place].label());
-        let parts: Vec<String> = line.faults().iter().map(|word| fault(line, word)).collect();
-        text.push_str(&parts.join("; "));
-    }
-    if bad.len() > 3 {
-        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
-    }
-    Some(text)
-}
-
-/// One fault in words.
-fn fault(line: &Line, word: &str) -> String {
-    let odd = || match line.odd {
-        Some((tuple, ..)) => format!(" at {}, {}", place(line, &tuple), other_words(line)),
-        None => String::new(),
-    };
-    match (word, QUANTITIES.iter().position(|q| *q == word)) {
-        (_, Some(k)) => {
-            let f = line.errors[k].expect("a quantity at fault has figures");
-            let at =
-                line.at.filter(|_| k == 0).map_or(String::new(), |(t, _)| format!(" at {}", place(line, &t)));
-            let bound = line.bound * if k < 2 { 1.0 } else { verify::FORCE };
-            format!("{word} error {:.2e} > {bound:.1e}, {} of {} taps{at}", f.worst, f.over, line.compared)
-        }
-        ("status", _) => format!("other words on {} taps{}", line.differ, odd()),
-        ("unsolved", _) => format!("{} of {} taps not_converged{}", line.unsolved, line.taps, odd()),
-        ("unanswered", _) => format!("{} taps solved without an answer of the reference", line.unanswered),
-        _ => "nothing was compared".to_owned(),
-    }
-}
-
-/// `D_mm=10 d_mm=4 …`.
-fn place(line: &Line, t: &Tuple) -> String {
-    let names = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", line.drive.column()];
-    let parts: Vec<String> = names.iter().zip(t.to_array()).map(|(n, x)| format!("{n}={x}")).collect();
-    parts.join(" ")
 }

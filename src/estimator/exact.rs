@@ -82,6 +82,10 @@ impl Estimator for Model {
         true
     }
 
+    fn needs_whisker(&self, _: bool) -> bool {
+        true
+    }
+
     fn answers_both_sides(&self) -> bool {
         true
     }
@@ -152,11 +156,12 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
         Contact::Coulomb(mu) => format!("coulomb {mu}"),
     };
     let written = format!(
-        "D = {}, d = {}, L_a = {}, hub = {}; initial modulus {}, contact {contact}",
+        "D = {}, d = {}, L_a = {}, hub = {}, pole_radius = {}; initial modulus {}, contact {contact}",
         t.D,
         t.d,
         t.L_a,
         setup.hub,
+        setup.model.pole_radius,
         setup.model.material.e0(),
     );
     let ([lo, hi], [first, last]) = (record.distances_mm, record.ends());

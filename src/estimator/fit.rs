@@ -5,7 +5,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
-use super::taps::Cell;
+use super::cells::Cell;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use crate::measure::Rig;
@@ -47,6 +47,8 @@ pub struct Task<'a> {
     pub cells: &'a [Cell],
     /// Standard deviation of one reading.
     pub noise: f64,
+    /// Whether the drive offset is fitted only where it is asked for: beside an unknown zero it would take up an offset of the signal.
+    pub hold: bool,
     /// Solves models.
     pub open: Opener<'a>,
 }
@@ -98,7 +100,8 @@ impl Task<'_> {
         if !start[0].is_finite() {
             return Err(Error::Run("the model has no strain at any measured tap".to_owned()));
         }
-        let mut free = vec![Parameter::Factor, Parameter::DriveOffset];
+        let mut free = vec![Parameter::Factor];
+        free.extend((!self.hold).then_some(Parameter::DriveOffset));
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
         let mut undetermined = Vec::new();
         let mut misfit = 0.0;

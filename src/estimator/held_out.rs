@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::Estimator;
+use super::cells::Cell;
 use super::fit::Fit;
 use super::model::Found;
-use super::taps::{Cell, Tap};
+use super::taps::Tap;
 use crate::measure::Rig;
 use crate::reduce::Errors;
 

@@ -3,6 +3,8 @@
 //! An estimator is one file that implements [`Estimator`] and one line of [`registry`]. What it makes of a calibration
 //! [`Answers`] readings.
 
+pub mod cells;
+pub mod curve;
 pub mod exact;
 pub mod fit;
 pub mod held_out;
@@ -32,6 +34,8 @@ pub const PAPER: &dyn Estimator = &paper::PAPER;
 pub const TIMOSHENKO: &dyn Estimator = &paper::TIMOSHENKO;
 /// The configured model, whose fit every calibration reports.
 pub const EXACT: &dyn Estimator = &exact::EXACT;
+/// A smooth curve through the data.
+pub const CURVE: &dyn Estimator = &curve::CURVE;
 /// The data themselves.
 pub const TABLE: &dyn Estimator = &table::TABLE;
 
@@ -100,6 +104,12 @@ pub trait Estimator: Send + Sync {
 
     /// Whether it means anything only where the drive of each tap is known.
     fn needs_drive(&self) -> bool {
+        false
+    }
+
+    /// Whether it can be calibrated on a whisker of which nothing is known, with one drive or with several.
+    fn needs_whisker(&self, several_drives: bool) -> bool {
+        let _ = several_drives;
         false
     }
 

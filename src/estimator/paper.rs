@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, known, positive};
 use crate::design::amount;
 use crate::error::Error;
+use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::paper::{Factors, Paper};
-use crate::estimator::taps::Cell;
 use crate::scene::Theory;
 use crate::status::Status;
 
@@ -101,6 +101,11 @@ impl Estimator for Closed {
 
     fn needs_drive(&self) -> bool {
         self.needs_drive
+    }
+
+    /// With one drive f need only have the right shape, 1/a: K takes up the rest.
+    fn needs_whisker(&self, several_drives: bool) -> bool {
+        several_drives || self.theory == Theory::Timoshenko
     }
 
     fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {

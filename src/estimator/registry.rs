@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::curve::SmoothRecord;
 use super::exact::ExactRecord;
 use super::paper::FactorRecord;
 use super::table::TableRecord;
-use super::{Estimator, Fault, ascending, exact, known, paper, positive, table};
+use super::{Estimator, Fault, ascending, curve, exact, known, paper, positive, table};
 use crate::scene::Side;
 
 /// Makes of each line an entry of [`ALL`] and a section of [`SideRecord`], in the order of the lines. A section has the name of
@@ -29,7 +30,7 @@ macro_rules! registry {
             pub drives: Vec<f64>,
             /// |signal| at which the sensor stands still, where the data show one.
             pub end_stop: Option<f64>,
-            $($(#[$what])* pub $section: Option<$record>,)*
+            $($(#[$what])* #[serde(skip_serializing_if = "Option::is_none")] pub $section: Option<$record>,)*
         }
 
         impl SideRecord {
@@ -49,6 +50,8 @@ registry! {
     timoshenko: FactorRecord = paper::TIMOSHENKO;
     /// The model.
     exact: ExactRecord = exact::EXACT;
+    /// A smooth curve through the data.
+    curve: SmoothRecord = curve::CURVE;
     /// The data.
     table: TableRecord = table::TABLE;
 }

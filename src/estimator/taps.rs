@@ -1,13 +1,14 @@
-//! Rows of a data file as taps of one side: zero subtracted, sorted into cells of equal distance and drive.
+//! Rows of a data file as taps: which are zero readings, what is subtracted, which belong to one distance and one drive.
 
-use crate::design::amount;
-use crate::measure::{Data, Rig, zero::Zero};
+use crate::measure::group::Groups;
+use crate::measure::zero::{Tared, TaredBy, Zero};
+use crate::measure::{Data, Rig, counts};
 use crate::reduce::median;
 
 use super::reason::Reason;
 
-/// Most distinct distances, or drives, that are told apart; beyond it neighbours share a level.
-const LEVELS: usize = 64;
+/// Rows before contact agree within this share of what half of all taps give.
+const STILL: f64 = 0.1;
 
 /// A row with a drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +21,8 @@ pub struct Tap {
     pub a: f64,
     /// Drive as labelled, degrees or mm; 1 where it was not recorded.
     pub drive: f64,
+    /// Means of the distances and of the drives that are one with those of this tap.
+    pub group: [f64; 2],
     /// Signal as recorded.
     pub value: f64,
     /// Zero that was subtracted, in the unit of `signal`.
@@ -47,17 +50,46 @@ pub struct ZeroReading {
     pub reason: Option<Reason>,
 }
 
-/// Sorts the rows of `data` into taps and zero readings; `drive` is that of every tap where no column says. Rows that cannot be
-/// taps of this whisker have their reason.
-pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroReading>, Zero) {
+/// What a user says of the rows.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Said {
+    /// Drive of every tap where no column says.
+    pub drive: Option<f64>,
+    /// Widths within which distances, and drives, are one; by default from the data.
+    pub group: [Option<f64>; 2],
+}
+
+/// The rows of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sorted {
+    /// Rows with a drive.
+    pub taps: Vec<Tap>,
+    /// Rows without contact.
+    pub zeros: Vec<ZeroReading>,
+    /// The zero that was subtracted.
+    pub zero: Zero,
+    /// How it was found.
+    pub tared: Tared,
+    /// Distances and drives that are one.
+    pub groups: [Groups; 2],
+}
+
+/// Sorts the rows of `data` into taps and zero readings. Rows that cannot be taps of this whisker have their reason.
+pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     let factor = rig.setup.gauge.factor;
-    let is_zero = |d: f64| data.drive.is_some() && d == 0.0;
+    let turn = match data.unit.is_strain() {
+        true => None,
+        false => counts::turn(data.rows.iter().map(|r| r.value)),
+    };
+    let signals: Vec<f64> =
+        data.rows.iter().map(|r| data.unit.strain(counts::unwrapped(r.value, turn), factor)).collect();
+    let (rest, from) = resting(data, &signals);
     let mut zeros = Vec::new();
     let mut taps = Vec::new();
     let mut first_lines = std::collections::HashMap::with_capacity(data.rows.len());
     for (place, row) in data.rows.iter().enumerate() {
-        let signal = data.unit.strain(row.value, factor);
-        if is_zero(row.drive) {
+        let signal = signals[place];
+        if rest[place] {
             let reason = (!signal.is_finite()).then_some(Reason::NotANumber);
             zeros.push(ZeroReading { place, signal, reason });
             continue;
@@ -69,12 +101,13 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroRe
                 None
             }
         };
-        let drive = if data.drive.is_some() { row.drive } else { drive.unwrap_or(1.0) };
+        let drive = if data.drive.is_some() { row.drive } else { said.drive.unwrap_or(1.0) };
         let tap = Tap {
             place,
             line: row.line,
             a: row.a,
             drive,
+            group: [row.a, drive],
             value: row.value,
             zero: 0.0,
             zeros: [(0, 0.0, 0.0); 2],
@@ -93,14 +126,50 @@ pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>) -> (Vec<Tap>, Vec<ZeroRe
     }
     let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let zero = Zero::new(&readings);
+    let groups = [
+        Groups::of(taps.iter().map(|t| t.a), said.group[0], false),
+        Groups::of(taps.iter().map(|t| t.drive), said.group[1], true),
+    ];
     for tap in &mut taps {
+        tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];
         tap.zero = zero.at(tap.place);
         tap.signal -= tap.zero;
         let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
         tap.zeros = zero.weights(tap.place).map(share);
         tap.reason = unusable(tap, rig);
     }
-    (taps, zeros, zero)
+    let mut spread = crate::reduce::Spread::default();
+    readings.iter().for_each(|r| spread.push(r.1));
+    let error = spread.sd().map_or(0.0, |sd| sd / (readings.len() as f64).sqrt());
+    let from = if readings.is_empty() { TaredBy::None } else { from };
+    let tared = Tared { from, value: spread.mean().unwrap_or(0.0), error, wraps: turn.is_some() };
+    Sorted { taps, zeros, zero, tared, groups }
+}
+
+/// Rows without contact: those whose drive is 0, and, where the drive has a zero of its own, those of negative drives up to where the
+/// signal begins to change.
+fn resting(data: &Data, signals: &[f64]) -> (Vec<bool>, TaredBy) {
+    let drive = |i: usize| data.rows[i].drive;
+    let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
+    let mut before: Vec<usize> =
+        (0..signals.len()).filter(|&i| drive(i) < 0.0 && signals[i].is_finite()).collect();
+    if before.is_empty() {
+        return ((0..signals.len()).map(at_zero).collect(), TaredBy::Rows);
+    }
+    before.sort_by(|i, j| drive(*i).total_cmp(&drive(*j)));
+    let lowest = drive(before[0]);
+    let mut still: Vec<f64> = before.iter().filter(|i| drive(**i) == lowest).map(|i| signals[*i]).collect();
+    let base = median(&mut still);
+    let mut sizes: Vec<f64> =
+        (0..signals.len()).filter(|&i| drive(i) > 0.0).map(|i| (signals[i] - base).abs()).collect();
+    sizes.retain(|s| s.is_finite());
+    let near = if sizes.is_empty() { 0.0 } else { STILL * median(&mut sizes) };
+    let end = before.iter().find(|i| (signals[**i] - base).abs() > near).map_or(0.0, |i| drive(*i));
+    let rests = |i: usize| {
+        let still = (signals[i] - base).abs() <= near;
+        (drive(i) < end && still) || (at_zero(i) && still)
+    };
+    ((0..signals.len()).map(rests).collect(), TaredBy::Plateau)
 }
 
 fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {
@@ -114,158 +183,4 @@ fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {
         return Some(Reason::NoStrain);
     }
     (tap.signal == 0.0).then_some(Reason::ZeroSignal)
-}
-
-/// Distinct values, or groups of neighbours where there are too many.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Levels {
-    /// Mean of each level, ascending.
-    pub centres: Vec<f64>,
-    /// Largest value of each level.
-    ends: Vec<f64>,
-}
-
-impl Levels {
-    /// Of all `values`.
-    pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut all: Vec<f64> = values.collect();
-        all.sort_by(f64::total_cmp);
-        let mut distinct = all.clone();
-        distinct.dedup();
-        if distinct.len() <= LEVELS {
-            return Self { ends: distinct.clone(), centres: distinct };
-        }
-        let mut levels = Self { centres: Vec::new(), ends: Vec::new() };
-        let mut from = 0;
-        for k in 1..=LEVELS {
-            let Some(end) = all.get((k * all.len() / LEVELS).saturating_sub(1)).copied() else { continue };
-            let to = all.partition_point(|x| *x <= end);
-            if to > from {
-                levels.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
-                levels.ends.push(end);
-                from = to;
-            }
-        }
-        levels
-    }
-
-    /// Level of `x`, which is one of the values.
-    pub fn place(&self, x: f64) -> usize {
-        self.ends.partition_point(|e| *e < x).min(self.ends.len() - 1)
-    }
-
-    /// Whether there are no levels.
-    pub fn is_empty(&self) -> bool {
-        self.centres.is_empty()
-    }
-
-    /// Number of levels.
-    pub fn len(&self) -> usize {
-        self.centres.len()
-    }
-}
-
-/// Taps of one distance and one drive, on one side.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
-    /// Level of the distance.
-    pub i: usize,
-    /// Level of the drive.
-    pub j: usize,
-    /// Places of its taps in the list they were made from.
-    pub taps: Vec<usize>,
-    /// Mean distance, mm.
-    pub a: f64,
-    /// Mean drive.
-    pub drive: f64,
-    /// Mean |signal|.
-    pub signal: f64,
-    /// Mean θ f of the theory of the spec.
-    pub linear: f64,
-    /// Sum of squares about the mean, after what distance and drive explain within a level.
-    pub squares: f64,
-    /// Sum of squares that a reading's variance of 1 would give.
-    pub freedom: f64,
-    /// Variance of the mean, in units of a reading's: 1/n and what the zeros bring.
-    pub share: f64,
-}
-
-impl Cell {
-    /// Number of taps.
-    pub fn n(&self) -> f64 {
-        self.taps.len() as f64
-    }
-}
-
-/// Cells of the taps that `wanted` picks, by distance, then drive.
-pub fn cells(
-    taps: &[Tap],
-    rig: &Rig,
-    distances: &Levels,
-    drives: &Levels,
-    wanted: impl Fn(&Tap) -> bool,
-) -> Vec<Cell> {
-    let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
-    for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {
-        grid[distances.place(tap.a) * drives.len() + drives.place(tap.drive)].push(k);
-    }
-    let curve = rig.shared().theory.curve();
-    let linear = |t: &Tap| amount(rig.setup.drive, t.drive) * curve.value(t.a);
-    let cell = |(place, taps_here): (usize, Vec<usize>)| {
-        if taps_here.is_empty() {
-            return None;
-        }
-        let n = taps_here.len() as f64;
-        let mean = |f: &dyn Fn(&Tap) -> f64| taps_here.iter().map(|&k| f(&taps[k])).sum::<f64>() / n;
-        // The first value is taken out so that equal values have exactly their value as mean.
-        let about = |f: &dyn Fn(&Tap) -> f64| {
-            let first = f(&taps[taps_here[0]]);
-            first + mean(&|t| f(t) - first)
-        };
-        let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
-        let ratio = signal / theory;
-        let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
-        let (of_mean, about_mean) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
-        Some(Cell {
-            i: place / drives.len(),
-            j: place % drives.len(),
-            a: about(&|t| t.a),
-            drive: about(&|t| t.drive),
-            signal,
-            linear: theory,
-            squares: if n > 1.0 { squares } else { 0.0 },
-            freedom: n - 1.0 + about_mean,
-            share: 1.0 / n + of_mean,
-            taps: taps_here,
-        })
-    };
-    grid.into_iter().enumerate().filter_map(cell).collect()
-}
-
-/// What the noise of the zero readings brings to taps of one cell: to the variance of their mean, and to the sum of squares about
-/// it, in units of a reading's variance.
-fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
-    let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
-    let mut n = 0.0;
-    for tap in taps {
-        n += 1.0;
-        for (run, weight, share) in tap.zeros {
-            if weight != 0.0 {
-                let sum = runs.entry(run).or_insert((0.0, 0.0, share));
-                *sum = (sum.0 + weight, sum.1 + weight * weight, share);
-            }
-        }
-    }
-    let add = |(mean, about): (f64, f64), (sum, squares, share): &(f64, f64, f64)| {
-        (mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0))
-    };
-    runs.values().fold((0.0, 0.0), add)
-}
-
-/// Standard deviation of one reading from repeats, and its degrees of freedom; `None` without repeats.
-pub fn repeatability(cells: &[Cell]) -> Option<(f64, f64)> {
-    let repeated = || cells.iter().filter(|c| c.taps.len() > 1);
-    let freedom: f64 = repeated().map(|c| c.n() - 1.0).sum();
-    let variance = repeated().map(|c| c.squares).sum::<f64>() / repeated().map(|c| c.freedom).sum::<f64>();
-    (freedom > 0.0).then(|| (variance.sqrt(), freedom))
 }

@@ -17,7 +17,7 @@ impl<W> Calibration<W> {
     /// The same with the whisker in another form.
     fn with<V>(self, rig: V) -> Calibration<V> {
         let Self { format, version, checksum, estimator, signal, drive_recorded, noise, .. } = self;
-        let Self { noise_from, data, sides, .. } = self;
+        let Self { noise_from, zero, data, sides, .. } = self;
         Calibration {
             format,
             version,
@@ -27,6 +27,7 @@ impl<W> Calibration<W> {
             drive_recorded,
             noise,
             noise_from,
+            zero,
             data,
             rig,
             sides,
@@ -145,7 +146,8 @@ impl Calibration {
         // Once more, with the places of the values: the spec is judged like any other.
         let placed = DeTable::parse(text).map_err(|e| broken(&e))?;
         let spec = placed.get_ref().get("spec").and_then(|s| s.get_ref().as_table());
-        let rig = Rig::of_table(label, text, spec.expect("a table has been read"))?;
+        let furthest = read.sides.iter().map(|s| s.distances_mm[1]).fold(0.0, f64::max);
+        let rig = Rig::of_table(label, text, spec.expect("a table has been read"), furthest)?;
         Ok(read.with(rig))
     }
 }

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::error::InputError;
 use crate::measure::Rig;
-use crate::scene::{Contact, Convention, Drive, Geometry, Material, Side, Spec};
+use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec};
 use crate::spec;
 
 impl Rig {
@@ -52,6 +52,13 @@ impl Rig {
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
         estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
+        if !self.known {
+            let gauge = ["strain_limit", "factor"];
+            let gauge = gauge.into_iter().zip([s.gauge.strain_limit.into(), s.gauge.factor.into()]).collect();
+            let drive = word(if s.drive == Drive::Angle { "angle" } else { "displacement" });
+            let entries = [("gauge", table(gauge)), ("tap", table(vec![("drive", drive)]))];
+            return entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
+        }
         let entries = [
             (
                 "whisker",
@@ -85,13 +92,23 @@ impl Rig {
         entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
     }
 
-    /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it.
+    /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it; without a whisker in
+    /// it, one of which nothing is known but that it taps as far as `furthest` mm.
     ///
     /// # Errors
     /// As of a spec: what is wrong, with its place in `text`.
-    pub fn of_table(label: &str, text: &str, table: &DeTable<'_>) -> Result<Self, InputError> {
+    pub fn of_table(label: &str, text: &str, table: &DeTable<'_>, furthest: f64) -> Result<Self, InputError> {
         let drive = table.get("tap").and_then(|t| t.get_ref().get("drive")?.get_ref().as_str());
         let drive = if drive == Some("displacement") { Drive::Displacement } else { Drive::Angle };
+        if table.get("whisker").is_none() {
+            let gauge = |key: &str| {
+                table.get("gauge")?.get_ref().get(key)?.get_ref().as_float()?.as_str().parse().ok()
+            };
+            let mut setup = Setup { drive, ..Setup::default() };
+            setup.gauge.factor = gauge("factor").unwrap_or(setup.gauge.factor);
+            setup.gauge.strain_limit = gauge("strain_limit").unwrap_or(setup.gauge.strain_limit);
+            return Self::unknown(setup, furthest);
+        }
         let spec = spec::of_table(label, text, table, Path::new(""), fallback(drive))?;
         Self::of_spec(&spec, label)
     }

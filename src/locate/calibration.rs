@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimator::SideRecord;
 use crate::measure::Rig;
+use crate::measure::zero::Tared;
 
 /// Version of the file.
 pub const FORMAT: u32 = 1;
@@ -28,6 +29,9 @@ pub struct Calibration<W = Rig> {
     pub noise: f64,
     /// Where that comes from.
     pub noise_from: String,
+    /// How the signal was tared; a file of an older program does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zero: Option<Tared>,
     /// What was measured.
     pub data: Source,
     /// The whisker and its model; in the file as a spec.

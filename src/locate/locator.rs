@@ -8,6 +8,8 @@ use crate::estimator::model::exact::Opener;
 use crate::estimator::model::{SAME, between, bracket};
 use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
 use crate::evaluate::Method;
+use crate::measure::counts::wrapped;
+use crate::measure::zero::Tared;
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use crate::status::Status;
@@ -92,6 +94,8 @@ pub struct Locator {
     pub drive_recorded: bool,
     /// Estimator in use.
     pub estimator: &'static dyn Estimator,
+    /// How the signal of the calibration was tared; `None` where an older program did not say.
+    pub tared: Option<Tared>,
     noise: f64,
     sides: Vec<Opened>,
 }
@@ -148,7 +152,8 @@ impl Locator {
                 }
             }
         }
-        Ok(Self { rig, unit, drive_recorded: c.drive_recorded, estimator, noise: c.noise, sides })
+        let tared = c.zero.clone();
+        Ok(Self { rig, unit, drive_recorded: c.drive_recorded, estimator, tared, noise: c.noise, sides })
     }
 
     /// The only calibrated drive, if there is one: it need not be said with a reading.
@@ -158,8 +163,21 @@ impl Locator {
         drives.all(|d| d == first).then_some(first)
     }
 
-    /// Distance of a tap by `drive` (degrees, or mm of displacement) with this signal (strain, or the unit of the reading).
+    /// Standard deviation of one reading, strain or the unit of the reading.
+    pub fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// Distance of a tap by `drive` (degrees, or mm of displacement) with this signal (strain, or the unit of the reading), which is
+    /// tared.
     pub fn locate(&self, drive: f64, signal: f64) -> Located {
+        self.locate_above(drive, signal, 0.0, 0.0)
+    }
+
+    /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading.
+    pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
+        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
+        let signal = if wraps { wrapped(signal - zero) } else { signal - zero };
         if !drive.is_finite() || !signal.is_finite() {
             return Located::nothing(Status::BAD_INPUT);
         }
@@ -181,7 +199,8 @@ impl Locator {
             Err(why) => return Located::nothing(status | why),
         };
         let bias = between(&side.drives, &side.bias, drive);
-        let of_reading = (self.noise * self.noise + found.variance) / (found.slope * found.slope);
+        let of_reading =
+            (self.noise * self.noise * (1.0 + share) + found.variance) / (found.slope * found.slope);
         let sigma = (of_reading + bias * bias).sqrt();
         if !sigma.is_finite() || !found.a.is_finite() {
             return Located::nothing(status | Status::NO_ROOT);

@@ -11,8 +11,12 @@
 //! ```
 
 pub mod calibration;
+mod kept;
+mod lines;
 pub mod locator;
+mod reading;
 pub mod stream;
+pub mod tare;
 
 pub use crate::estimator::model::Found;
 pub use crate::estimator::model::error::ModelError;

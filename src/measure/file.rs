@@ -5,11 +5,11 @@ use std::hash::{Hash, Hasher};
 use std::path::Path;
 
 use super::Unit;
+pub use super::columns::DISTANCE;
+use super::columns::{Columns, Names, all_names, missing};
+use super::text::{Decimals, fields, separator};
 use crate::error::InputError;
 use crate::scene::Drive;
-
-/// Column of the contact distance.
-pub const DISTANCE: &str = "a_mm";
 
 /// One line of a data file; NaN where the line says nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +68,11 @@ impl Data {
 
     /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].
     pub fn parse(label: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse_named(label, bytes, &Names::default())
+    }
+
+    /// As [`Self::parse`], where `said` names columns.
+    pub fn parse_named(label: &str, bytes: &[u8], said: &Names) -> Result<Self, InputError> {
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
@@ -75,36 +80,46 @@ impl Data {
         })?;
         let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
         let Some((line, header)) = lines.next() else {
-            let allowed = format!("{DISTANCE}, theta_deg or delta_mm, and one of {}", signals());
             let message = "this file is empty; its first line must name the columns";
-            return Err(InputError::new(message).at(label, None).allowed(allowed));
+            return Err(InputError::new(message).at(label, None).allowed(all_names()));
         };
-        let names: Vec<String> = fields(header).iter().map(|f| f.to_string()).collect();
-        let columns = Columns::find(&names).map_err(|e| e.at(label, Some(line)))?;
+        let mark = separator(header);
+        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
+        let at_header = |e: InputError| e.at(label, Some(line));
+        let columns = Columns::find(&names, said, None).map_err(at_header)?;
+        let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
 
         let mut rows = Vec::new();
+        let mut decimals = Decimals::default();
         for (line, text) in lines {
-            let record = fields(text);
+            let record = fields(text, mark);
             if record.len() != names.len() {
                 let message =
                     format!("this line has {} fields, but the header has {}", record.len(), names.len());
-                let allowed = "one field for each column; numbers with a decimal point, no unit";
+                let allowed = "one field for each column; decimal commas need ; or tabs between fields";
                 return Err(InputError::new(message).value(text).allowed(allowed).at(label, Some(line)));
             }
-            let number = |place: usize| {
-                number(&record[place]).ok_or_else(|| {
-                    InputError::new("this is not a number")
-                        .key(&names[place])
-                        .value(&record[place])
-                        .allowed("a number with a decimal point, no unit; empty or NaN where it is missing")
-                        .at(label, Some(line))
+            let mut number = |place: usize| {
+                decimals.number(&record[place]).ok_or_else(|| {
+                    let (message, allowed) = match decimals.refuses(&record[place]) {
+                        true => (
+                            "numbers before this one have another decimal mark: is this more than a thousand?",
+                            "one decimal mark in the whole file, point or comma; nothing between thousands",
+                        ),
+                        false => (
+                            "this is not a number",
+                            "a number without unit; empty or NaN where it is missing",
+                        ),
+                    };
+                    let error = InputError::new(message).key(&names[place]).value(&record[place]);
+                    error.allowed(allowed).at(label, Some(line))
                 })
             };
             let mut fingerprint = DefaultHasher::new();
             text.hash(&mut fingerprint);
             rows.push(Row {
                 line,
-                a: number(columns.a)?,
+                a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
                 value: number(columns.signal.1)?,
                 text: fingerprint.finish(),
@@ -113,95 +128,12 @@ impl Data {
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
         }
-        let used = [Some(columns.a), columns.drive.map(|d| d.1), Some(columns.signal.1)];
-        let ignored =
-            (0..names.len()).filter(|i| !used.contains(&Some(*i))).map(|i| names[i].clone()).collect();
         Ok(Self {
             file: label.to_owned(),
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,
             rows,
-            ignored,
+            ignored: columns.ignored,
         })
-    }
-}
-
-/// Fields of a line, without blanks around them. A quoted field may hold commas.
-pub fn fields(line: &str) -> Vec<std::borrow::Cow<'_, str>> {
-    if !line.contains('"') {
-        return line.split(',').map(|f| f.trim().into()).collect();
-    }
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
-    let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
-    record.iter().map(|f| f.trim().to_owned().into()).collect()
-}
-
-/// A number; NaN for an empty field or anything that is not finite; `None` for words.
-pub fn number(field: &str) -> Option<f64> {
-    if field.is_empty() {
-        return Some(f64::NAN);
-    }
-    field.parse().ok().map(|x: f64| if x.is_finite() { x } else { f64::NAN })
-}
-
-fn signals() -> String {
-    Unit::ALL.map(Unit::column).join(", ")
-}
-
-/// Where the columns of a data file stand.
-struct Columns {
-    a: usize,
-    drive: Option<(Drive, usize)>,
-    signal: (Unit, usize),
-}
-
-impl Columns {
-    fn find(names: &[String]) -> Result<Self, InputError> {
-        let once = |name: &str| {
-            let mut places = (0..names.len()).filter(|&i| names[i] == name);
-            let first = places.next();
-            match places.next() {
-                None => Ok(first),
-                Some(_) => {
-                    Err(InputError::new("this column appears twice").key(name).allowed("each column once"))
-                }
-            }
-        };
-        let missing = |name: &str, allowed: String| {
-            let known: Vec<&str> = names.iter().map(String::as_str).collect();
-            let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
-            let message = format!("column {name} is missing{}", close.unwrap_or_default());
-            InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
-        };
-        let all = format!("{DISTANCE}, theta_deg or delta_mm, and one of {}", signals());
-        let a = once(DISTANCE)?.ok_or_else(|| missing(DISTANCE, all.clone()))?;
-        let mut drives = Vec::new();
-        for drive in [Drive::Angle, Drive::Displacement] {
-            drives.extend(once(drive.column())?.map(|place| (drive, place)));
-        }
-        if let [_, _, ..] = drives.as_slice() {
-            let error = InputError::new("a whisker is driven by an angle or by a displacement, not by both");
-            return Err(error
-                .key("theta_deg")
-                .value("theta_deg and delta_mm")
-                .allowed("one of the two columns"));
-        }
-        let mut found = Vec::new();
-        for unit in Unit::ALL {
-            found.extend(once(unit.column())?.map(|place| (unit, place)));
-        }
-        match found.as_slice() {
-            [] => Err(missing("strain", format!("exactly one of {}", signals()))),
-            [signal] => Ok(Self { a, drive: drives.first().copied(), signal: *signal }),
-            several => {
-                let names: Vec<&str> = several.iter().map(|(unit, _)| unit.column()).collect();
-                let error =
-                    InputError::new("there are several signal columns, and they may contradict each other");
-                Err(error
-                    .key(names[0])
-                    .value(names.join(", "))
-                    .allowed(format!("exactly one of {}", signals())))
-            }
-        }
     }
 }

@@ -1,13 +1,18 @@
-//! Measured taps: data files as a rig writes them, units of the signal, the zero of the sensor, the whisker they belong to.
+//! Measured taps: data files as a rig writes them, which column is what, units of the signal, the zero of the sensor, the whisker they belong to.
 //!
 //! Nothing here judges a row: a value that is missing stays missing (NaN), a line that cannot be understood is an error
 //! with its number. What a row is worth is decided in `calibrate`.
 
+pub mod columns;
+pub mod counts;
 pub mod file;
+pub mod group;
 pub mod rig;
+pub mod text;
 pub mod unit;
 pub mod zero;
 
+pub use columns::Names;
 pub use file::{Data, Row};
 pub use rig::Rig;
 pub use unit::Unit;

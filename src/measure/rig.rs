@@ -12,8 +12,11 @@ pub struct Rig {
     pub setup: Setup,
     /// The whisker; distance and drive of its tuple are not used.
     pub design: Design,
+    /// Whether anybody said what the whisker is; see [`Self::unknown`].
+    pub known: bool,
 }
 
+#[allow(non_snake_case)]
 impl Rig {
     /// The whisker of `tuple`, of which distance and drive are not used.
     ///
@@ -22,11 +25,23 @@ impl Rig {
     pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         let design = Design::new(&setup, tuple);
         match design.shared {
-            Some(_) => Ok(Self { setup, design }),
+            Some(_) => Ok(Self { setup, design, known: true }),
             None => Err(InputError::new("these numbers are no whisker with a gauge on it")
                 .key("whisker")
                 .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
         }
+    }
+
+    /// A rig of which nobody said what the whisker is, tapping as far as `furthest` mm. In its place stands a uniform rod with the gauge
+    /// at its base, of which no more is used than that its strain falls as 1/a: K takes up the rest.
+    ///
+    /// # Errors
+    /// A distance that is none.
+    pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
+        let L_a = 2.0 * furthest;
+        let tuple =
+            Tuple { D: 0.1 * L_a, d: 0.1 * L_a, L_a, x_ss: 0.0, l: 1e-6 * L_a, a: furthest, drive: 1.0 };
+        Ok(Self { known: false, ..Self::new(setup, tuple)? })
     }
 
     /// The one whisker of `spec`, which `label` names.

@@ -1,5 +1,37 @@
 //! The sensor's zero: readings without contact, taken now and then, joined by straight lines in file order.
 
+use serde::{Deserialize, Serialize};
+
+/// How the zero of a signal was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TaredBy {
+    /// Rows whose drive is 0.
+    Rows,
+    /// Rows before contact: the signal does not yet depend on drive and distance.
+    Plateau,
+    /// A constant that makes the signals of all drives fit together.
+    Fitted,
+    /// A value beyond all signals, for want of a zero: it gives them one sign, and means nothing.
+    Reference,
+    /// Not at all: the signal was taken as tared.
+    None,
+}
+
+/// The zero of the signal of a calibration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tared {
+    /// How it was found.
+    pub from: TaredBy,
+    /// Mean of what was subtracted, strain or unit of the reading.
+    pub value: f64,
+    /// Its standard error, in the same unit.
+    pub error: f64,
+    /// Whether readings are counts of 16 bits that begin anew beyond their range.
+    pub wraps: bool,
+}
+
 /// Zero readings of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zero {

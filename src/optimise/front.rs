@@ -1,4 +1,4 @@
-//! The trade-off between the spread of K and the distance error: ε-constraint scans.
+//! The trade-off between the spread of K and the total of bias and noise: ε-constraint scans.
 //!
 //! # Theory
 //! A point of the front makes total_rms_mm least among the designs whose K_sd is at most some ε. So the front is a family of
@@ -142,7 +142,7 @@ impl Scan {
                 self.gather(session);
             }
         }
-        // The end of least K_sd may leave the error free to fall.
+        // The end of least K_sd may leave the total free to fall.
         if let Some(end) = nondominated(self.front.clone()).first() {
             let (u, j) = session.variables.place(&end.point);
             self.polish(session, Goal::Capped(figures(end)[0] * (1.0 + 1e-6)), (&u, j), COLD)?;

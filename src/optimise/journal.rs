@@ -28,12 +28,26 @@ pub struct Journal {
     at: usize,
     /// Bytes of the file that hold.
     end: u64,
+    /// Evaluations of an older journal that gave way to this one although no result holds them.
+    pub discarded: u64,
+}
+
+/// Which older journal gives way to a new search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GivesWay {
+    /// One of the same search with at most so many evaluations: a result holds what they told.
+    Told(u64),
+    /// Any (`--force`).
+    Any,
 }
 
 impl Journal {
     /// In folder `out`, for the search that `identity` describes; with `resume` an older journal of the same search is
-    /// continued, without it replaced.
-    pub fn new(out: &Path, identity: &str, resume: bool, force: bool) -> Result<Self, Error> {
+    /// continued, without it replaced if it `gives_way`.
+    ///
+    /// # Errors
+    /// Nothing to resume, an older journal that does not give way, a file that cannot be read or written.
+    pub fn new(out: &Path, identity: &str, resume: bool, gives_way: GivesWay) -> Result<Self, Error> {
         let path = out.join(JOURNAL);
         let header = format!("vibrissa search 1 {}\n", hash(identity));
         let mut old = Vec::new();
@@ -54,12 +68,12 @@ impl Journal {
             old.truncate(old.len() / RECORD * RECORD);
         }
         let fail = |e| Error::io(&path, e);
-        let file = match resume {
-            true => open_regular(&path, OpenOptions::new().write(true)).map_err(fail)?,
-            false => begin(&path, out, &header, force)?,
+        let (file, discarded) = match resume {
+            true => (open_regular(&path, OpenOptions::new().write(true)).map_err(fail)?, 0),
+            false => begin(&path, out, &header, gives_way)?,
         };
         let end = (header.len() + old.len()) as u64;
-        Ok(Self { path, file, old, at: 0, end })
+        Ok(Self { path, file, old, at: 0, end, discarded })
     }
 
     /// Evaluations that are known from before.
@@ -130,38 +144,53 @@ impl Journal {
     }
 }
 
-/// A new journal in place of an older one. Whatever else has its name is refused, and what other names lead to is not
-/// written to.
-fn begin(path: &Path, out: &Path, header: &str, force: bool) -> Result<File, Error> {
+/// A new journal in place of an older one that `gives_way`, and the evaluations that are lost with that. Whatever else has its name is refused, and
+/// what other names lead to is not written to.
+fn begin(path: &Path, out: &Path, header: &str, gives_way: GivesWay) -> Result<(File, u64), Error> {
+    let refuse = |why: String, allowed: &str| {
+        let error = InputError::new(format!("{why}; nothing was changed"));
+        error.key("--out").value(out.display()).allowed(allowed)
+    };
+    let mut lost = 0;
     match path.symlink_metadata() {
         Err(_) => {}
-        Ok(m) if m.is_file() && !force && is_of_another(path, header) => {
-            let known = (m.len() as usize).saturating_sub(header.len()) / RECORD;
-            let why = format!(
-                "this folder holds another unfinished search, of {known} evaluations; nothing was changed"
-            );
-            let error = InputError::new(why).key("--out").value(out.display());
-            return Err(error.allowed("another folder, or --force to discard it").into());
+        Ok(m) if m.is_file() => {
+            let known = m.len().saturating_sub(header.len() as u64) / RECORD as u64;
+            let same = is_of(path, header);
+            let told = matches!(gives_way, GivesWay::Told(n) if same && known <= n);
+            if known > 0 && !told {
+                lost = known;
+                let work = format!("an unfinished search of {known} evaluations");
+                match (gives_way, same) {
+                    (GivesWay::Any, _) => {}
+                    (_, true) => {
+                        let allowed = "--resume to go on with it, --force to discard it, or another folder";
+                        return Err(refuse(format!("this folder holds {work}"), allowed).into());
+                    }
+                    (_, false) => {
+                        let why = format!("this folder holds {work} with other values or on another backend");
+                        return Err(refuse(why, "--force to discard it, or another folder").into());
+                    }
+                }
+            }
+            std::fs::remove_file(path).map_err(|e| Error::io(path, e))?;
         }
-        Ok(m) if m.is_file() => std::fs::remove_file(path).map_err(|e| Error::io(path, e))?,
         Ok(_) => {
-            let why = format!("{} is in the way and no regular file; nothing was changed", path.display());
-            let error = InputError::new(why).key("--out").value(out.display());
-            return Err(error.allowed("another folder; or move this away").into());
+            let why = format!("{} is in the way and no regular file", path.display());
+            return Err(refuse(why, "another folder; or move this away").into());
         }
     }
     let mut file = File::create_new(path).map_err(|e| Error::io(path, e))?;
     file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
-    Ok(file)
+    Ok((file, lost))
 }
 
-/// Whether a journal holds evaluations of a search with another header.
-fn is_of_another(path: &Path, header: &str) -> bool {
+/// Whether the file at `path` begins with this header.
+fn is_of(path: &Path, header: &str) -> bool {
     let mut text = Vec::new();
-    let most = (header.len() + RECORD) as u64;
     let read = open_regular(path, OpenOptions::new().read(true))
-        .and_then(|file| file.take(most).read_to_end(&mut text));
-    read.is_ok() && text.len() as u64 == most && !text.starts_with(header.as_bytes())
+        .and_then(|file| file.take(header.len() as u64).read_to_end(&mut text));
+    read.is_ok() && text == header.as_bytes()
 }
 
 /// FNV-1a of what is scored.
@@ -187,7 +216,8 @@ mod tests {
     #[test]
     fn what_was_evaluated_comes_back_and_torn_batches_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |resume| Journal::new(folder.path(), "search", resume, false);
+        let new = |search: &str, resume, way| Journal::new(folder.path(), search, resume, way);
+        let open = |resume| new("search", resume, GivesWay::Told(0));
         let mut journal = open(false).unwrap();
         journal.append(0, &[point(1.0), point(2.0)], &[score(1.0), score(2.0)]).unwrap();
         journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
@@ -205,10 +235,20 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), whole);
 
         assert!(open(true).unwrap().replay(0, &[point(7.0)]).is_err(), "another point");
-        let refused = Journal::new(folder.path(), "another search", true, false).unwrap_err();
-        let kept = Journal::new(folder.path(), "another search", false, false).unwrap_err();
-        assert_eq!(kept.exit_code(), 2, "a search that is not finished is not thrown away");
-        assert_eq!(refused.exit_code(), 2);
+        assert_eq!(new("another search", true, GivesWay::Any).unwrap_err().exit_code(), 2);
+        // What no result holds is not thrown away.
+        for (search, way, part) in [
+            ("another search", GivesWay::Told(9), "other values"),
+            ("search", GivesWay::Told(3), "4 evaluations"),
+        ] {
+            let kept = new(search, false, way).unwrap_err();
+            assert!(kept.exit_code() == 2 && kept.to_string().contains(part), "{kept}");
+        }
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+        assert_eq!(new("search", false, GivesWay::Told(4)).unwrap().discarded, 0);
+        std::fs::write(&path, &whole).unwrap();
+        assert_eq!(new("another search", false, GivesWay::Any).unwrap().discarded, 4);
+        assert_eq!(new("search", false, GivesWay::Told(0)).unwrap().discarded, 0, "an empty one is no work");
         open(true).unwrap().remove().unwrap();
         assert_eq!(open(true).unwrap_err().exit_code(), 2);
     }

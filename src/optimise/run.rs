@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use serde_json::Value;
+
 use super::blame::{infeasible, shortfall};
 use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::journal::Journal;
+use super::journal::{GivesWay, Journal};
 use super::other::{self, Other};
 use super::score::{Goal, Limit, Score};
 use super::sensitivity::{self, Sensitivity};
@@ -81,6 +83,8 @@ pub struct Report {
     pub evaluations: u64,
     /// Evaluations taken over with `--resume`.
     pub replayed: u64,
+    /// Evaluations of an older, unfinished search that `force` discarded.
+    pub discarded: u64,
     /// Taps of one evaluation.
     pub taps_each: usize,
     /// Seconds: all, and of the search alone.
@@ -172,11 +176,12 @@ fn whole(
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
-    let question =
-        Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, serde_json::Value::Null) };
+    let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let journal = Journal::new(target.out, &identity(spec, backends), target.resume, target.force)?;
+    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
+    let journal = Journal::new(target.out, &identity(spec, backends), target.resume, gives_way)?;
+    let discarded = journal.discarded;
     let variables = Variables::new(&layout, search);
     let scorer = |choice: &Choice, search| {
         Ok::<_, Error>(Scorer::new(setup, &layout, search, choice.open(&setup.model)?))
@@ -235,6 +240,7 @@ fn whole(
         starts: session.swarms,
         evaluations: session.evaluations,
         replayed: session.replayed,
+        discarded,
         taps_each,
         seconds: [begun.elapsed().as_secs_f64(), search_seconds],
         binding,
@@ -249,6 +255,12 @@ fn whole(
     session.close(ended)?;
     (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
+}
+
+/// Evaluations of the result with the same values that `folder` holds, if that search ended by itself.
+fn told(folder: &Folder) -> u64 {
+    let ended = |run: &&Value| run["result"]["ended_by"] != Ended::Interrupted.name();
+    folder.same().filter(ended).and_then(|run| run["counts"]["evaluations"].as_u64()).unwrap_or(0)
 }
 
 /// Tuples that are listed leave nothing to vary.

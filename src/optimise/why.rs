@@ -39,7 +39,7 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
     {
         let larger = if bias > noise { "bias" } else { "noise" };
         parts.push(format!(
-            "{larger} is the larger part of the error (bias {bias:.3e} mm, noise {noise:.3e} mm)"
+            "{larger} is the larger part of the total (bias {bias:.3e} mm, noise {noise:.3e} mm)"
         ));
     }
     if parts.is_empty() {

@@ -80,6 +80,12 @@ impl Settings {
                     .allowed("≥ 0"));
             }
         }
+        if self.noise >= 0.5 {
+            return Err(InputError::new("this is more noise than strain")
+                .key("--noise")
+                .value(self.noise)
+                .allowed("≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)"));
+        }
         if self.outliers > 1.0 || self.hysteresis >= 1.0 {
             let (key, x) = if self.outliers > 1.0 {
                 ("--outliers", self.outliers)

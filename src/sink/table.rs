@@ -164,9 +164,9 @@ const PLACE: &str = "place of the gauge's near end x_ss";
 const GRID: &str = "length of the gauge's grid l";
 const DISTANCE: &str = "contact distance a";
 const DRIVE: &str = "tap angle θ, or displacement δ of the object";
-const COUNTED: &str = "taps that count";
-const MEAN: &str = "mean of K over the taps that count";
-const SPREAD: &str = "sample standard deviation of K (n − 1)";
+const COUNTED: &str = "taps that count (§4.5)";
+const MEAN: &str = "mean of K over the taps that count (22)";
+const SPREAD: &str = "sample standard deviation of K, n − 1 (22)";
 const WORDS: &str = "ok, or words joined by +";
 
 /// Mean of K in the unit of the table.
@@ -189,27 +189,31 @@ impl TapRow<'_> {
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
         column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
         column(DriveName, DRIVE, |r| Number(r.drive)),
-        column(Is("strain"), "mean strain over the grid, tension positive", |r| Number(r.tap.strain)),
-        column(Is("strain_linear"), "the same of the estimator's theory, ±θ f", |r| {
+        column(Is("strain"), "mean strain over the grid, tension positive (§1)", |r| Number(r.tap.strain)),
+        column(Is("strain_linear"), "the same of the estimator's theory, ±θ f (20)", |r| {
             Number(r.tap.strain_linear)
         }),
-        column(K("K", "K_mm"), "strain_linear/strain", |r| {
+        column(K("K", "K_mm"), "strain_linear/strain (20)", |r| {
             Number((1.0 + r.tap.deviation) * r.elongation.unwrap_or(1.0))
         }),
-        column(Is("K_deviation"), "K − 1 at full relative precision; empty where K has a unit", |r| {
+        column(Is("K_deviation"), "K − 1 at full relative precision (21); empty where K has a unit", |r| {
             Number(if r.elongation.is_some() { f64::NAN } else { r.tap.deviation })
         }),
-        column(Is("distance_mm"), "estimated distance â", |r| Number(r.estimated.distance)),
-        column(Is("error_mm"), "â − a", |r| Number(r.estimated.distance - r.a)),
-        column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge", |r| {
+        column(Is("distance_mm"), "estimated distance â (23); by the model itself (25)", |r| {
+            Number(r.estimated.distance)
+        }),
+        column(Is("error_mm"), "bias: â − a", |r| Number(r.estimated.distance - r.a)),
+        column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge (24), (26)", |r| {
             Number(r.estimated.sigma)
         }),
-        column(Is("normal_force_N"), "contact force across the whisker P", |r| Number(r.tap.normal_force)),
-        column(Is("tangential_force_N"), "contact force along the whisker T", |r| {
+        column(Is("normal_force_N"), "contact force across the whisker P (§3.1)", |r| {
+            Number(r.tap.normal_force)
+        }),
+        column(Is("tangential_force_N"), "contact force along the whisker T (§3.1)", |r| {
             Number(r.tap.tangential_force)
         }),
-        column(Is("contact_arc_mm"), "arc length of the contact c", |r| Number(r.tap.arc)),
-        column(Is("contact_state"), "slide or stick", |r| {
+        column(Is("contact_arc_mm"), "arc length of the contact c (§3.2)", |r| Number(r.tap.arc)),
+        column(Is("contact_state"), "slide or stick (§3.5)", |r| {
             let state = if r.tap.sticking { "stick" } else { "slide" };
             Word(if r.tap.arc.is_finite() { state } else { "" })
         }),
@@ -229,11 +233,17 @@ impl AtDrive<'_> {
         column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
         column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
         column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
-        column(Is("error_rms_mm"), "root mean square of â − a", |r| r.row.error_rms().into()),
-        column(Is("error_max_mm"), "largest |â − a|", |r| r.row.error_max().into()),
-        column(Is("error_mean_mm"), "mean of â − a", |r| r.row.error_mean().into()),
-        column(Is("noise_rms_mm"), "root mean square of sigma_mm", |r| r.row.noise_rms().into()),
-        column(Is("total_rms_mm"), "errors and noise in quadrature", |r| r.row.total_rms().into()),
+        column(Is("error_rms_mm"), "bias: root mean square of â − a (§4.3)", |r| {
+            r.row.error_rms().into()
+        }),
+        column(Is("error_max_mm"), "bias: largest |â − a|", |r| r.row.error_max().into()),
+        column(Is("error_mean_mm"), "bias: mean of â − a", |r| r.row.error_mean().into()),
+        column(Is("noise_rms_mm"), "noise: root mean square of sigma_mm (§4.4)", |r| {
+            r.row.noise_rms().into()
+        }),
+        column(Is("total_rms_mm"), "bias (error_rms_mm) and noise in quadrature (§4.4)", |r| {
+            r.row.total_rms().into()
+        }),
         column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max().into()),
         column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max().into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),

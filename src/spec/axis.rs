@@ -3,6 +3,7 @@
 use toml::de::DeValue;
 
 use super::check::Domain;
+use super::keys;
 use super::reader::{Item, Result};
 use super::schema;
 use crate::scene::Axis;
@@ -15,8 +16,6 @@ const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
 const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("random", Sampler::Random)];
 const RANGE_KEYS: [&str; 4] = ["from", "to", "steps", "step"];
 const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
-const ALL_KEYS: [&str; 10] =
-    ["from", "to", "steps", "step", "min", "max", "samples", "sampler", "seed", "scale"];
 /// Every form of an axis.
 const FORMS: &str =
     "a number, a list [4, 7, 10], { from, to, steps }, { from, to, step } or { min, max, samples }";
@@ -34,7 +33,7 @@ impl<'a> AxisItem<'a> {
         let axis = match item.value {
             DeValue::Array(_) => Axis::List(list(&item, domain)?),
             DeValue::Table(_) => {
-                item.only(&ALL_KEYS, FORMS)?;
+                item.only(&keys::AXIS.names(), FORMS)?;
                 let found = |keys: &[&str]| keys.iter().find_map(|key| item.child(key));
                 match (found(&RANGE_KEYS), found(&SAMPLE_KEYS)) {
                     (Some(_), Some(other)) => {
@@ -83,7 +82,7 @@ fn list(item: &Item<'_>, domain: &Domain) -> Result<Vec<f64>> {
 fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
     let from = item.need("from")?.within(domain)?;
     let last = item.need("to")?;
-    let to = last.number(domain.allowed)?;
+    let to = last.sensible(domain.allowed)?;
     let log = scale(item)?;
     let axis = match (item.child("steps"), item.child("step")) {
         (Some(steps), None) => {

@@ -17,13 +17,20 @@ const fn domain(allowed: &'static str, holds: fn(f64) -> bool) -> Domain {
     Domain { allowed, holds }
 }
 
+/// Largest number of any quantity, in its unit: more than a kilometre of whisker or the stiffness of diamond in pascals, so that nothing
+/// sensible follows from a larger one.
+pub(super) const MOST: f64 = 1e12;
+
 pub(super) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
 pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);
 pub(super) const TAP_ANGLE: Domain = domain("0 < theta < 90 degrees", |v| v > 0.0 && v < 90.0);
 pub(super) const MODULUS: Domain = domain("> 0 MPa", |v| v > 0.0);
 pub(super) const POISSON: Domain = domain("0 … 0.5", |v| (0.0..=0.5).contains(&v));
 pub(super) const FRICTION: Domain = domain("≥ 0", |v| v >= 0.0);
-pub(super) const NOISE: Domain = domain("≥ 0 (strain, one standard deviation)", |v| v >= 0.0);
+pub(super) const NOISE: Domain =
+    domain("≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)", |v| {
+        (0.0..0.5).contains(&v)
+    });
 pub(super) const STRAIN_LIMIT: Domain = domain("> 0 (strain; 0.05 is 5 %)", |v| v > 0.0);
 pub(super) const POSITIVE: Domain = domain("> 0", |v| v > 0.0);
 pub(super) const TOLERANCE: Domain = domain("0 < tolerance < 1", |v| v > 0.0 && v < 1.0);

@@ -1,11 +1,13 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
-//! `schema` knows the sections, keys and defaults; `reader` gives values with their places; `axis`, `space`,
-//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and combinations are allowed.
+//! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places; `axis`, `space`,
+//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
+//! combinations are allowed, `units` which of them were probably meant in another unit.
 
 mod axis;
 mod check;
 mod curve;
+pub mod keys;
 mod model;
 mod optimise;
 mod reader;
@@ -15,6 +17,7 @@ mod space;
 mod table;
 mod tap;
 mod tuple_file;
+mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -84,7 +87,7 @@ pub(crate) fn of_table(
     warnings.extend(model.warning);
     sections::rankable(&sections, &estimate, &output)?;
     warnings.extend(sections::idle(&estimate));
-    Ok(Spec {
+    let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
@@ -95,7 +98,10 @@ pub(crate) fn of_table(
         in_force: sections.in_force(),
         inputs: inputs(&sections, base),
         warnings,
-    })
+    };
+    let doubts = units::doubts(&sections, &spec);
+    spec.warnings.extend(doubts);
+    Ok(spec)
 }
 
 /// Reads the spec at `path` with its `[optimise]`.
@@ -117,6 +123,8 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
     spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
     optimise::check(&sections, &spec, &mut search)?;
+    let doubts = units::of_search(&sections, &spec.study);
+    spec.warnings.extend(doubts);
     Ok((spec, search))
 }
 

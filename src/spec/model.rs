@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
-use super::curve;
 use super::reader::{Item, Result, Section};
+use super::{curve, keys};
 use crate::scene::{Contact, Geometry, Material, MaterialFit, Model};
 
 /// The section, and where its material comes from if that is a curve.
@@ -37,7 +37,7 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
 fn contact(item: &Item<'_>) -> Result<Contact> {
     let allowed = "\"frictionless\", \"stick\" or { coulomb = 0.3 }";
     if item.value.is_table() {
-        item.only(&["coulomb"], allowed)?;
+        item.only(&keys::CONTACT.names(), allowed)?;
         return Ok(Contact::Coulomb(item.need("coulomb")?.within(&FRICTION)?));
     }
     let word = item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)]);
@@ -50,7 +50,7 @@ type Law = (Material, Option<MaterialFit>, Option<String>);
 fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
     let allowed = "one of { hooke = E }, { neo-hookean = E }, { mooney-rivlin = [C10, C01] }, \
                    { yeoh = [C10, C20, C30] }, { curve = \"file.csv\" }; moduli in MPa";
-    item.only(&["hooke", "neo-hookean", "mooney-rivlin", "yeoh", "curve"], allowed)?;
+    item.only(&keys::MATERIAL.names(), allowed)?;
     let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
     let laws: Vec<&str> = laws.collect();
     let &[law] = laws.as_slice() else {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE};
+use super::keys as listed;
 use super::reader::{Item, Result, Section};
 use super::schema::Sections;
 use crate::error::InputError;
@@ -80,7 +81,7 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
 
 fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
     let allowed = "{ sd = 1.0, distance = 1.0 }, each ≥ 0, one of them > 0";
-    item.only(&["sd", "distance"], allowed)?;
+    item.only(&listed::WEIGHTS.names(), allowed)?;
     let weight = |key| item.child(key).map_or(Ok(1.0), |w| w.within(&WEIGHT));
     let weights = [weight("sd")?, weight("distance")?];
     if weights == [0.0; 2] {
@@ -90,7 +91,7 @@ fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
 }
 
 fn budget(item: &Item<'_>) -> Result<Budget> {
-    item.only(&["evaluations", "seconds"], BUDGET)?;
+    item.only(&listed::BUDGET.names(), BUDGET)?;
     let budget = Budget {
         evaluations: item.child("evaluations").map(|e| e.whole(1)).transpose()?,
         seconds: item.child("seconds").map(|s| s.within(&SECONDS)).transpose()?,
@@ -146,7 +147,7 @@ fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
     };
     let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
     let Some(item) = section.written("limits") else { return Ok((limits, places)) };
-    item.only(&["strain", "force_N", "unambiguous", "tip_not_wider"], LIMITS)?;
+    item.only(&listed::LIMITS.names(), LIMITS)?;
     if let Some(strain) = item.child("strain") {
         (limits.strain, places.strain) = (strain.within(&STRAIN_LIMIT)?, blank(&strain));
     }

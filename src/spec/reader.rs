@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::check::Domain;
+use super::check::{Domain, MOST};
 use super::schema;
 use crate::error::InputError;
 use crate::scene::Written;
@@ -119,9 +119,20 @@ impl<'a> Item<'a> {
         }
     }
 
+    /// A number that some rig could have.
+    pub fn sensible(&self, allowed: &str) -> Result<f64> {
+        let value = self.number(allowed)?;
+        if value.abs() <= MOST {
+            return Ok(value);
+        }
+        Err(self
+            .error("no quantity of a whisker is this large")
+            .allowed(format!("{allowed}; at most {MOST:e}")))
+    }
+
     /// A number inside `domain`.
     pub fn within(&self, domain: &Domain) -> Result<f64> {
-        let value = self.number(domain.allowed)?;
+        let value = self.sensible(domain.allowed)?;
         if (domain.holds)(value) {
             return Ok(value);
         }
@@ -193,7 +204,7 @@ impl<'a> Item<'a> {
     /// Exactly `N` numbers in a list.
     pub fn numbers<const N: usize>(&self, allowed: &str) -> Result<[f64; N]> {
         let elements = self.elements().ok_or_else(|| self.wrong_type("a list of numbers", allowed))?;
-        let values = elements.map(|e| e.number(allowed)).collect::<Result<Vec<_>>>()?;
+        let values = elements.map(|e| e.sensible(allowed)).collect::<Result<Vec<_>>>()?;
         let count = values.len();
         values
             .try_into()
@@ -272,7 +283,7 @@ impl<'a> Section<'a> {
     }
 
     fn missing(&self, key: &str) -> InputError {
-        let (name, example) = (self.name, schema::example(key));
+        let (name, example) = (self.name, schema::example(self.name, key));
         let message = match self.user {
             Some(_) => format!("{key} is missing from [{name}]; add a line such as {key} = {example}"),
             None => {

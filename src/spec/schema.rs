@@ -1,28 +1,13 @@
-//! The sections and keys of a spec, their defaults, and what to say about unknown ones.
+//! The defaults of a spec, and what to say about unknown sections and keys.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::keys::SECTIONS;
 use super::reader::{Document, Item, Result, Section};
 
 /// Highest `format` that can be read.
 pub(super) const FORMAT: u64 = 1;
-
-/// Sections and their keys, in the order in which values in force are listed.
-const SECTIONS: [(&str, &[&str]); 9] = [
-    ("whisker", &["D", "d", "L_a", "hub"]),
-    ("gauge", &["x_ss", "l", "side", "noise_strain", "strain_limit", "factor"]),
-    ("tap", &["drive", "a", "theta", "delta"]),
-    ("tuples", &["file"]),
-    ("model", &["geometry", "shear", "extension", "surface", "pole_radius", "nu", "contact", "material"]),
-    ("estimate", &["theory", "convention", "range", "K"]),
-    ("optimise", &["objective", "weights", "seed", "budget", "variables", "limits", "robust"]),
-    ("output", &["tuples", "designs", "distances", "format", "top", "by", "per"]),
-    (
-        "run",
-        &["out", "force", "backend", "adapter", "precision", "tolerance", "threads", "plan", "quiet", "json"],
-    ),
-];
 
 /// Values in force where the user says nothing. A key that is absent here is required, or means "off".
 const DEFAULTS: &str = r#"
@@ -77,19 +62,11 @@ pub(super) const SAMPLER: &str = "sobol";
 pub(super) const SEED: u64 = 0;
 
 /// A value to show for a missing key.
-pub(super) fn example(key: &str) -> &'static str {
-    match key {
-        "D" => "10.0 (base diameter, mm)",
-        "d" => "4.0 (tip diameter, mm)",
-        "L_a" => "96.0 (length, mm)",
-        "x_ss" => "6.0 (start of the gauge grid, mm)",
-        "l" => "2.0 (length of the gauge grid, mm)",
-        "a" => "[30, 50, 70] (contact distances, mm)",
-        "theta" => "[2, 4, 6] (tap angles, degrees)",
-        "delta" => "[1, 2, 3] (displacements, mm)",
-        "objective" => "\"sd\", \"distance\", \"weighted\" or \"pareto\"",
-        "variables" => "{ d = [2, 10], theta = [0.5, 10] }",
-        _ => "\"…\"",
+pub(super) fn example(section: &str, key: &str) -> String {
+    match SECTIONS.iter().find(|s| s.name == section).and_then(|s| s.key(key)) {
+        Some(key) if key.unit.is_empty() => format!("{} ({})", key.example, key.what),
+        Some(key) => format!("{} ({}, {})", key.example, key.what, key.unit),
+        None => "\"…\"".to_owned(),
     }
 }
 
@@ -103,7 +80,7 @@ pub(super) struct Sections<'a> {
 impl<'a> Sections<'a> {
     /// Checks the names of all sections and keys.
     pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, defaults: &'a DeTable<'a>) -> Result<Self> {
-        let mut top: Vec<&str> = SECTIONS.iter().map(|(name, _)| *name).collect();
+        let mut top: Vec<&str> = SECTIONS.iter().map(|s| s.name).collect();
         top.push("format");
         for (key, value) in user {
             let name: &str = key.get_ref();
@@ -119,12 +96,11 @@ impl<'a> Sections<'a> {
                     format!("{name} is a section: write [{name}] on a line of its own, its keys below");
                 return Err(item.error(message));
             };
-            let Some((section, keys)) = SECTIONS.iter().find(|(section, _)| *section == name) else {
-                continue;
-            };
+            let Some(section) = SECTIONS.iter().find(|s| s.name == name) else { continue };
+            let keys = section.names();
             for (key, value) in table {
                 if !keys.contains(&&**key.get_ref()) {
-                    return Err(unknown(document, Some(section), key, value, keys));
+                    return Err(unknown(document, Some(section.name), key, value, &keys));
                 }
             }
         }
@@ -166,11 +142,11 @@ impl<'a> Sections<'a> {
                 }
             };
         note("format".to_owned(), self.user.get("format"), self.defaults.get("format"));
-        for (name, keys) in SECTIONS {
-            let section = self.section(name);
-            for key in keys {
+        for known in &SECTIONS {
+            let (name, section) = (known.name, self.section(known.name));
+            for key in known.names() {
                 let (user, default) =
-                    (section.user.and_then(|t| t.get(*key)), section.defaults.and_then(|t| t.get(*key)));
+                    (section.user.and_then(|t| t.get(key)), section.defaults.and_then(|t| t.get(key)));
                 note(format!("{name}.{key}"), user, default);
             }
         }
@@ -186,7 +162,7 @@ fn unknown<'a>(
     known: &[&str],
 ) -> crate::error::InputError {
     let name: &str = key.get_ref();
-    let home = SECTIONS.iter().find(|(_, keys)| keys.contains(&name)).map(|(home, _)| home);
+    let home = SECTIONS.iter().find(|s| s.key(name).is_some()).map(|s| s.name);
     let hint = match home {
         Some(home) => format!("; it belongs under [{home}]"),
         None => hint(name, known),

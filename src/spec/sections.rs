@@ -63,7 +63,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
 /// `[output]`.
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     let format = section.get("format")?;
-    if format.word(&[("csv", false), ("parquet", true)])? {
+    if format.word(&[("csv", false), ("parquet", true)]).map_err(|e| e.allowed("\"csv\""))? {
         return Err(format.error("parquet tables are not available yet").allowed("\"csv\""));
     }
     let top = |v: &Item<'_>| {

@@ -11,15 +11,21 @@ use crate::scene::space::AXIS_LIMIT;
 use crate::scene::{Column, Drive, Space};
 
 /// Section and key of each column; the last has the key of its drive.
-const KEYS: [(&str, &str); 6] =
+pub(super) const KEYS: [(&str, &str); 6] =
     [("whisker", "D"), ("whisker", "d"), ("whisker", "L_a"), ("gauge", "x_ss"), ("gauge", "l"), ("tap", "a")];
+
+/// Key of a drive in `[tap]`.
+pub(super) fn drive_key(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Angle => "theta",
+        Drive::Displacement => "delta",
+    }
+}
 
 /// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
 pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result<(Space, Vec<String>)> {
-    let (key, other) = match drive {
-        Drive::Angle => ("theta", "delta"),
-        Drive::Displacement => ("delta", "theta"),
-    };
+    let key = drive_key(drive);
+    let other = drive_key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
     let tap = sections.section("tap");
     if let Some(item) = tap.written(other) {
         let message = match drive {

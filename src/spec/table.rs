@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::check::MOST;
 use super::load;
 use super::reader::{Document, Item, Result};
 use crate::error::InputError;
@@ -152,13 +153,15 @@ fn places<const N: usize>(columns: &[&str; N], names: &[String]) -> std::result:
 
 /// A finite number of `column`.
 fn number(field: &str, column: &str, allowed: &str) -> std::result::Result<f64, Fault> {
-    match field.parse() {
-        Ok(value) if f64::is_finite(value) => Ok(value),
-        _ => Err(Fault {
-            column: Some(column.to_owned()),
-            value: Some(if field.is_empty() { "(empty)".to_owned() } else { field.to_owned() }),
-            message: "this is not a finite number".to_owned(),
-            allowed: Some(allowed.to_owned()),
-        }),
-    }
+    let message = match field.parse() {
+        Ok(value) if f64::abs(value) <= MOST => return Ok(value),
+        Ok(value) if f64::is_finite(value) => "no quantity of a whisker is this large",
+        _ => "this is not a finite number",
+    };
+    Err(Fault {
+        column: Some(column.to_owned()),
+        value: Some(if field.is_empty() { "(empty)".to_owned() } else { field.to_owned() }),
+        message: message.to_owned(),
+        allowed: Some(allowed.to_owned()),
+    })
 }

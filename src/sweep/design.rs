@@ -125,7 +125,7 @@ pub(super) fn render(
 }
 
 /// Best of the candidates of one design: smallest value, then smallest index.
-pub(super) fn best(candidates: &[Kept]) -> Option<Kept> {
+fn best(candidates: &[Kept]) -> Option<Kept> {
     candidates.iter().min_by(|a, b| a.rank.total_cmp(&b.rank).then(a.index.cmp(&b.index))).cloned()
 }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::design::{Axes, Rendered, Visit, Wanted, best, competing, render};
+use super::design::{Axes, Rendered, Visit, Wanted, competing, render};
 use super::select::{Best, Kept};
 use super::{CHUNK, KEEP, Run, charted};
 use crate::design::Design;
@@ -20,7 +20,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
         .collect();
     let Some(top) = run.study.output.top else {
         return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
-            run.highlight(best(&rendered.candidates));
+            rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
             Ok(())
         });
     };
@@ -77,7 +77,7 @@ pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> 
     for row in kept {
         row.fields(&mut values);
         text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
-        run.highlight(Some(row.clone()));
+        run.best.offer(row.clone());
     }
     run.write(Table::Designs, &text.into_bytes(), kept.len() as u64)
 }

@@ -113,7 +113,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             Some(best) => {
                 competing(study.output.per, complete).into_iter().for_each(|row| best.offer(row));
             }
-            None => run.highlight(super::design::best(&complete)),
+            None => complete.into_iter().for_each(|row| run.best.offer(row)),
         }
         all.push(reduced);
     }

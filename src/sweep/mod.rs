@@ -34,9 +34,10 @@ use crate::sink::{
 };
 
 pub use probe::seconds;
+use select::Best;
 pub use select::Kept;
 
-/// Designs whose best row the summary shows.
+/// Rows that the summary shows.
 const HIGHLIGHTS: usize = 8;
 
 /// What a finished sweep tells.
@@ -52,8 +53,10 @@ pub struct Report {
     pub seconds: Seconds,
     /// Backend used.
     pub backend: Backend,
-    /// Best row of the first designs, or the first kept rows with `top`.
+    /// The best rows by the column that ranks, best first.
     pub highlights: Vec<Kept>,
+    /// Complete rows among which they are the best; with `top` and `per = "design"` one of each design.
+    pub ranked: u64,
 }
 
 /// Where and how a sweep writes.
@@ -89,12 +92,14 @@ pub fn run(
         Space::List(tuples) => list::run(&mut run, tuples)?,
         Space::File(listed) => file::run(&mut run, listed)?,
     }
-    let (counts, highlights, solve) = (run.counts, run.highlights, run.solve);
+    let (counts, solve) = (run.counts, run.solve);
+    let ranked = counts.complete.unwrap_or(run.best.offered);
+    let highlights = run.best.into_rows();
     run.writers.close()?;
     let seconds = Seconds::new(start.elapsed(), open, solve);
     folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds))?;
     let Written { files, removed, .. } = folder.finish()?;
-    Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights })
+    Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights, ranked })
 }
 
 /// Names of the tables that are written.
@@ -114,7 +119,7 @@ struct Run<'a> {
     evaluator: Evaluator<'a>,
     writers: Writers,
     counts: Counts,
-    highlights: Vec<Kept>,
+    best: Best,
     solve: Duration,
     plan: &'a Plan,
     stop: &'a AtomicBool,
@@ -129,8 +134,8 @@ impl<'a> Run<'a> {
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method);
-        let (counts, highlights, solve) = (Counts::default(), Vec::new(), Duration::ZERO);
-        Self { study, plan, evaluator, writers, counts, highlights, solve, stop, progress }
+        let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
+        Self { study, plan, evaluator, writers, counts, best, solve, stop, progress }
     }
 
     /// Outcomes of `tasks`; `Err` when asked to stop.
@@ -195,7 +200,7 @@ impl<'a> Run<'a> {
     /// `Err` when asked to stop.
     fn check_stop(&self) -> Result<(), Error> {
         match self.stop.load(Ordering::Relaxed) {
-            true => Err(Error::Run("stopped; nothing was written".into())),
+            true => Err(Error::Run("interrupted; nothing was written, an older result is as it was".into())),
             false => Ok(()),
         }
     }
@@ -212,13 +217,6 @@ impl<'a> Run<'a> {
     /// Shows that `more` taps than the finished ones are done.
     fn show(&mut self, more: u64) {
         self.progress.at(self.counts.taps + more, self.plan.taps);
-    }
-
-    /// Notes the best row of a design for the summary.
-    fn highlight(&mut self, best: Option<Kept>) {
-        if let Some(best) = best.filter(|_| self.highlights.len() < HIGHLIGHTS) {
-            self.highlights.push(best);
-        }
     }
 
     /// Appends rows to a table that is written.

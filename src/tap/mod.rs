@@ -1,4 +1,4 @@
-//! The best tap angle of one whisker: K_sd, bias, noise and total error against the drive, the optimum, and what limits it.
+//! The best tap angle of one whisker: K_sd, bias, noise and total against the drive, the optimum, and what limits it.
 //!
 //! Without noise the smallest angle is best, for all that is wrong grows with θ²; the error by noise falls with 1/θ, so with noise there is
 //! an optimum inside, unless the gauge's strain limit comes first. The curve is evaluated in f64 on an even grid; around every
@@ -38,7 +38,7 @@ pub struct Sample {
 /// What ends the way to something better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LimitedBy {
-    /// Bias is the larger part of the error at an optimum inside.
+    /// Bias is the larger part of the total at an optimum inside.
     Bias,
     /// Noise is.
     Noise,

@@ -94,6 +94,9 @@ pub const ALL: [Configuration; 34] = [
     passive(far(tap("pole-far-passive", POLE))),
 ];
 
+/// Those of a quick run: the closed forms, the plain rod, rubber with every effect and a contact that sticks, a hub, an object that moves.
+pub const QUICK: [&str; 5] = ["linear", "hooke", "stick", "hooke-hub", "hooke-passive"];
+
 impl Configuration {
     /// What its taps share.
     pub fn setup(&self) -> Setup {

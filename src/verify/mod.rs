@@ -18,7 +18,7 @@ pub use places::{Place, present};
 
 use crate::design::{Design, amount};
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::progress::Progress;
 use crate::scene::{Setup, Study, Tuple};
 use census::Census;
@@ -27,11 +27,17 @@ use rayon::prelude::*;
 /// Random taps of each built-in configuration, beside its hard cases.
 pub const RANDOM: u32 = 24;
 
+/// Random taps of each configuration of a quick run, beside its hard cases.
+pub const QUICK: u32 = 4;
+
 /// Random taps of a spec.
 pub const SAMPLES: u32 = 1000;
 
-/// Taps that are solved together, between two looks at the clock.
-const PART: usize = 512;
+/// Random taps of a spec in a quick run.
+pub const QUICK_SAMPLES: u32 = 100;
+
+/// Taps that are solved together, between two looks at the clock: a second's work of the reference on a slow core.
+const PART: usize = 256;
 
 /// Taps of one setup.
 #[derive(Debug)]
@@ -47,15 +53,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// The built-in configurations with their hard cases and `samples` random taps each.
-    pub fn built_in(samples: u32, seed: u64) -> Vec<Self> {
+    /// The built-in configurations, or in a `quick` run one of each kind, with their hard cases and `samples` random taps each.
+    pub fn built_in(samples: u32, seed: u64, quick: bool) -> Vec<Self> {
         let case = |c: &configuration::Configuration| {
             let setup = c.setup();
             let mut tuples = taps::hard(&setup);
             tuples.extend(taps::random(c.drive, c.hub, samples, seed));
             Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
-        configuration::ALL.par_iter().map(case).collect()
+        let wanted = |c: &&configuration::Configuration| !quick || configuration::QUICK.contains(&c.name);
+        configuration::ALL.par_iter().filter(wanted).map(case).collect()
     }
 
     /// About `samples` random taps of `study`.
@@ -68,48 +75,103 @@ impl Case {
     }
 }
 
-/// Solves every case by the reference and on every place; one line of the census for each pair.
+/// Solves every case by the reference and on every place; `each` is handed the lines of the census, one for each pair. When `stop` is set, the
+/// lines of the case under way are those of its taps so far. The number of taps that were solved everywhere.
 ///
 /// # Errors
-/// Where a device fails, or `stop` is set.
+/// Where a device fails.
 pub fn run(
     cases: &[Case],
     places: &mut [Place],
     stop: &AtomicBool,
     progress: &mut dyn Progress,
-) -> Result<Vec<Line>, Error> {
+    each: &mut dyn FnMut(Line),
+) -> Result<u64, Error> {
     let total = cases.iter().map(|c| c.tuples.len() as u64).sum();
     let mut done = 0;
-    let mut lines = Vec::new();
     for case in cases {
         let setup = &case.setup;
         let designs: Vec<Design> = case.tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
-        let mut expected = Vec::with_capacity(designs.len());
+        let mut solved = Solved::default();
+        solved.found.resize_with(places.len(), Vec::new);
         let mut reference = Evaluator::new(setup, Method::Reference);
+        let evaluator = |place: &mut Place| Ok(Evaluator::new(setup, place.open(&setup.model)?));
+        let mut evaluators = places.iter_mut().map(evaluator).collect::<Result<Vec<_>, Error>>()?;
         for start in (0..designs.len()).step_by(PART) {
             let part = start..(start + PART).min(designs.len());
-            let taps = tasks(&case.tuples[part.clone()]);
-            expected.extend(reference.run(&designs[part], &taps)?);
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Run("stopped; nothing was written".into()));
+            if !solved.part(
+                &designs[part.clone()],
+                &case.tuples[part],
+                (&mut reference, &mut evaluators),
+                stop,
+            )? {
+                break;
             }
-            progress.at(done + expected.len() as u64, total);
+            progress.at(done + solved.expected.len() as u64, total);
         }
-        done += expected.len() as u64;
-        for (number, place) in places.iter_mut().enumerate() {
-            let mut evaluator = Evaluator::new(setup, place.open(&setup.model)?);
-            let found = evaluator.run_beside(&designs, &tasks(&case.tuples), &expected)?;
+        for (place, evaluator) in places.iter_mut().zip(evaluators) {
             place.keep(evaluator.into_method());
+        }
+        solved.lines(case, places, &designs, each);
+        done += solved.expected.len() as u64;
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    Ok(done)
+}
+
+/// The first taps of a case, as solved by the reference and on every place.
+#[derive(Default)]
+struct Solved {
+    expected: Vec<Outcome>,
+    found: Vec<Vec<Outcome>>,
+}
+
+impl Solved {
+    /// Solves some more taps; `false`, and nothing is added, where `stop` is set before all have solved them.
+    fn part(
+        &mut self,
+        designs: &[Design],
+        tuples: &[Tuple],
+        (reference, evaluators): (&mut Evaluator<'_>, &mut [Evaluator<'_>]),
+        stop: &AtomicBool,
+    ) -> Result<bool, Error> {
+        let taps = tasks(tuples);
+        let stopped = || stop.load(Ordering::Relaxed);
+        if stopped() {
+            return Ok(false);
+        }
+        let expected = reference.run(designs, &taps)?;
+        let mut found = Vec::with_capacity(evaluators.len());
+        for evaluator in evaluators {
+            if stopped() {
+                return Ok(false);
+            }
+            found.push(evaluator.run_beside(designs, &taps, &expected)?);
+        }
+        self.expected.extend(expected);
+        self.found.iter_mut().zip(found).for_each(|(all, more)| all.extend(more));
+        Ok(true)
+    }
+
+    /// The lines of the census; none where nothing was solved.
+    fn lines(&self, case: &Case, places: &[Place], designs: &[Design], each: &mut dyn FnMut(Line)) {
+        let (setup, tuples) = (&case.setup, &case.tuples[..self.expected.len()]);
+        for (number, (place, found)) in
+            places.iter().zip(&self.found).enumerate().filter(|_| !tuples.is_empty())
+        {
             let mut census = Census::default();
-            for ((design, t), (e, f)) in designs.iter().zip(&case.tuples).zip(expected.iter().zip(&found)) {
+            for ((design, t), (e, f)) in designs.iter().zip(tuples).zip(self.expected.iter().zip(found)) {
                 census.push(compare::compare(setup, &facts(setup, design, t), e, f, place.bound), f.sweeps);
             }
             let at = (number, place.bound);
-            lines.extend(charted::line(case, place, at, &designs, &expected));
-            lines.push(census.close(&case.name, setup.drive, at, &case.tuples, (&expected, &found)));
+            charted::line(case, place, at, (tuples, designs), &self.expected)
+                .into_iter()
+                .for_each(&mut *each);
+            each(census.close(&case.name, setup.drive, at, tuples, (&self.expected, found)));
         }
     }
-    Ok(lines)
 }
 
 fn tasks(tuples: &[Tuple]) -> Vec<Task> {

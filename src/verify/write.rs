@@ -62,12 +62,12 @@ pub fn other_words(line: &Line) -> String {
 }
 
 /// Writes `verify.csv`.
-pub fn write(folder: &mut Folder, lines: &[Line], backends: &[&Backend]) -> Result<(), Error> {
+pub fn write(folder: &mut Folder, lines: &[Line], backends: &[Backend]) -> Result<(), Error> {
     let failed = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     text.header(&COLUMNS).map_err(failed)?;
     for line in lines {
-        text.row(&mut fields(line, backends[line.place])).map_err(failed)?;
+        text.row(&mut fields(line, &backends[line.place])).map_err(failed)?;
     }
     let mut file = folder.file("verify.csv")?;
     file.write(&text.into_bytes())?;
@@ -118,9 +118,11 @@ pub struct Verified<'a> {
     /// Seed of the random taps.
     pub seed: u64,
     /// Backends, in the order of [`Line::place`].
-    pub backends: &'a [&'a Backend],
+    pub backends: &'a [Backend],
     /// The census.
     pub lines: &'a [Line],
+    /// Taps that were solved everywhere, of how many, where a signal ended the run before all were.
+    pub stopped: Option<[u64; 2]>,
     /// Start of the command to last byte, s.
     pub seconds: f64,
 }
@@ -164,7 +166,8 @@ pub fn document(v: &Verified<'_>) -> Value {
             "seed": v.seed,
             "backends": v.backends,
             "counts": counts(v.lines),
-            "census": v.lines.iter().map(|l| line_json(l, v.backends[l.place])).collect::<Vec<_>>(),
+            "stopped": v.stopped.map(|[taps, of]| json!({ "taps": taps, "of": of })),
+            "census": v.lines.iter().map(|l| line_json(l, &v.backends[l.place])).collect::<Vec<_>>(),
             "seconds": { "total": v.seconds },
         }),
     )

@@ -148,6 +148,24 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         assert_eq!(get("bytes_per_tap"), 8.0 * 26.0);
     }
 
+    // How much repeats differ is told beside every time, and summed up.
+    let spreads: Vec<f64> = [&work, &scaling, &threads, &roofline]
+        .into_iter()
+        .flat_map(|t| &t.rows)
+        .filter_map(|r| number(r, "spread"))
+        .collect();
+    assert!(spreads.iter().all(|s| *s >= 0.0) && spreads.len() > 40, "{spreads:?}");
+    let noise = &reply["result"]["noise"];
+    let bound = noise["bound"].as_f64().unwrap();
+    assert_eq!(bound, 0.15);
+    assert_eq!(noise["measurements"], spreads.len());
+    assert_eq!(noise["beyond"], spreads.iter().filter(|s| **s > bound).count());
+    let worst = spreads.iter().copied().fold(0.0, f64::max);
+    assert!(
+        (noise["worst"].as_f64().unwrap() - worst).abs() < 1e-9 && noise["worst_of"].is_string(),
+        "{noise}"
+    );
+
     for figure in FIGURES {
         let png = std::fs::read(desk.path("out").join(format!("{figure}.png"))).unwrap();
         let (wide, high) = picture(&png);
@@ -163,6 +181,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
     assert_eq!((&run["command"], &run["format"]), (&"bench".into(), &1.into()));
     assert!(run["machine"]["cores"].as_u64().unwrap() > 0);
     assert_eq!(run["settings"]["quick"], true);
+    assert_eq!((&run["noise"]["worst"], &run["stopped"]), (&noise["worst"], &Value::Null));
     assert_eq!(run["backends"].as_array().unwrap().len(), 3);
     // Another command does not replace it.
     let ran = desk.sweep(&["--out", "out"]).exits(2);
@@ -212,6 +231,10 @@ fn the_plan_runs_nothing() {
     let json = desk.run(&["bench", "--plan", "--quick", "--backend", "cpu", "--json"]).exits(0).json();
     assert_eq!(json["result"]["sizes"], serde_json::json!([1000, 10000, 100000]));
     assert!(json["seconds"]["expected"].as_f64().unwrap() > 0.0);
+    let json = desk.run(&["bench", "--plan", "--quick", "--json"]).exits(0).json();
+    let backends = json["backend"].as_array().unwrap();
+    let software = |b: &&Value| b["adapter"].as_str().is_some_and(|a| a.contains("llvmpipe"));
+    assert!(!backends.iter().any(|b| software(&b)), "{backends:?}");
     assert!(desk.names("results").is_empty());
 }
 

@@ -114,13 +114,11 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
     let taps = "theta = { from = 0.5, to = 9, steps = 3_000 }\n[model]\nmaterial = { neo-hookean = 3.2 }\n";
     desk.write("many.toml", desk.read("one.toml") + taps);
     let before = desk.names(".");
-    let lines: [&[&str]; 6] = [
+    let lines: [&[&str]; 4] = [
         &["sweep", "spec.toml", "--backend", "cpu"],
         &["sweep", "spec.toml", "--backend", "reference"],
         &["tap", "one.toml"],
-        &["verify", "spec.toml", "--samples", "1000000", "--backend", "cpu"],
         &["simulate", "many.toml"],
-        &["bench", "--backend", "cpu"],
     ];
     for line in lines {
         let child = start(program(&desk, line));
@@ -153,6 +151,81 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
     assert_eq!((left.status.code(), &object["ok"]), (Some(1), &false.into()));
     assert!(object["error"]["message"].as_str().is_some_and(|m| m.contains("--resume")), "{object}");
     assert!(desk.names("results/spec-optimise").contains(&"best.toml".to_owned()));
+}
+
+/// Starts a benchmark in `out` and stops it when its fourth step begins.
+fn stopped_bench(desk: &Desk, more: &[&str]) -> std::process::Output {
+    let line = [&["bench", "--quick", "--backend", "cpu", "--out", "out"], more].concat();
+    let mut child = start(program(desk, &line));
+    let mut said = String::new();
+    let mut stderr = BufReader::with_capacity(1, child.stderr.as_mut().unwrap());
+    while !said.contains("[  4 of") {
+        assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
+    }
+    drop(stderr);
+    send(&child, SIGINT);
+    let left = ends(child);
+    assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
+    left
+}
+
+#[test]
+fn a_stopped_benchmark_keeps_what_it_measured() {
+    let desk = Desk::new(SPEC);
+    let left = stopped_bench(&desk, &[]);
+    assert!(words(&left.stderr).contains("is kept in out"), "{}", words(&left.stderr));
+    let run = desk.whole("out");
+    let (steps, of) = (run["stopped"]["steps"].as_u64().unwrap(), run["stopped"]["of"].as_u64().unwrap());
+    assert!((3..of).contains(&steps), "{steps} of {of}");
+    assert!(desk.read("out/work_precision.csv").lines().count() > 3);
+    assert!(desk.names(".").iter().all(|name| !name.starts_with('.')));
+
+    // A part takes the place of a part; that of a whole result only where that is forced.
+    assert!(words(&stopped_bench(&desk, &[]).stderr).contains("is kept in out"));
+    let mut run = desk.whole("out");
+    run["stopped"] = Value::Null;
+    desk.write("out/run.json", run.to_string());
+    let left = stopped_bench(&desk, &[]);
+    assert!(words(&left.stderr).contains("holds a whole result"), "{}", words(&left.stderr));
+    assert_eq!(desk.read("out/run.json"), run.to_string());
+    let left = stopped_bench(&desk, &["--force"]);
+    assert!(words(&left.stderr).contains("is kept in out"), "{}", words(&left.stderr));
+    assert!(desk.whole("out")["stopped"].is_object());
+}
+
+#[test]
+fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
+    let neo = format!("{SPEC}[model]\nmaterial = {{ neo-hookean = 3.2 }}\nsurface = true\n");
+    let desk = Desk::new(&neo.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 100_000 }"));
+    let stopped = |wait: u64| {
+        let line = ["verify", "spec.toml", "--samples", "1000000", "--backend", "cpu", "--out", "out"];
+        let child = start(program(&desk, &line));
+        std::thread::sleep(Duration::from_secs(wait));
+        send(&child, SIGTERM);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
+        words(&left.stderr)
+    };
+    let kept = [1, 3, 9, 27].into_iter().any(|wait| {
+        let said = stopped(wait);
+        let kept = said.contains("is kept in out");
+        assert!(kept || said.contains("nothing was written"), "{said}");
+        kept
+    });
+    assert!(kept, "no part was done in 27 s");
+    let run = desk.whole("out");
+    let (taps, of) = (run["stopped"]["taps"].as_u64().unwrap(), run["stopped"]["of"].as_u64().unwrap());
+    assert!(taps > 0 && taps < of, "{taps} of {of}");
+    assert_eq!(desk.read("out/verify.csv").lines().count(), 3);
+    assert_eq!(run["census"][0]["taps"], taps);
+
+    let few = ["verify", "spec.toml", "--samples", "5", "--backend", "cpu", "--out", "out"];
+    desk.run(&few).exits(0);
+    let whole = desk.read("out/run.json");
+    let said = stopped(3);
+    assert!(said.contains("holds a whole result") || said.contains("before the first result"), "{said}");
+    assert_eq!(desk.read("out/run.json"), whole);
+    desk.whole("out");
 }
 
 #[test]

@@ -1,13 +1,16 @@
 //! `vibrissa verify`: the built-in configurations on every backend, specs, broken bounds, bad input.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::{configuration, sweeping::Table};
 use vibrissa::progress::Progress;
-use vibrissa::scene::RunOptions;
+use vibrissa::scene::{BackendChoice, Contact, Drive, Geometry, RunOptions, Setup, Tuple};
 use vibrissa::verify::write::COLUMNS;
-use vibrissa::verify::{self, Case, Place, configuration::ALL};
+use vibrissa::verify::{
+    self, Case, Place,
+    configuration::{ALL, QUICK},
+};
 
 struct Silent;
 
@@ -59,13 +62,15 @@ const PINS: [Pin; 34] = [
 /// Everything that the program verifies without a spec.
 #[test]
 fn built_in_configurations_hold() {
-    let cases = Case::built_in(12, 1);
+    let cases = Case::built_in(12, 1, false);
     let mut places = verify::present(&RunOptions::default(), None).expect("backends");
     let labels: Vec<String> = places.iter().map(Place::label).collect();
     for needed in ["cpu f32", "cpu f64", "gpu f32", "gpu f64"] {
         assert!(labels.iter().any(|l| l == needed), "no {needed} (Debian: apt install mesa-vulkan-drivers)");
     }
-    let lines = verify::run(&cases, &mut places, &AtomicBool::new(false), &mut Silent).expect("it runs");
+    let (mut lines, never) = (Vec::new(), AtomicBool::new(false));
+    let done = verify::run(&cases, &mut places, &never, &mut Silent, &mut |line| lines.push(line));
+    assert_eq!(done.expect("it runs"), cases.iter().map(|c| c.tuples.len() as u64).sum::<u64>());
     assert_eq!(lines.len(), ALL.len() * places.len());
     let mut faults = Vec::new();
     for line in &lines {
@@ -106,8 +111,55 @@ fn the_configurations_of_the_model_are_among_them() {
 }
 
 #[test]
+fn a_quick_run_has_a_configuration_of_each_kind() {
+    let cases = Case::built_in(1, 1, true);
+    assert_eq!(cases.len(), QUICK.len());
+    assert!(cases.iter().any(|c| c.setup.model.geometry == Geometry::Linear));
+    assert!(
+        cases.iter().any(|c| c.setup.hub > 0.0) && cases.iter().any(|c| c.setup.drive == Drive::Displacement)
+    );
+    assert!(cases.iter().any(|c| c.setup.model.contact == Contact::Stick));
+    let desk = Desk::new(SPEC);
+    let json = desk.run(&["verify", "--quick", "--backend", "cpu", "--json"]).exits(0).json();
+    assert_eq!(json["result"]["census"].as_array().map(Vec::len), Some(2 * QUICK.len()));
+    assert_eq!(desk.whole("results/verify")["stopped"], serde_json::Value::Null);
+}
+
+/// A signal between two parts: the taps so far are a census of their own.
+#[test]
+fn a_stopped_run_has_the_lines_of_its_taps() {
+    struct StopAt<'a>(&'a AtomicBool, u64);
+    impl Progress for StopAt<'_> {
+        fn at(&mut self, done: u64, _: u64) {
+            self.0.store(done >= self.1, Ordering::Relaxed);
+        }
+    }
+    let study = Setup::default().linear();
+    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
+    let case = |name: &str| Case {
+        name: name.to_owned(),
+        setup: study.clone(),
+        study: None,
+        tuples: (0..1000).map(|i| Tuple { drive: 1.0 + f64::from(i) / 1e3, ..tuple }).collect(),
+    };
+    let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
+    let mut places = verify::present(&options, None).expect("the CPU");
+    let (mut lines, stop) = (Vec::new(), AtomicBool::new(false));
+    let cases = [case("one"), case("two")];
+    let done =
+        verify::run(&cases, &mut places, &stop, &mut StopAt(&stop, 1200), &mut |line| lines.push(line));
+    let done = done.expect("it runs");
+    assert!((1200..2000).contains(&done), "{done}");
+    let told: Vec<(&str, usize, u64)> =
+        lines.iter().map(|l| (l.configuration.as_str(), l.place, l.taps as u64)).collect();
+    let left = done - 1000;
+    assert_eq!(told, [("one", 0, 1000), ("one", 1, 1000), ("two", 0, left), ("two", 1, left)]);
+    assert!(lines.iter().all(|l| l.faults().is_empty() && l.compared == l.taps));
+}
+
+#[test]
 fn taps_are_those_of_the_seed() {
-    let taps = |seed| -> Vec<_> { Case::built_in(5, seed).into_iter().map(|c| c.tuples).collect() };
+    let taps = |seed| -> Vec<_> { Case::built_in(5, seed, true).into_iter().map(|c| c.tuples).collect() };
     assert_eq!(taps(3), taps(3));
     assert_ne!(taps(3), taps(4));
 }

@@ -99,6 +99,12 @@ impl Exact {
         Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides })
     }
 
+    /// The same solution with other values of what needs no new one, as if `fitted` were fitted, none of which is physical.
+    pub fn with_values(&self, values: Values, fitted: &[Parameter]) -> Self {
+        let sides = vec![None; fitted.len()];
+        Self { values, fitted: fitted.to_vec(), covariance: Vec::new(), surface: self.surface.clone(), sides }
+    }
+
     fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
         (a + self.values[2], drive + self.values[1])
     }

@@ -2,8 +2,10 @@
 
 pub mod error;
 pub mod exact;
+pub mod form;
 pub mod paper;
 pub mod parameter;
+pub mod polynomial;
 pub mod slice;
 pub mod surface;
 pub mod table;

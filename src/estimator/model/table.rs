@@ -54,10 +54,10 @@ impl Curve {
         &self.knots
     }
 
-    /// Ends of ln a that are answered: half a step beyond the last knots, for noise leads there.
-    fn reach(&self) -> [f64; 2] {
+    /// Ends of ln a that are answered: a share `beyond` of a step beyond the last knots, for noise leads there.
+    fn reach(&self, beyond: f64) -> [f64; 2] {
         let (x, n) = (&self.x, self.x.len());
-        [x[0] - 0.5 * (x[1] - x[0]), x[n - 1] + 0.5 * (x[n - 1] - x[n - 2])]
+        [x[0] - beyond * (x[1] - x[0]), x[n - 1] + beyond * (x[n - 1] - x[n - 2])]
     }
 
     /// ln signal, its slope over ln a, and its variance, at ln a = `x`.
@@ -137,12 +137,19 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
 pub struct Table {
     drives: Vec<f64>,
     curves: Vec<Curve>,
+    /// Share of a step between knots that is answered beyond the last ones.
+    beyond: f64,
 }
 
 impl Table {
-    /// `curves` at `drives`, ascending; `None` without any.
+    /// `curves` at `drives`, ascending; `None` without any. It answers half a step beyond its last knots.
     pub fn new(drives: Vec<f64>, curves: Vec<Curve>) -> Option<Self> {
-        (!curves.is_empty() && drives.len() == curves.len()).then_some(Self { drives, curves })
+        (!curves.is_empty() && drives.len() == curves.len()).then_some(Self { drives, curves, beyond: 0.5 })
+    }
+
+    /// The same with answers so many steps beyond the last knots.
+    pub fn reaching(self, beyond: f64) -> Self {
+        Self { beyond, ..self }
     }
 
     /// Drives and their curves.
@@ -165,7 +172,8 @@ impl Table {
             let mix = |s: f64, t: f64| if w == 0.0 { s } else { s + w * (t - s) };
             (mix(s.0, t.0), mix(s.1, t.1), (1.0 - w).powi(2) * s.2 + w * w * t.2)
         };
-        let (from, to) = (p.reach()[0].max(q.reach()[0]), p.reach()[1].min(q.reach()[1]));
+        let ([p0, p1], [q0, q1]) = (p.reach(self.beyond), q.reach(self.beyond));
+        let (from, to) = (p0.max(q0), p1.min(q1));
         // Knots of both curves, from the far end.
         let inside = p.x.iter().chain(&q.x).copied().filter(|x| *x > from && *x < to);
         let mut knots: Vec<f64> = inside.chain([from, to]).collect();
@@ -211,7 +219,7 @@ impl Table {
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         let Some((p, q, w)) = self.around(drive) else { return f64::NAN };
         let x = a.ln();
-        if [p, q].iter().any(|c| x < c.reach()[0] || x > c.reach()[1]) {
+        if [p, q].iter().any(|c| x < c.reach(self.beyond)[0] || x > c.reach(self.beyond)[1]) {
             return f64::NAN;
         }
         let (s, t) = (p.at(x).0, q.at(x).0);

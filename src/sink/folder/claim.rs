@@ -4,6 +4,8 @@ use std::fs::{self, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use super::disk::{Identity, Stamp, hash_file, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
@@ -22,6 +24,8 @@ pub(super) struct Old {
     pub aside: Option<String>,
     /// Whether only `--force` makes it give way.
     pub forced: bool,
+    /// The `run.json` of a result of the same command, and whether the values in force are the same.
+    pub run: Option<(Value, bool)>,
 }
 
 impl Old {
@@ -85,7 +89,11 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
     match record {
         Record::Nothing => {}
         Record::Unlisted => old.aside = Some(free_name(folder)),
-        Record::Result { .. } => old.files.extend(look(&at(RUN))?),
+        Record::Result { command, run, .. } => {
+            old.files.extend(look(&at(RUN))?);
+            let same = question.changed(&run).is_empty();
+            old.run = (command == question.command).then_some((run, same));
+        }
     }
     Ok(old)
 }

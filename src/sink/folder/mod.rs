@@ -111,6 +111,16 @@ impl Folder {
         Ok(Self { target, question, inside, old, names, closed, unfinished, partial, lock })
     }
 
+    /// The `run.json` of the older result of the same command that gives way, if there is one.
+    pub fn older(&self) -> Option<&Value> {
+        self.old.run.as_ref().map(|(run, _)| run)
+    }
+
+    /// The same, if its values in force are those of this result.
+    pub fn same(&self) -> Option<&Value> {
+        self.old.run.as_ref().filter(|(_, same)| *same).map(|(run, _)| run)
+    }
+
     /// A new file of the result.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.partial.path().join(name);

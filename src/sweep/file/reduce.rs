@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::super::Run;
 use super::super::grid::write_kept;
 use super::super::select::{Best, Kept};
-use super::super::{HIGHLIGHTS, Run};
 use super::read::Tap;
 use super::{failed, profiles, reduction};
 use crate::design::Design;
@@ -51,8 +51,6 @@ pub(super) struct Reduced {
     pub left: Left,
     /// K̄ of each designs row, where the taps are solved again; NaN where there is none.
     pub k: Vec<f64>,
-    /// Best row of the first designs.
-    highlights: Vec<Option<Kept>>,
     best: Option<Best>,
     /// Best row so far of the design at hand, where designs compete.
     champion: Option<(u32, Kept)>,
@@ -73,13 +71,7 @@ pub(super) struct Part {
 impl Reduced {
     /// Nothing yet; what is left is kept of `rows` rows, K̄ of `numbers` designs rows, and the best `top` are ranked.
     pub(super) fn new(rows: usize, numbers: usize, top: Option<usize>) -> Self {
-        Self {
-            left: Left::of(rows),
-            k: vec![f64::NAN; numbers],
-            highlights: vec![None; HIGHLIGHTS],
-            best: top.map(Best::new),
-            champion: None,
-        }
+        Self { left: Left::of(rows), k: vec![f64::NAN; numbers], best: top.map(Best::new), champion: None }
     }
 
     /// Reduces whole designs rows, and writes them unless they are ranked; `tuples`: their taps too.
@@ -116,47 +108,37 @@ impl Reduced {
             for (number, k) in part.k {
                 self.k.get_mut(number as usize).into_iter().for_each(|place| *place = k);
             }
-            part.complete.into_iter().for_each(|(design, row)| self.offer(study.output.per, design, row));
+            match &mut self.best {
+                None => part.complete.into_iter().for_each(|(_, row)| run.best.offer(row)),
+                Some(best) => part.complete.into_iter().for_each(|(design, row)| {
+                    offer(best, &mut self.champion, study.output.per, design, row);
+                }),
+            }
         }
         Ok(())
     }
 
-    /// A complete row of `design`.
-    pub(super) fn offer(&mut self, per: Per, design: u32, row: Kept) {
-        let better = |old: &Kept| row.rank.total_cmp(&old.rank).then(row.index.cmp(&old.index)).is_lt();
-        match (&mut self.best, per) {
-            (None, _) => {
-                if let Some(place) = self.highlights.get_mut(design as usize)
-                    && place.as_ref().is_none_or(better)
-                {
-                    *place = Some(row);
-                }
-            }
-            (Some(best), Per::Row) => best.offer(row),
-            (Some(best), Per::Design) => match &mut self.champion {
-                Some((number, old)) if *number == design => {
-                    if better(old) {
-                        *old = row;
-                    }
-                }
-                champion => {
-                    champion.replace((design, row)).into_iter().for_each(|(_, row)| best.offer(row));
-                }
-            },
-        }
-    }
-
-    /// Tells the best rows and, where they are ranked, writes them.
+    /// Writes the best rows, where rows are ranked.
     pub(super) fn finish(&mut self, run: &mut Run<'_>) -> Result<Option<Vec<Kept>>, Error> {
-        let Some(mut best) = self.best.take() else {
-            self.highlights.drain(..).for_each(|row| run.highlight(row));
-            return Ok(None);
-        };
+        let Some(mut best) = self.best.take() else { return Ok(None) };
         self.champion.take().into_iter().for_each(|(_, row)| best.offer(row));
         run.counts.complete = Some(best.offered);
         let kept = best.into_rows();
         write_kept(run, &kept)?;
         Ok(Some(kept))
+    }
+}
+
+/// Offers a complete row of `design` to `best`; where designs compete, first to the best row so far of the design at hand.
+fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: u32, row: Kept) {
+    match champion {
+        _ if per == Per::Row => best.offer(row),
+        Some((number, old)) if *number == design => {
+            if row.rank.total_cmp(&old.rank).then(row.index.cmp(&old.index)).is_lt() {
+                *old = row;
+            }
+        }
+        champion => champion.replace((design, row)).into_iter().for_each(|(_, row)| best.offer(row)),
     }
 }
 

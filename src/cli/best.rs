@@ -1,0 +1,87 @@
+//! The best rows of a sweep, as a table on the terminal.
+
+use std::fmt::Write;
+
+use vibrissa::scene::{Per, RankBy, Spec};
+use vibrissa::sink::table::drive_unit;
+use vibrissa::sweep::{Kept, Report};
+
+use super::number::grouped;
+
+/// The best rows with the column that ranks them; with a noise of the gauge also what bias and noise come to together.
+pub fn table(spec: &Spec, report: &Report) -> String {
+    let output = &spec.study.output;
+    let by = output.by;
+    if report.highlights.is_empty() {
+        return format!(
+            "no complete row to rank by {}: in a complete row every distance counts, and this column has a value\n",
+            by.name()
+        );
+    }
+    let noisy = spec.study.setup.gauge.noise_strain.is_some_and(|e| e > 0.0);
+    let columns = columns(by, noisy);
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
+    let what = match (output.top, output.per) {
+        (Some(_), Per::Design) => "designs, each at its best drive,",
+        _ => "complete rows",
+    };
+    let (shown, ranked) = (report.highlights.len(), grouped(report.ranked));
+    let mut text = format!("best {shown} of {ranked} {what} by {}:\n", by.name());
+    let _ = write!(
+        text,
+        "  {:>8} {:>8} {:>8} {:>8} {:>6} {symbol:>8}   {:>10}",
+        "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "K_mean"
+    );
+    columns.iter().for_each(|column| text += &format!(" {:>12}", column.name()));
+    text.push('\n');
+    for k in &report.highlights {
+        let d = &k.design;
+        let drive = format!("{:.4}", k.drive);
+        let drive = format!("{}{unit}", drive.trim_end_matches('0').trim_end_matches('.'));
+        let mean = k.row.deviation.mean().map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
+        let _ = write!(
+            text,
+            "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3} {drive:>8}   {mean:>10}",
+            d.D, d.d, d.L_a, d.x_ss, d.l
+        );
+        columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
+        text.push('\n');
+    }
+    text + &explained(&columns, by, noisy && !written(spec, "output.by"))
+}
+
+/// K_sd and the bias, beside them noise and total where there is noise, and the column that ranks.
+fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
+    let mut columns = vec![RankBy::KSd, RankBy::ErrorRms];
+    if noisy {
+        columns.extend([RankBy::NoiseRms, RankBy::TotalRms]);
+    }
+    if !columns.contains(&by) {
+        columns.push(by);
+    }
+    columns
+}
+
+fn value(k: &Kept, column: RankBy) -> String {
+    k.row.rank(column, k.unit).map_or(String::new(), |x| format!("{x:.3e}"))
+}
+
+/// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.
+fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
+    let mut text = "error_rms_mm is the bias of the distance".to_owned();
+    if columns.contains(&RankBy::TotalRms) {
+        text += ", noise_rms_mm what the noise of the gauge adds, total_rms_mm both in quadrature";
+    }
+    if silent {
+        let _ = write!(
+            text,
+            "\n{} holds no noise: `by = \"total_rms_mm\"` in [output] ranks by bias and noise",
+            by.name()
+        );
+    }
+    text + "\n"
+}
+
+fn written(spec: &Spec, key: &str) -> bool {
+    spec.in_force.iter().any(|(name, _, written)| name == key && *written)
+}

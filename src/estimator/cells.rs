@@ -1,0 +1,162 @@
+//! Taps of one distance and one drive.
+
+use super::taps::Tap;
+use crate::design::amount;
+use crate::measure::Rig;
+
+/// Most distinct distances, or drives, that are told apart; beyond it neighbours share a level.
+const LEVELS: usize = 64;
+
+/// Distinct values, or groups of neighbours where there are too many.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Levels {
+    /// Mean of each level, ascending.
+    pub centres: Vec<f64>,
+    /// Largest value of each level.
+    ends: Vec<f64>,
+}
+
+impl Levels {
+    /// Of all `values`.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut all: Vec<f64> = values.collect();
+        all.sort_by(f64::total_cmp);
+        let mut distinct = all.clone();
+        distinct.dedup();
+        if distinct.len() <= LEVELS {
+            return Self { ends: distinct.clone(), centres: distinct };
+        }
+        let mut levels = Self { centres: Vec::new(), ends: Vec::new() };
+        let mut from = 0;
+        for k in 1..=LEVELS {
+            let Some(end) = all.get((k * all.len() / LEVELS).saturating_sub(1)).copied() else { continue };
+            let to = all.partition_point(|x| *x <= end);
+            if to > from {
+                levels.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
+                levels.ends.push(end);
+                from = to;
+            }
+        }
+        levels
+    }
+
+    /// Level of `x`, which is one of the values.
+    pub fn place(&self, x: f64) -> usize {
+        self.ends.partition_point(|e| *e < x).min(self.ends.len() - 1)
+    }
+
+    /// Whether there are no levels.
+    pub fn is_empty(&self) -> bool {
+        self.centres.is_empty()
+    }
+
+    /// Number of levels.
+    pub fn len(&self) -> usize {
+        self.centres.len()
+    }
+}
+
+/// Taps of one distance and one drive, on one side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Level of the distance.
+    pub i: usize,
+    /// Level of the drive.
+    pub j: usize,
+    /// Places of its taps in the list they were made from.
+    pub taps: Vec<usize>,
+    /// Mean distance, mm.
+    pub a: f64,
+    /// Mean drive.
+    pub drive: f64,
+    /// Mean |signal|.
+    pub signal: f64,
+    /// Mean θ f of the theory of the spec.
+    pub linear: f64,
+    /// Sum of squares about the mean, after what distance and drive explain within a level.
+    pub squares: f64,
+    /// Sum of squares that a reading's variance of 1 would give.
+    pub freedom: f64,
+    /// Variance of the mean, in units of a reading's: 1/n and what the zeros bring.
+    pub share: f64,
+}
+
+impl Cell {
+    /// Number of taps.
+    pub fn n(&self) -> f64 {
+        self.taps.len() as f64
+    }
+}
+
+/// Cells of the taps that `wanted` picks, by distance, then drive.
+pub fn cells(
+    taps: &[Tap],
+    rig: &Rig,
+    distances: &Levels,
+    drives: &Levels,
+    wanted: impl Fn(&Tap) -> bool,
+) -> Vec<Cell> {
+    let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
+    for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {
+        grid[distances.place(tap.group[0]) * drives.len() + drives.place(tap.group[1])].push(k);
+    }
+    let curve = rig.shared().theory.curve();
+    let linear = |t: &Tap| amount(rig.setup.drive, t.drive) * curve.value(t.a);
+    let cell = |(place, taps_here): (usize, Vec<usize>)| {
+        if taps_here.is_empty() {
+            return None;
+        }
+        let n = taps_here.len() as f64;
+        let mean = |f: &dyn Fn(&Tap) -> f64| taps_here.iter().map(|&k| f(&taps[k])).sum::<f64>() / n;
+        // The first value is taken out so that equal values have exactly their value as mean.
+        let about = |f: &dyn Fn(&Tap) -> f64| {
+            let first = f(&taps[taps_here[0]]);
+            first + mean(&|t| f(t) - first)
+        };
+        let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
+        let ratio = signal / theory;
+        let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
+        let (of_mean, about_mean) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
+        Some(Cell {
+            i: place / drives.len(),
+            j: place % drives.len(),
+            a: about(&|t| t.a),
+            drive: about(&|t| t.drive),
+            signal,
+            linear: theory,
+            squares: if n > 1.0 { squares } else { 0.0 },
+            freedom: n - 1.0 + about_mean,
+            share: 1.0 / n + of_mean,
+            taps: taps_here,
+        })
+    };
+    grid.into_iter().enumerate().filter_map(cell).collect()
+}
+
+/// What the noise of the zero readings brings to taps of one cell: to the variance of their mean, and to the sum of squares about
+/// it, in units of a reading's variance.
+fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
+    let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
+    let mut n = 0.0;
+    for tap in taps {
+        n += 1.0;
+        for (run, weight, share) in tap.zeros {
+            if weight != 0.0 {
+                let sum = runs.entry(run).or_insert((0.0, 0.0, share));
+                *sum = (sum.0 + weight, sum.1 + weight * weight, share);
+            }
+        }
+    }
+    let add = |(mean, about): (f64, f64), (sum, squares, share): &(f64, f64, f64)| {
+        (mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0))
+    };
+    runs.values().fold((0.0, 0.0), add)
+}
+
+/// Standard deviation of one reading from repeats, and its degrees of freedom; `None` without repeats.
+pub fn repeatability(cells: &[Cell]) -> Option<(f64, f64)> {
+    let repeated = || cells.iter().filter(|c| c.taps.len() > 1);
+    let freedom: f64 = repeated().map(|c| c.n() - 1.0).sum();
+    let variance = repeated().map(|c| c.squares).sum::<f64>() / repeated().map(|c| c.freedom).sum::<f64>();
+    (freedom > 0.0).then(|| (variance.sqrt(), freedom))
+}

@@ -1,0 +1,80 @@
+//! What is a polynomial of what in [`super::polynomial`].
+
+use serde::{Deserialize, Serialize};
+
+/// Highest total degree that is tried.
+const DEGREES: usize = 4;
+
+/// What is a polynomial of what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Form {
+    /// Total degree in ln signal and the drive.
+    pub degree: usize,
+    /// Degree in the drive.
+    pub drive_degree: usize,
+    /// Whether ln a is fitted, in place of a.
+    pub log_a: bool,
+    /// Whether ln drive counts, in place of the drive.
+    pub log_drive: bool,
+}
+
+impl Form {
+    /// Exponents of ln signal and the drive, term by term.
+    pub(super) fn powers(&self) -> Vec<[i32; 2]> {
+        let to = |i: usize| self.drive_degree.min(self.degree.saturating_sub(i));
+        (0..=self.degree).flat_map(|i| (0..=to(i)).map(move |j| [i as i32, j as i32])).collect()
+    }
+
+    /// Number of terms.
+    pub fn terms_in_all(&self) -> usize {
+        self.powers().len()
+    }
+
+    /// All that are tried where there are so many positions and drives, the simplest first.
+    pub(super) fn all(positions: usize, drives: usize) -> Vec<Self> {
+        let mut all = Vec::new();
+        for degree in 1..=DEGREES.min(positions.saturating_sub(2)).max(1) {
+            for log_a in [true, false] {
+                for log_drive in [false, true] {
+                    let drive_degree = degree.min(drives.saturating_sub(1));
+                    if drives > 1 || !log_drive {
+                        all.push(Self { degree, drive_degree, log_a, log_drive });
+                    }
+                }
+            }
+        }
+        all
+    }
+}
+
+impl Form {
+    pub(super) fn drive(&self, drive: f64) -> f64 {
+        if self.log_drive { drive.ln() } else { drive }
+    }
+
+    /// What is fitted of a distance.
+    pub(super) fn target(&self, a: f64) -> f64 {
+        if self.log_a { a.ln() } else { a }
+    }
+
+    pub(super) fn distance(&self, y: f64) -> f64 {
+        if self.log_a { y.exp() } else { y }
+    }
+
+    /// Terms at ln signal = `x`, and their slopes over x.
+    pub(super) fn terms(
+        &self,
+        powers: &[[i32; 2]],
+        scale: [[f64; 2]; 2],
+        x: f64,
+        drive: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let [[x0, dx], [v0, dv]] = scale;
+        let (u, v) = ((x - x0) / dx, (self.drive(drive) - v0) / dv);
+        let term = |[i, j]: &[i32; 2]| u.powi(*i) * v.powi(*j);
+        let slope =
+            |[i, j]: &[i32; 2]| if *i == 0 { 0.0 } else { f64::from(*i) * u.powi(i - 1) * v.powi(*j) / dx };
+        (powers.iter().map(term).collect(), powers.iter().map(slope).collect())
+    }
+}

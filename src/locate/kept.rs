@@ -1,0 +1,84 @@
+//! Answers of a file: its own columns, and what was made of them.
+
+use std::borrow::Cow;
+
+use super::Locator;
+use super::lines::Line;
+use super::reading::Lines;
+use super::stream::number;
+use crate::measure::text;
+
+/// Columns that are added after the user's own.
+const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
+
+/// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has
+/// other ones, the zero that was subtracted, the answer.
+pub struct Kept {
+    names: Vec<String>,
+    /// Whether drive and signal are added.
+    more: [bool; 2],
+    common: [&'static str; 2],
+}
+
+impl Kept {
+    /// For these lines.
+    pub fn new(locator: &Locator, lines: &Lines<'_>) -> Self {
+        let own = lines.names();
+        let common = [locator.rig.setup.drive.column(), locator.unit.common()];
+        let taken = |n: &String| n == "line" || ADDED.contains(&n.as_str());
+        let rename = |n: &String| if taken(n) { format!("given_{n}") } else { n.clone() };
+        Self {
+            more: common.map(|c| !own.iter().any(|n| n == c)),
+            names: own.iter().map(rename).collect(),
+            common,
+        }
+    }
+
+    /// The names of all columns.
+    pub fn header(&self, out: &mut Vec<u8>) {
+        out.extend(b"line,");
+        self.names.iter().for_each(|n| field(out, n));
+        self.common.iter().zip(self.more).filter(|(_, more)| *more).for_each(|(c, _)| field(out, c));
+        out.extend(ADDED.join(",").bytes());
+        out.push(b'\n');
+    }
+
+    /// The fields before the answer; of `drive, signal, zero` what is no number is left empty.
+    pub fn row(
+        &self,
+        out: &mut Vec<u8>,
+        line: &Line<'_>,
+        lines: &Lines<'_>,
+        [drive, signal, zero]: [f64; 3],
+    ) {
+        out.extend(line.number.to_string().bytes());
+        out.push(b',');
+        let fields = lines.fields(line.text.unwrap_or_default());
+        let empty = Cow::Borrowed("");
+        for place in 0..self.names.len() {
+            field(out, &pointed(fields.get(place).unwrap_or(&empty)));
+        }
+        [drive, signal].iter().zip(self.more).filter(|(_, more)| *more).for_each(|(x, _)| number(out, *x));
+        number(out, zero);
+    }
+}
+
+/// A field and the comma after it, in quotes where it needs them.
+fn field(out: &mut Vec<u8>, text: &str) {
+    if text.contains([',', '"', '\n', '\r']) {
+        out.push(b'"');
+        out.extend(text.replace('"', "\"\"").bytes());
+        out.push(b'"');
+    } else {
+        out.extend(text.bytes());
+    }
+    out.push(b',');
+}
+
+/// A number with its decimal comma as a point; anything else as it is.
+fn pointed(field: &str) -> Cow<'_, str> {
+    match text::number(field) {
+        Some(x) if x.is_finite() && field.contains(',') => field.replacen(',', ".", 1).into(),
+        _ => field.into(),
+    }
+}

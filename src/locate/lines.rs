@@ -1,0 +1,132 @@
+//! Lines of a file or a stream, with their numbers.
+
+use std::io::{BufRead, BufReader, Read};
+
+use super::reading::Lines;
+use super::stream::Ask;
+use crate::error::{Error, InputError};
+
+/// Longest line that can be a reading, bytes.
+const LONGEST: usize = 4096;
+
+/// A line that is no header.
+pub struct Line<'a> {
+    /// Its text without the end; `None` where it is no UTF-8, or too long.
+    pub text: Option<&'a str>,
+    /// Number in the file, from 1.
+    pub number: usize,
+    /// Number among the lines that are no header, from 0.
+    pub place: usize,
+    /// Whether it has ended.
+    pub whole: bool,
+    /// Whether no whole line has come yet after it.
+    pub waiting: bool,
+}
+
+/// Lines one by one, in constant memory.
+pub struct Source<'a, R: Read> {
+    reader: BufReader<R>,
+    line: Vec<u8>,
+    ask: &'a Ask<'a>,
+    number: usize,
+    place: usize,
+    /// Length of a line that was read and not yet given.
+    held: Option<usize>,
+    begun: bool,
+}
+
+impl<'a, R: Read> Source<'a, R> {
+    /// Of `input`.
+    pub fn new(input: R, ask: &'a Ask<'a>) -> Self {
+        let reader = BufReader::with_capacity(1 << 16, input);
+        Self { reader, line: Vec::with_capacity(256), ask, number: 0, place: 0, held: None, begun: false }
+    }
+
+    fn label(&self) -> &'a str {
+        self.ask.label.unwrap_or("stdin")
+    }
+
+    /// Reads the first line; a header goes to `lines`, anything else is given by [`Self::next`].
+    ///
+    /// # Errors
+    /// A header that does not fit the calibration; input that fails.
+    pub fn first(&mut self, lines: &mut Lines<'_>) -> Result<(), Error> {
+        if std::mem::replace(&mut self.begun, true) {
+            return Ok(());
+        }
+        self.held = self.read()?;
+        self.number += usize::from(self.held.is_some());
+        let at = |e: InputError| e.at(self.label(), Some(1));
+        let header = match self.held.and_then(|n| text(&self.line, n)) {
+            Some(text) => lines.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
+            None => false,
+        };
+        if header {
+            self.held = None;
+        }
+        Ok(())
+    }
+
+    /// The next line; `None` at the end.
+    ///
+    /// # Errors
+    /// As [`Self::first`].
+    pub fn next(&mut self, lines: &mut Lines<'_>) -> Result<Option<Line<'_>>, Error> {
+        self.first(lines)?;
+        let length = match self.held.take() {
+            Some(length) => length,
+            None => match self.read()? {
+                Some(length) => {
+                    self.number += 1;
+                    length
+                }
+                None => return Ok(None),
+            },
+        };
+        self.place += 1;
+        Ok(Some(Line {
+            text: text(&self.line, length),
+            number: self.number,
+            place: self.place - 1,
+            whole: self.line.ends_with(b"\n"),
+            waiting: !self.reader.buffer().contains(&b'\n'),
+        }))
+    }
+
+    fn read(&mut self) -> Result<Option<usize>, Error> {
+        read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))
+    }
+}
+
+/// The text of a line of `length` bytes.
+fn text(line: &[u8], length: usize) -> Option<&str> {
+    let text = (length <= LONGEST).then(|| std::str::from_utf8(line).ok()).flatten()?;
+    Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))
+}
+
+/// Reads a line into `line`, of which at most [`LONGEST`] bytes are kept; its length, `None` at the end.
+fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::Result<Option<usize>> {
+    line.clear();
+    let mut length = 0;
+    loop {
+        let buffer = match reader.fill_buf() {
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => continue,
+            other => other?,
+        };
+        if buffer.is_empty() {
+            return Ok((length > 0).then_some(length));
+        }
+        let (part, ended) = match buffer.iter().position(|b| *b == b'\n') {
+            Some(end) => (&buffer[..=end], true),
+            None => (buffer, false),
+        };
+        let room = LONGEST.saturating_sub(line.len()).min(part.len());
+        line.extend_from_slice(&part[..room]);
+        let n = part.len();
+        length += n;
+        reader.consume(n);
+        if ended {
+            return Ok(Some(length));
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! One line of readings: which field is what.
+
+use std::borrow::Cow;
+
+use super::Locator;
+use crate::error::InputError;
+use crate::measure::columns::{Columns, Names};
+use crate::measure::text::{Decimals, fields, separator};
+use crate::measure::{Unit, text};
+use crate::scene::Drive;
+
+/// The first line of a file, if it names columns.
+struct Header {
+    columns: Columns,
+    names: Vec<String>,
+    separator: char,
+}
+
+/// How lines are read.
+pub struct Lines<'a> {
+    locator: &'a Locator,
+    header: Option<Header>,
+    decimals: Decimals,
+}
+
+impl<'a> Lines<'a> {
+    /// Lines for `locator`; without a header they hold the drive, which may be left out where it is known, and the signal in the
+    /// unit of the calibration.
+    pub fn new(locator: &'a Locator) -> Self {
+        Self { locator, header: None, decimals: Decimals::default() }
+    }
+
+    /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number.
+    ///
+    /// # Errors
+    /// Columns that do not fit the calibration.
+    pub fn first(&mut self, line: &str, said: &Names, file: bool) -> Result<bool, InputError> {
+        let mark = separator(line);
+        let names: Vec<String> = fields(line, mark).iter().map(|f| f.to_string()).collect();
+        if !names.iter().any(|f| said.known(f) || (file && text::number(f).is_none())) {
+            return match said.is_empty() {
+                true => Ok(false),
+                false => {
+                    let error =
+                        InputError::new("the first line names no columns").key("--columns").value(line);
+                    Err(error.allowed("a header with these columns; or no --columns"))
+                }
+            };
+        }
+        let columns = self.find(&names, said)?;
+        self.header = Some(Header { columns, names, separator: mark });
+        Ok(true)
+    }
+
+    fn find(&self, names: &[String], said: &Names) -> Result<Columns, InputError> {
+        let (locator, kind) = (self.locator, self.locator.rig.setup.drive);
+        let allowed = match locator.unit.is_strain() {
+            true => "exactly one of strain, microstrain, bridge_mV_per_V; or --columns strain=NAME",
+            false => "reading, in the unit of the calibration; or --columns reading=NAME",
+        };
+        let columns = Columns::find(names, said, Some(kind)).map_err(|e| match e.key.as_deref() {
+            Some("strain") => InputError {
+                message: e.message.replace("column strain", &format!("column {}", locator.unit.common())),
+                ..e.key(locator.unit.common()).allowed(allowed)
+            },
+            _ => e,
+        })?;
+        match columns.drive {
+            Some((drive, place)) if drive != kind => {
+                let error = InputError::new("these readings are driven another way than the calibration");
+                return Err(error.key(&names[place]).allowed(kind.column()));
+            }
+            None if locator.only_drive().is_none() => {
+                let error = InputError::new(format!("column {} is missing", kind.column()));
+                let role = if kind == Drive::Angle { "theta" } else { "delta" };
+                let allowed = format!("a column with the drive of each tap; or --columns {role}=NAME");
+                return Err(error.key(kind.column()).value(names.join(",")).allowed(allowed));
+            }
+            _ => {}
+        }
+        if columns.signal.0.is_strain() != locator.unit.is_strain() {
+            let error = InputError::new("the calibration was made with another kind of signal");
+            return Err(error.key(&names[columns.signal.1]).allowed(allowed));
+        }
+        Ok(columns)
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<String> {
+        match &self.header {
+            Some(header) => header.names.clone(),
+            None => vec![self.locator.rig.setup.drive.column().to_owned(), self.unit().column().to_owned()],
+        }
+    }
+
+    /// Unit of the signal.
+    pub fn unit(&self) -> Unit {
+        self.header.as_ref().map_or(self.locator.unit, |h| h.columns.signal.0)
+    }
+
+    /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
+    pub fn fields<'b>(&self, line: &'b str) -> Vec<Cow<'b, str>> {
+        let mark = self.header.as_ref().map_or_else(|| separator(line), |h| h.separator);
+        let mut all = fields(line, mark);
+        if self.header.is_none() && all.len() == 1 {
+            all.insert(0, "".into());
+        }
+        all
+    }
+
+    /// Strain, or the reading, of a recorded value.
+    pub fn signal(&self, value: f64) -> f64 {
+        self.unit().strain(value, self.locator.rig.setup.gauge.factor)
+    }
+
+    /// Drive and signal of a line, NaN where a field is missing or no number; `None` for a line of another shape.
+    pub fn parse(&mut self, line: &str) -> Option<(f64, f64)> {
+        let only = self.locator.only_drive();
+        let (mark, places) = match &self.header {
+            Some(h) => {
+                (h.separator, Some((h.columns.fields, h.columns.drive.map(|d| d.1), h.columns.signal.1)))
+            }
+            None => (separator(line), None),
+        };
+        let quoted = line.contains('"').then(|| fields(line, mark));
+        let count = match &quoted {
+            Some(all) => all.len(),
+            None => 1 + line.matches(mark).count(),
+        };
+        let field = |place: usize| match &quoted {
+            Some(all) => all.get(place).map(|f| f.trim()),
+            None => line.split(mark).nth(place).map(str::trim),
+        };
+        let (drive, signal) = match places {
+            None => match (count, only) {
+                (2, _) => (field(0), field(1)?),
+                (1, Some(_)) if !line.trim().is_empty() => (Some(""), field(0)?),
+                _ => return None,
+            },
+            Some((fields, drive, signal)) if fields == count => {
+                (drive.map_or(Some(""), field), field(signal)?)
+            }
+            Some(_) => return None,
+        };
+        let mut number = |f: &str| self.decimals.number(f).unwrap_or(f64::NAN);
+        let drive = match (drive?, only) {
+            ("", Some(only)) => only,
+            (drive, _) => number(drive),
+        };
+        let value = number(signal);
+        Some((drive, self.signal(value)))
+    }
+}

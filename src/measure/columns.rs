@@ -1,0 +1,301 @@
+//! Which column of a file is what: by the names that every table has, or as `--columns` says.
+
+use super::Unit;
+use crate::error::InputError;
+use crate::scene::Drive;
+
+/// Column of the contact distance.
+pub const DISTANCE: &str = "a_mm";
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Contact distance, mm.
+    Distance,
+    /// Tap angle in degrees, or displacement in mm.
+    Drive(Drive),
+    /// The signal.
+    Signal(Unit),
+    /// Nothing that is used.
+    Ignored,
+}
+
+impl Role {
+    /// All, with the short name and the column's own name.
+    const ALL: [(&'static str, &'static str, Self); 8] = [
+        ("a", DISTANCE, Self::Distance),
+        ("theta", "theta_deg", Self::Drive(Drive::Angle)),
+        ("delta", "delta_mm", Self::Drive(Drive::Displacement)),
+        ("strain", "strain", Self::Signal(Unit::Strain)),
+        ("microstrain", "microstrain", Self::Signal(Unit::Microstrain)),
+        ("bridge", "bridge_mV_per_V", Self::Signal(Unit::Bridge)),
+        ("reading", "reading", Self::Signal(Unit::Reading)),
+        ("ignore", "ignore", Self::Ignored),
+    ];
+
+    fn of_column(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, column, role)| *column == name && *role != Self::Ignored).map(|r| r.2)
+    }
+}
+
+/// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Names(Vec<(Role, String)>);
+
+impl Names {
+    /// Reads the value of `--columns`.
+    ///
+    /// # Errors
+    /// A part that is no `role=name`, a role that is unknown or named twice.
+    pub fn parse(text: &str) -> Result<Self, InputError> {
+        let allowed =
+            "a, theta or delta, strain, microstrain, bridge or reading, ignore; each as role=column";
+        let fault = |message: String, part: &str| {
+            InputError::new(message).key("--columns").value(part).allowed(allowed)
+        };
+        let mut all: Vec<(Role, String)> = Vec::new();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let Some((role, name)) = part.split_once('=').map(|(r, n)| (r.trim(), n.trim())) else {
+                return Err(fault("this names no column".to_owned(), part));
+            };
+            let known = Role::ALL.iter().find(|(short, column, _)| *short == role || *column == role);
+            let Some((.., role)) = known else {
+                let short: Vec<&str> = Role::ALL.iter().map(|r| r.0).collect();
+                let close = crate::error::nearest(role, &short).map(|n| format!("; is {n} meant?"));
+                return Err(fault(format!("there is no such role{}", close.unwrap_or_default()), part));
+            };
+            if name.is_empty() {
+                return Err(fault("the name of the column is missing".to_owned(), part));
+            }
+            if *role != Role::Ignored && all.iter().any(|(r, _)| r == role) {
+                return Err(fault("this role is named twice".to_owned(), part));
+            }
+            all.push((*role, name.to_owned()));
+        }
+        Ok(Self(all))
+    }
+
+    /// Whether nothing was said.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Role of the column `name`: as the user said, else by its own name unless the user named another for that.
+    fn role(&self, name: &str) -> Option<Role> {
+        if let Some((role, _)) = self.0.iter().find(|(_, n)| n == name) {
+            return Some(*role);
+        }
+        let own = Role::of_column(name)?;
+        let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(&own);
+        (!self.0.iter().any(|(r, _)| same_kind(r))).then_some(own)
+    }
+
+    /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.
+    pub fn known(&self, name: &str) -> bool {
+        self.role(name).is_some() || drive_like(name).is_some()
+    }
+}
+
+/// Where the columns of a file stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    /// Contact distance.
+    pub a: Option<usize>,
+    /// Drive.
+    pub drive: Option<(Drive, usize)>,
+    /// Signal.
+    pub signal: (Unit, usize),
+    /// Number of columns.
+    pub fields: usize,
+    /// Names of those that are not used.
+    pub ignored: Vec<String>,
+}
+
+impl Columns {
+    /// From the `names` in a header and what the user said of them. Of two drives that of `kind` is taken.
+    ///
+    /// # Errors
+    /// A column that is missing, doubled, or contradicts another; one that looks like a drive and is none.
+    pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
+        for (role, name) in &said.0 {
+            if !names.contains(name) {
+                let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
+                let message = format!("the file has no column {name}{}", close.unwrap_or_default());
+                let role = Role::ALL.iter().find(|r| r.2 == *role).map_or("", |r| r.0);
+                let error = InputError::new(message).key("--columns").value(format!("{role}={name}"));
+                return Err(error.allowed(names.join(", ")));
+            }
+        }
+        let roles: Vec<Option<Role>> = names.iter().map(|n| said.role(n)).collect();
+        let once = |wanted: Role| {
+            let mut places = (0..names.len()).filter(|&i| roles[i] == Some(wanted));
+            let first = places.next();
+            match (first, places.next()) {
+                (Some(place), Some(_)) => {
+                    let error = InputError::new("this column appears twice").key(&names[place]);
+                    Err(error.allowed("each column once"))
+                }
+                _ => Ok(first),
+            }
+        };
+        let a = once(Role::Distance)?;
+        let mut drives = Vec::new();
+        for drive in [Drive::Angle, Drive::Displacement] {
+            drives.extend(once(Role::Drive(drive))?.map(|place| (drive, place)));
+        }
+        if drives.len() > 1 {
+            drives.retain(|(d, _)| kind.is_none_or(|k| k == *d));
+        }
+        if drives.len() > 1 {
+            let error = InputError::new("a whisker is driven by an angle or by a displacement, not by both");
+            return Err(error
+                .key("theta_deg")
+                .value("theta_deg and delta_mm")
+                .allowed("one of the two columns"));
+        }
+        let mut signals = Vec::new();
+        for unit in Unit::ALL {
+            signals.extend(once(Role::Signal(unit))?.map(|place| (unit, place)));
+        }
+        if let ([], Some(i)) = (
+            drives.as_slice(),
+            (0..names.len()).find(|&i| roles[i].is_none() && drive_like(&names[i]).is_some()),
+        ) {
+            return Err(unknown_drive(&names[i]));
+        }
+        let signal = match signals.as_slice() {
+            [one] => *one,
+            [] => return Err(missing("strain", names)),
+            several => {
+                let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
+                let error =
+                    InputError::new("there are several signal columns, and they may contradict each other");
+                return Err(error
+                    .key(found[0])
+                    .value(found.join(", "))
+                    .allowed(format!("exactly one of {}; or --columns ignore=NAME", signal_names())));
+            }
+        };
+        let used = [a, drives.first().map(|d| d.1), Some(signal.1)];
+        let unused = |i: &usize| !used.contains(&Some(*i)) && roles[*i] != Some(Role::Ignored);
+        let ignored = (0..names.len()).filter(unused).map(|i| names[i].clone()).collect();
+        Ok(Self { a, drive: drives.first().copied(), signal, fields: names.len(), ignored })
+    }
+}
+
+/// That a column is missing, and which of `names` may be meant.
+pub fn missing(name: &str, names: &[String]) -> InputError {
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
+    let message = format!("column {name} is missing{}", close.unwrap_or_default());
+    let allowed = format!("{}; or --columns {}=NAME", all_names(), name.split('_').next().unwrap_or(name));
+    InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
+}
+
+/// The columns of a data file, in words.
+pub fn all_names() -> String {
+    format!("{DISTANCE}, theta_deg or delta_mm, and one of {}", signal_names())
+}
+
+fn signal_names() -> String {
+    Unit::ALL.map(Unit::column).join(", ")
+}
+
+/// What a name that is no column looks like: a drive, with its likely column; `None` where it may be either.
+fn drive_like(name: &str) -> Option<Option<Drive>> {
+    const ANGLE: [&str; 11] =
+        ["theta", "θ", "angle", "angles", "ang", "rotation", "phi", "deg", "degree", "degrees", "rad"];
+    const DISPLACEMENT: [&str; 7] = ["delta", "δ", "disp", "displ", "displacement", "deflection", "push"];
+    let lower = name.to_lowercase();
+    let has = |words: &[&str]| lower.split(|c: char| !c.is_alphabetic()).any(|part| words.contains(&part));
+    let near = crate::error::nearest(name, &["theta_deg", "delta_mm"]);
+    match near {
+        _ if has(&ANGLE) => Some(Some(Drive::Angle)),
+        _ if has(&DISPLACEMENT) => Some(Some(Drive::Displacement)),
+        Some("theta_deg") => Some(Some(Drive::Angle)),
+        Some(_) => Some(Some(Drive::Displacement)),
+        None => has(&["drive", "motor"]).then_some(None),
+    }
+}
+
+/// The error for a column that looks like a drive.
+fn unknown_drive(name: &str) -> InputError {
+    let radians =
+        name.to_lowercase().split(|c: char| !c.is_alphabetic()).any(|p| p == "rad" || p == "radians");
+    let (likely, role) = match drive_like(name).flatten() {
+        Some(Drive::Angle) => ("theta_deg", "theta"),
+        Some(Drive::Displacement) => ("delta_mm", "delta"),
+        None => ("theta_deg or delta_mm", "theta"),
+    };
+    let message = match radians {
+        true => "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
+        false => format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
+    };
+    let allowed = match radians {
+        true => format!("theta_deg, in degrees; or --columns ignore={name}"),
+        false => format!(
+            "{likely}; or --columns {role}={name} where it is in {}; or --columns ignore={name}",
+            if role == "theta" { "degrees" } else { "mm" }
+        ),
+    };
+    InputError::new(message).key(name).allowed(allowed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn find(header: &str, said: &str) -> Result<Columns, InputError> {
+        let names: Vec<String> = header.split(',').map(str::to_owned).collect();
+        Columns::find(&names, &Names::parse(said)?, None)
+    }
+
+    #[test]
+    fn columns_are_found_by_name_or_as_said() {
+        let c = find("a_mm,theta_deg,strain,run", "").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Strain, 2)));
+        assert_eq!(c.ignored, ["run"]);
+        let c = find("dist,ang,ch1,ch3", "a=dist, theta=ang,reading=ch3,ignore=ch1").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Reading, 3)));
+        assert_eq!(c.ignored, [] as [&str; 0]);
+        // What the user says goes before the column's own name.
+        let c = find("a_mm,theta_deg,strain,strain_2", "strain=strain_2").unwrap();
+        assert_eq!(c.signal, (Unit::Strain, 3));
+    }
+
+    #[test]
+    fn what_looks_like_a_drive_is_asked_for() {
+        for (name, likely) in [
+            ("theta", "theta_deg"),
+            ("theta_rad", "theta_deg"),
+            ("angle", "theta_deg"),
+            ("Angle (deg)", "theta_deg"),
+            ("delta", "delta_mm"),
+            ("displacement_mm", "delta_mm"),
+            ("thetadeg", "theta_deg"),
+            ("motor", "theta_deg or delta_mm"),
+        ] {
+            let e = find(&format!("a_mm,{name},strain"), "").unwrap_err();
+            assert!(e.to_string().contains(likely) && e.key.as_deref() == Some(name), "{name}: {e}");
+            assert!(find(&format!("a_mm,{name},strain"), &format!("ignore={name}")).is_ok());
+        }
+        for name in ["run", "t_s", "temperature", "operator", "grade", "comment"] {
+            assert!(find(&format!("a_mm,{name},strain"), "").is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_said_of_columns_is_checked() {
+        for (said, word) in [
+            ("a", "names no column"),
+            ("dist=a_mm", "no such role"),
+            ("a=", "missing"),
+            ("a=x,a=y", "twice"),
+            ("a=nothing", "no column nothing"),
+        ] {
+            let e = find("a_mm,theta_deg,strain", said).unwrap_err();
+            assert!(e.to_string().contains(word) && e.key.as_deref() == Some("--columns"), "{said}: {e}");
+        }
+    }
+}

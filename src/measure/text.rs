@@ -1,0 +1,95 @@
+//! How a rig writes a line of numbers: what separates the fields, and whether decimals follow a point or a comma.
+
+use std::borrow::Cow;
+
+/// What separates the fields of `line`: `;` or a tab where one stands outside quotes, else a comma.
+pub fn separator(line: &str) -> char {
+    let mut quoted = false;
+    let mut found = ',';
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ';' if !quoted => return ';',
+            '\t' if !quoted => found = '\t',
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Fields of a line, without blanks around them. A quoted field may hold the separator.
+pub fn fields(line: &str, separator: char) -> Vec<Cow<'_, str>> {
+    if !line.contains('"') {
+        return line.split(separator).map(|f| f.trim().into()).collect();
+    }
+    let mut reader = csv::ReaderBuilder::new();
+    let mut reader = reader.has_headers(false).delimiter(separator as u8).from_reader(line.as_bytes());
+    let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
+    record.iter().map(|f| f.trim().to_owned().into()).collect()
+}
+
+/// A number; NaN for an empty field or anything that is not finite; `None` for words. A comma in it is a decimal comma.
+pub fn number(field: &str) -> Option<f64> {
+    if field.is_empty() {
+        return Some(f64::NAN);
+    }
+    let parsed = match mark(field) {
+        Some(',') => field.replacen(',', ".", 1).parse(),
+        _ => field.parse(),
+    };
+    parsed.ok().map(|x: f64| if x.is_finite() { x } else { f64::NAN })
+}
+
+/// The mark of decimals in a number: a point, a comma, or none.
+fn mark(field: &str) -> Option<char> {
+    let mut marks = field.chars().filter(|c| matches!(c, '.' | ','));
+    let first = marks.next()?;
+    // Two marks are thousands: no number.
+    marks.next().is_none().then_some(first)
+}
+
+/// The mark of decimals that a file uses: the first that it writes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Decimals(Option<char>);
+
+impl Decimals {
+    /// As [`number`]; `None` too for a number with the other mark: 1,234 among decimal points is more than a thousand.
+    pub fn number(&mut self, field: &str) -> Option<f64> {
+        let x = number(field)?;
+        self.0 = self.0.or_else(|| mark(field).filter(|_| x.is_finite()));
+        (!self.refuses(field)).then_some(x)
+    }
+
+    /// Whether `field` has the other mark.
+    pub fn refuses(self, field: &str) -> bool {
+        mark(field).zip(self.0).is_some_and(|(here, before)| here != before)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn separators_and_decimal_commas_are_told() {
+        for (line, mark, want) in [
+            ("30,4.0,0.01", ',', [30.0, 4.0, 0.01]),
+            ("30; 4,0 ;0,01", ';', [30.0, 4.0, 0.01]),
+            ("30\t4,0\t1e-2", '\t', [30.0, 4.0, 0.01]),
+            ("\"30\",\"4,0\",\"0,01\"", ',', [30.0, 4.0, 0.01]),
+            ("\"30\";\"4,0\";0.01", ';', [30.0, 4.0, 0.01]),
+        ] {
+            assert_eq!(separator(line), mark, "{line}");
+            let got: Vec<f64> = fields(line, mark).iter().map(|f| number(f).unwrap()).collect();
+            assert_eq!(got, want, "{line}");
+        }
+        for word in ["1.234,5", "1,234.5", "1,2,3", "4 mm", ",", "0x10"] {
+            assert_eq!(number(word), None, "{word}");
+        }
+        assert!(["", "nan", "inf", "-inf"].iter().all(|f| number(f).is_some_and(f64::is_nan)));
+        let mut seen = Decimals::default();
+        assert_eq!([seen.number("3"), seen.number("1.5")], [Some(3.0), Some(1.5)]);
+        assert_eq!((seen.number("1,234"), seen.refuses("1,234")), (None, true));
+        assert_eq!(seen.number("2.5"), Some(2.5));
+    }
+}

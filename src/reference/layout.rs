@@ -1,0 +1,126 @@
+//! How a list of named things is laid out: as a table in Markdown, as indented lines on a terminal.
+
+/// Width of a page on a terminal.
+const WIDTH: usize = 100;
+/// Width of a paragraph in Markdown.
+const PAGE: usize = 140;
+/// Column at which the words behind a name begin.
+const INDENT: usize = 18;
+/// Cells up to this width are padded, so that the source of a table can be read too.
+const PADDED: usize = 30;
+/// The head of facts that have a line of their own.
+pub const EXAMPLE: &str = "example";
+
+/// A titled list of things of which the same facts are told.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Name of a section, a file or a list.
+    pub title: String,
+    /// What it is.
+    pub about: String,
+    /// How it may look.
+    pub examples: Vec<&'static str>,
+    /// Heads of name, facts and meaning.
+    pub heads: Vec<&'static str>,
+    /// The things.
+    pub entries: Vec<Entry>,
+}
+
+/// One thing.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Its name; `this or that` where it is called one or the other.
+    pub name: String,
+    /// As many facts as there are heads between the first and the last; an empty one is not told.
+    pub facts: Vec<String>,
+    /// What it means.
+    pub meaning: String,
+}
+
+impl Part {
+    /// A heading, a paragraph and a table.
+    pub fn markdown(&self) -> String {
+        let cells = |e: &Entry| -> Vec<String> {
+            let name = format!("`{}`", e.name.replace(" or ", "` or `"));
+            let cells = std::iter::once(name).chain(e.facts.clone()).chain([e.meaning.clone()]);
+            cells.map(|cell| cell.replace('|', "\\|")).collect()
+        };
+        let rows: Vec<Vec<String>> = self.entries.iter().map(cells).collect();
+        let heads: Vec<String> = self.heads.iter().map(|h| (*h).to_owned()).collect();
+        let last = heads.len() - 1;
+        let width = |c: usize| {
+            let widths = rows.iter().chain([&heads]).map(|row| row[c].chars().count());
+            if c == last { 0 } else { widths.filter(|w| *w <= PADDED).max().unwrap_or(0) }
+        };
+        let widths: Vec<usize> = (0..=last).map(width).collect();
+        let line = |row: &Vec<String>| {
+            let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, w)| format!("{cell:w$}")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule: Vec<String> = widths.iter().map(|w| "-".repeat((w + 2).max(3))).collect();
+        let examples: String = self.examples.iter().map(|e| format!("    {e}\n")).collect();
+        let examples = if examples.is_empty() { examples } else { format!("\n{examples}") };
+        let about = fill("", 0, &self.about, PAGE);
+        let rows: String = rows.iter().map(line).collect();
+        format!("### {}\n\n{about}{examples}\n{}|{}|\n{rows}", self.title, line(&heads), rule.join("|"))
+    }
+
+    /// The same for a terminal.
+    pub fn plain(&self) -> String {
+        let mut text = format!("{}\n{}", self.title, plainly("", 2, &self.about));
+        text.extend(self.examples.iter().map(|e| format!("      {e}\n")));
+        // Names with little to tell follow each other closely.
+        let close = self.heads.len() <= 3;
+        text += if close { "\n" } else { "" };
+        for e in &self.entries {
+            let name = format!("  {}", e.name);
+            let told: Vec<_> = self.heads[1..].iter().zip(&e.facts).filter(|(_, f)| !f.is_empty()).collect();
+            if close {
+                let unit = told.first().map_or(String::new(), |(_, fact)| format!(" [{fact}]"));
+                text += &plainly(&name, INDENT, &format!("{}{unit}", e.meaning));
+                continue;
+            }
+            text += &format!("\n{}", plainly(&name, INDENT, &e.meaning));
+            let (examples, facts): (Vec<_>, Vec<_>) =
+                told.into_iter().partition(|(head, _)| **head == EXAMPLE);
+            let fact = |(head, fact): (&&str, &String)| match fact.starts_with("required") {
+                true => fact.clone(),
+                false => format!("{head}: {fact}"),
+            };
+            text += &plainly("", INDENT, &facts.into_iter().map(fact).collect::<Vec<_>>().join("; "));
+            text.extend(examples.iter().map(|(_, e)| plainly("", INDENT, e)));
+        }
+        text
+    }
+}
+
+/// A paragraph of a page.
+pub fn paragraph(text: &str) -> String {
+    fill("", 0, text, PAGE)
+}
+
+/// As [`fill`], for a terminal, where code has no marks.
+pub fn plainly(name: &str, indent: usize, text: &str) -> String {
+    fill(name, indent, &text.replace('`', ""), WIDTH)
+}
+
+/// `name`, and from column `indent` on the words of `text`, in lines up to `width`; a long name has a line of its own.
+fn fill(name: &str, indent: usize, text: &str, width: usize) -> String {
+    let blank = " ".repeat(indent);
+    let (mut out, mut line) = (String::new(), format!("{name:indent$}"));
+    if !name.is_empty() && name.chars().count() >= indent {
+        out = format!("{name}\n");
+        line = blank.clone();
+    }
+    let mut first = true;
+    for word in text.split_whitespace() {
+        if !first && line.chars().count() + 1 + word.chars().count() > width {
+            out += &format!("{line}\n");
+            (line, first) = (blank.clone(), true);
+        }
+        line += if first { "" } else { " " };
+        line += word;
+        first = false;
+    }
+    if first { out } else { out + &line + "\n" }
+}

@@ -1,0 +1,86 @@
+//! The reference: every key of a spec, every column of every table, every status word, every exit code. `docs/reference.md` is
+//! [`page`]; a test fails where the two differ.
+
+pub mod columns;
+pub mod keys;
+mod layout;
+pub mod tables;
+pub mod words;
+
+pub use layout::{Entry, Part};
+
+/// A part of the reference that can be asked for alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Topic {
+    /// Keys of a spec.
+    Spec,
+    /// Columns of tables.
+    Columns,
+    /// Status words, reasons, exit codes.
+    Statuses,
+}
+
+impl Topic {
+    /// All, by their words and what to say of them.
+    pub const WORDS: [(&'static str, Self, &'static str); 3] = [
+        ("spec", Self::Spec, "Every section and key of a spec: unit, default, allowed values, example"),
+        ("columns", Self::Columns, "Every column of every table: unit, meaning"),
+        ("statuses", Self::Statuses, "Status words, reasons and exit codes"),
+    ];
+
+    /// Its parts.
+    pub fn parts(self) -> Vec<Part> {
+        match self {
+            Self::Spec => keys::parts(),
+            Self::Columns => columns::parts(),
+            Self::Statuses => words::parts(),
+        }
+    }
+
+    /// Titles of its parts, as [`Self::plain`] takes them.
+    pub fn titles(self) -> Vec<String> {
+        let mut titles: Vec<String> = self.parts().iter().map(|p| short(&p.title).to_owned()).collect();
+        titles.dedup();
+        titles
+    }
+
+    fn heading(self) -> [&'static str; 2] {
+        match self {
+            Self::Spec => ["The spec", keys::ABOUT],
+            Self::Columns => ["The tables", columns::ABOUT],
+            Self::Statuses => ["Words and exit codes", words::ABOUT],
+        }
+    }
+
+    /// For a terminal: the whole topic, or its parts that have `title`; empty where there are none.
+    pub fn plain(self, title: Option<&str>) -> String {
+        let parts = self.parts();
+        let wanted = |p: &&Part| title.is_none_or(|t| short(&p.title) == short(t));
+        let text: Vec<String> = parts.iter().filter(wanted).map(Part::plain).collect();
+        match title {
+            Some(_) => text.join("\n"),
+            None => [vec![layout::plainly("", 0, self.heading()[1])], text].concat().join("\n"),
+        }
+    }
+}
+
+/// `gauge` of `[gauge]`, `rows.csv` of `rows.csv (calibrate)`.
+fn short(title: &str) -> &str {
+    let name = title.split_once(" (").map_or(title, |(name, _)| name);
+    name.trim_matches(['[', ']'])
+}
+
+/// All of it, in Markdown.
+pub fn page() -> String {
+    let about = "Made of the definitions in the code by `cargo run -- help reference > docs/reference.md`; a test compares the two. \
+        `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal, `vibrissa help spec gauge` one section of it.";
+    let mut text = format!("# Reference\n\n{}", layout::paragraph(about));
+    for (_, topic, _) in Topic::WORDS {
+        let [title, about] = topic.heading();
+        text += &format!("\n## {title}\n\n{}", layout::paragraph(about));
+        for part in topic.parts() {
+            text += &format!("\n{}", part.markdown());
+        }
+    }
+    text
+}

@@ -1,0 +1,165 @@
+//! Tables of `verify` and `bench`.
+
+use super::{A, GRID, LENGTH, PLACE, TIP, Table, Told, table};
+
+const CONFIGURATION: Told = ("configuration", "built-in configuration of a whisker, or name of the spec");
+const BACKEND: Told = ("backend", "gpu, cpu or reference");
+const PRECISION: Told = ("precision", "f32 or f64");
+const ADAPTER: Told = ("adapter", "name of the GPU's adapter");
+
+/// `verify.csv`.
+pub const VERIFY: Table = table(
+    "verify",
+    "verify.csv",
+    "A row is one configuration on one backend (docs/verify.md); errors are relative.",
+    &[
+        CONFIGURATION,
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("bound", "largest strain and K error that passes; forces and arcs have ten times it"),
+        ("taps", "taps asked for"),
+        ("compared", "taps that both solved"),
+        ("neither", "taps that neither solved"),
+        ("unsolved", "taps that only the reference solved"),
+        ("unanswered", "taps that only the backend solved"),
+        ("differ", "taps whose words differ"),
+        ("referred", "taps that the backend left to the reference"),
+        ("strain_error_worst", "|ε − ε_ref|/max(|ε_ref|, 1e-3 θ f_max), largest"),
+        ("strain_error_median", "the same, median"),
+        ("strain_error_p99", "the same, 99th percentile"),
+        ("strain_over", "taps above the bound"),
+        ("K_error_worst", "|K − K_ref|/K_ref, weighted as the strain error, largest"),
+        ("K_over", "taps above the bound"),
+        ("force_error_worst", "larger error of P and T over the size of the force, largest"),
+        ("force_over", "taps above the bound"),
+        ("arc_error_worst", "|c − c_ref|/c_ref, largest"),
+        ("arc_over", "taps above the bound"),
+        ("sweeps_mean", "kernel sweeps of a tap, mean"),
+        ("sweeps_max", "kernel sweeps of a tap, largest"),
+        ("D_mm", "base diameter of the tap with the largest strain error, as in the next seven columns"),
+        TIP,
+        LENGTH,
+        PLACE,
+        GRID,
+        A,
+        ("theta_deg", "tap angle θ"),
+        ("delta_mm", "displacement δ"),
+        ("verdict", "ok, or what is wrong, joined by +"),
+        ("other_words", "words of the first tap whose words differ or that is unsolved, and the reference's"),
+        ("status", "words of the tap with the largest strain error"),
+    ],
+);
+
+const NS: Told = ("ns_per_tap", "time of a tap from tuple to outcome, fastest run");
+const NS_MEDIAN: Told = ("ns_per_tap_median", "the same, median run");
+const GFLOPS: &str = "gflops";
+const GBYTES: &str = "gbytes_per_s";
+
+/// `work_precision.csv`.
+pub const WORK: Table = table(
+    "bench",
+    "work_precision.csv",
+    "A row is a configuration on one kernel, backend and tolerance.",
+    &[
+        CONFIGURATION,
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("kernel", "linear, exact (all rules, to a tolerance), exact-nodes (one rule alone) or reference"),
+        ("nodes", "nodes of the rule, where it is one alone"),
+        ("tolerance", "tolerance asked for; of one rule, that of its sweeps"),
+        ("taps", "taps whose error was measured"),
+        ("failed", "taps that only the reference solved"),
+        NS,
+        NS_MEDIAN,
+        ("kernel_ns_per_tap", "time of a tap in the kernel alone, transfers included"),
+        ("sweeps_mean", "sweeps of a tap, mean"),
+        ("strain_error_median", "strain error against the reference, as in verify.csv, median"),
+        ("strain_error_p99", "the same, 99th percentile"),
+        ("strain_error_max", "the same, largest"),
+    ],
+);
+
+/// `scaling.csv`.
+pub const SCALING: Table = table(
+    "bench",
+    "scaling.csv",
+    "A row is a whole sweep, from spec to tables.",
+    &[
+        (
+            "shape",
+            "gridded (whiskers, distances and 100 angles) or independent (every whisker its own angle)",
+        ),
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("taps", "taps of the sweep"),
+        ("solved", "taps solved by a kernel"),
+        ("interpolated", "taps interpolated between solved ones"),
+        ("failed", "taps without solution"),
+        ("seconds", "the whole sweep, opening the device included, fastest run"),
+        ("seconds_median", "the same, median run"),
+        ("taps_per_second", "taps/seconds"),
+        ("ns_per_tap", "seconds/taps"),
+    ],
+);
+
+/// `threads.csv`.
+pub const THREADS: Table = table(
+    "bench",
+    "threads.csv",
+    "A row is the same work on some CPU threads.",
+    &[
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("threads", "CPU threads"),
+        NS,
+        NS_MEDIAN,
+        ("speedup", "time on one thread over time on these"),
+    ],
+);
+
+/// `peaks.csv`.
+pub const PEAKS: Table = table(
+    "bench",
+    "peaks.csv",
+    "A row is what a backend can do at most, as measured.",
+    &[
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        (GFLOPS, "floating-point operations of fused multiply–adds"),
+        (GBYTES, "bytes of a triad (CPU) or a copy (GPU)"),
+    ],
+);
+
+/// `roofline.csv`.
+pub const ROOFLINE: Table = table(
+    "bench",
+    "roofline.csv",
+    "A row is a configuration on a backend at its default tolerance; operations are counted.",
+    &[
+        CONFIGURATION,
+        BACKEND,
+        PRECISION,
+        ADAPTER,
+        ("tolerance", "tolerance of the strain"),
+        ("sweeps_mean", "sweeps of a tap, mean"),
+        ("flops_per_tap", "floating-point operations of a tap"),
+        ("add_per_tap", "additions"),
+        ("mul_per_tap", "multiplications"),
+        ("fma_per_tap", "fused multiply–adds"),
+        ("div_per_tap", "divisions"),
+        ("sqrt_per_tap", "square roots"),
+        ("compare_per_tap", "comparisons"),
+        ("bytes_per_tap", "bytes of a tap and its solution"),
+        ("kernel_ns_per_tap", "time of a tap in the kernel, transfers included, fastest run"),
+        ("kernel_ns_per_tap_median", "the same, median run"),
+        (GFLOPS, "floating-point operations"),
+        (GBYTES, "bytes of taps and solutions"),
+        ("share_of_peak_flops", "share of the peak of peaks.csv"),
+        ("share_of_peak_bytes", "share of the peak of peaks.csv"),
+    ],
+);

@@ -1,0 +1,147 @@
+//! The inline tables.
+
+use super::{Section, THAT_OF_THE_KEY, inline, key};
+
+/// Many values of a quantity.
+pub const AXIS: Section = inline(
+    "axis",
+    "Many values of D, d, L_a, x_ss, l, a, theta or delta, besides a list [4, 7, 10]. Axes are crossed with each other, the last \
+     fastest; sampled ones are zipped: they share samples, sampler and seed, and `a` is sampled only alone.",
+    &[
+        "{ from = 2, to = 8, steps = 4 }",
+        "{ from = 1, to = 100, steps = 3, scale = \"log\" }",
+        "{ from = 2, to = 8, step = 0.5 }",
+        "{ min = 2, max = 8, samples = 1024, sampler = \"random\", seed = 1 }",
+    ],
+    &[
+        key("from", THAT_OF_THE_KEY, "first value", ""),
+        key("to", THAT_OF_THE_KEY, "last value", "")
+            .note("Belongs to the axis with steps, and with step if it falls on one"),
+        key("steps", "", "number of values, both ends included", "").absent("required, or step"),
+        key("step", THAT_OF_THE_KEY, "distance of the values", "").absent("required, or steps"),
+        key("scale", "", "even steps of the value or of its logarithm", "").absent("\"linear\""),
+        key("min", THAT_OF_THE_KEY, "smallest value of samples", ""),
+        key("max", THAT_OF_THE_KEY, "largest value of samples", ""),
+        key("samples", "", "number of samples", ""),
+        key("sampler", "", "Sobol points (scrambled, unless seed is 0), or random ones", "")
+            .absent("\"sobol\""),
+        key("seed", "", "seed of the samples", "").absent("0"),
+    ],
+);
+
+/// `contact` in `[model]`.
+pub const CONTACT: Section = inline(
+    "model.contact",
+    "Friction with a coefficient (model §3.5).",
+    &["{ coulomb = 0.3 }"],
+    &[key("coulomb", "", "coefficient of friction μ", "")],
+);
+
+/// `material` in `[model]`.
+pub const MATERIAL: Section = inline(
+    "model.material",
+    "One material law (model §3.3).",
+    &[
+        "{ hooke = 3.2 }",
+        "{ neo-hookean = 3.2 }",
+        "{ mooney-rivlin = [0.35, 0.15] }",
+        "{ yeoh = [0.5, -0.08, 0.02] }",
+    ],
+    &[
+        key("hooke", "MPa", "Young's modulus E of Hooke's law", "").absent("required: one of these"),
+        key("neo-hookean", "MPa", "initial modulus E₀ = 6 C10", "").absent("required: one of these"),
+        key("mooney-rivlin", "MPa", "[C10, C01]; E₀ = 6 (C10 + C01)", "").absent("required: one of these"),
+        key("yeoh", "MPa", "[C10, C20, C30]; E₀ = 6 C10", "").absent("required: one of these"),
+        key(
+            "curve",
+            "",
+            "CSV file with the columns strain, stress_MPa (nominal), to which Yeoh's law is fitted",
+            "",
+        )
+        .absent("required: one of these")
+        .note("Five points or more, stress rising with strain; relative to the spec"),
+    ],
+);
+
+/// `weights` in `[optimise]`.
+pub const WEIGHTS: Section = inline(
+    "optimise.weights",
+    "Weights of the objective \"weighted\"; one of them at least is above 0.",
+    &["{ sd = 1.0, distance = 2.0 }"],
+    &[
+        key("sd", "", "weight of K_sd/K_mean", "").absent("1.0"),
+        key("distance", "", "weight of total_rms_mm/L_a", "").absent("1.0"),
+    ],
+);
+
+/// `budget` in `[optimise]`.
+pub const BUDGET: Section = inline(
+    "optimise.budget",
+    "What a search may spend; whichever ends first.",
+    &["{ evaluations = 20000, seconds = 30 }"],
+    &[
+        key(
+            "evaluations",
+            "",
+            "evaluations: one design at one drive, over all distances and robust samples",
+            "",
+        )
+        .absent("no limit"),
+        key("seconds", "s", "wall time", "").absent("no limit"),
+    ],
+);
+
+/// `variables` in `[optimise]`.
+pub const VARIABLES: Section = inline(
+    "optimise.variables",
+    "What is searched over: some of these, each [min, max]. A number under the key in its own section is the first start.",
+    &["{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }"],
+    &[
+        key("D", "mm", "base diameter", "").absent("fixed"),
+        key("d", "mm", "tip diameter", "").absent("fixed"),
+        key("L_a", "mm", "length", "").absent("fixed"),
+        key("x_ss", "mm", "start of the grid", "").absent("fixed"),
+        key("l", "mm", "length of the grid", "").absent("fixed"),
+        key("theta", "degrees", "tap angle", "")
+            .absent("fixed")
+            .note("delta (mm) with drive = \"displacement\""),
+    ],
+);
+
+/// `limits` in `[optimise]`.
+pub const LIMITS: Section = inline(
+    "optimise.limits",
+    "What a design must keep. Complete rows are asked for always.",
+    &["{ strain = 0.02, force_N = 1.0, unambiguous = true, tip_not_wider = true }"],
+    &[
+        key("strain", "", "largest |strain|", "").absent("gauge.strain_limit"),
+        key("force_N", "N", "largest contact force", "").absent("no limit"),
+        key("unambiguous", "", "the peak of the theory's curve lies below the range of distances", "")
+            .absent("false"),
+        key("tip_not_wider", "", "d ≤ D", "").absent("false"),
+    ],
+);
+
+/// `robust` in `[optimise]`.
+pub const ROBUST: Section = inline(
+    "optimise.robust",
+    "Standard deviations of independent normal errors, cut at three of them; the same seeded samples for every candidate.",
+    &[
+        "{ D = 0.05, d = 0.05, L_a = 0.1, x_ss = 0.3, l = 0.05, theta = 0.1 }",
+        "{ d = 0.05, samples = 64, measure = \"cvar90\", calibrated = \"each\" }",
+    ],
+    &[
+        key("D", "mm", "of the base diameter", "").absent("0"),
+        key("d", "mm", "of the tip diameter", "").absent("0"),
+        key("L_a", "mm", "of the length", "").absent("0"),
+        key("x_ss", "mm", "of the gauge's place", "").absent("0"),
+        key("l", "mm", "of the grid's length", "").absent("0"),
+        key("theta", "degrees", "of the tap angle", "")
+            .absent("0")
+            .note("delta (mm) with drive = \"displacement\""),
+        key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
+        key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
+        key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")
+            .absent("\"each\""),
+    ],
+);

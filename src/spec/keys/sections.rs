@@ -1,0 +1,164 @@
+//! The sections.
+
+use super::{Section, key, section};
+
+/// `[whisker]`.
+pub const WHISKER: Section = section(
+    "whisker",
+    "The whisker: a straight, solid, round taper (model §1).",
+    &[
+        key("D", "mm", "base diameter", "10.0").note("A value, a list or an axis"),
+        key("d", "mm", "tip diameter", "[4, 7, 10]")
+            .note("A value, a list or an axis; d > D is a whisker that widens"),
+        key("L_a", "mm", "length from clamp to tip", "50.0").note("A value, a list or an axis"),
+        key("hub", "mm", "distance of the motor's axis behind the clamp", "20.0"),
+    ],
+);
+
+/// `[gauge]`.
+pub const GAUGE: Section = section(
+    "gauge",
+    "The strain gauge, bonded along the whisker in the plane of rotation (model §1).",
+    &[
+        key("x_ss", "mm", "start of the gauge's grid, axial distance from the clamp", "5.0")
+            .note("A value, a list or an axis; x_ss + l ≤ L_a"),
+        key("l", "mm", "length of the grid, along the surface", "2.0").note("A value, a list or an axis"),
+        key("side", "", "side of the whisker, towards the object or away from it", "\"far\"")
+            .note("Tension is positive: the far side reads negative"),
+        key("noise_strain", "", "standard deviation of one strain reading", "20e-6")
+            .note("Objectives that hold the noise need it written; 0 means none"),
+        key("strain_limit", "", "|strain| above which a tap is `strain_limit`", "0.02"),
+        key("factor", "", "gauge factor", "2.1")
+            .note("Used for bridge_mV_per_V by calibrate, locate and simulate"),
+    ],
+);
+
+/// `[tap]`.
+pub const TAP: Section = section(
+    "tap",
+    "Where the whisker is touched, and how far it is driven (model §1).",
+    &[
+        key("drive", "", "what moves", "\"displacement\"").note("\"angle\": the base turns by theta; \"displacement\": the base stays and the object moves by delta"),
+        key("a", "mm", "contact distance, axial from the clamp", "[20, 30, 40]").note("A value, a list or an axis; a ≤ L_a"),
+        key("theta", "degrees", "tap angle", "{ from = 1, to = 10, step = 0.5 }")
+            .absent("required, or delta")
+            .note("A value, a list or an axis. For `tap` the ends of the interval, 0.1 … 10 if left out"),
+        key("delta", "mm", "displacement of the object", "[1, 2, 3]").absent("required with drive = \"displacement\"").note("A value, a list or an axis; in place of theta with drive = \"displacement\""),
+    ],
+);
+
+/// `[tuples]`.
+pub const TUPLES: Section = section(
+    "tuples",
+    "A list of taps in place of axes. `[whisker]` D, d, L_a and the keys x_ss, l, a, theta (delta) are then left out.",
+    &[key(
+        "file",
+        "",
+        "CSV file with the columns D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm, theta_deg (delta_mm)",
+        "\"tuples.csv\"",
+    )
+    .absent("axes")
+    .note("In any order; lines with # are skipped, other columns ignored; relative to the spec")],
+);
+
+/// `[model]`.
+pub const MODEL: Section = section(
+    "model",
+    "The rod and its effects (model §3; what each changes: `sweep --explain`, docs/effects.md).",
+    &[
+        key("geometry", "", "the exact rod, or the linear theory", "\"linear\"")
+            .note("\"linear\" takes only shear, nu, hub, side and a hooke material"),
+        key("shear", "", "shear deformation (Timoshenko)", "true"),
+        key("extension", "", "stretch of the axis", "true"),
+        key("surface", "", "contact on the whisker's surface, not on its axis", "true"),
+        key("pole_radius", "mm", "radius of the object", "3.0"),
+        key("nu", "", "Poisson's ratio, which enters shear only", "0.49"),
+        key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
+            .note("stick and coulomb need extension = true and pole_radius = 0"),
+        key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
+            .note("Strain, K and distances do not depend on a common factor of the moduli; forces do"),
+    ],
+);
+
+/// `[estimate]`.
+pub const ESTIMATE: Section = section(
+    "estimate",
+    "How a distance is read from a strain (model §4).",
+    &[
+        key("theory", "", "what is inverted", "\"exact\"").note(
+            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f",
+        ),
+        key("convention", "", "what f is", "\"elongation\"")
+            .note("\"elongation\": f times x2 − x1, so that K is in mm, as printed in the paper"),
+        key("range", "mm", "range of interest of the distance", "[15, 45]")
+            .absent("from the smallest to the largest a")
+            .note("A second distance in it that gives the same reading makes a tap `ambiguous`"),
+        key("K", "", "K̄ of every row", "1.0")
+            .absent("mean of K over the row")
+            .note("1 is the uncalibrated formula; with theory = \"exact\" it plays no part"),
+    ],
+);
+
+/// `[optimise]`.
+pub const OPTIMISE: Section = section(
+    "optimise",
+    "What `optimise` searches for (docs/search.md); other commands do not read it.",
+    &[
+        key("objective", "", "what is made small", "\"distance\"").note(
+            "\"sd\": K_sd; \"distance\": total_rms_mm; \"weighted\": w_sd K_sd/K_mean + w_distance total_rms_mm/L_a; \"pareto\": the front of K_sd and total_rms_mm. All but sd need noise_strain",
+        ),
+        key("weights", "", "weights of \"weighted\"", "{ sd = 1.0, distance = 2.0 }"),
+        key("seed", "", "seed of swarms and samples", "7"),
+        key("budget", "", "what the search may spend", "{ evaluations = 20000, seconds = 30 }").absent("until several starts agree"),
+        key("variables", "", "what is searched over", "{ d = [2, 10], theta = [0.5, 10] }"),
+        key("limits", "", "what a design must keep", "{ strain = 0.02 }").absent("gauge.strain_limit and complete rows"),
+        key("robust", "", "tolerances of manufacture and bonding", "{ d = 0.05, x_ss = 0.3 }").absent("none"),
+    ],
+);
+
+/// `[output]`.
+pub const OUTPUT: Section = section(
+    "output",
+    "What `sweep` writes.",
+    &[
+        key("tuples", "", "write tuples.csv", "false")
+            .note("A default of more than 10 GB is refused until the spec says it"),
+        key("designs", "", "write designs.csv", "true"),
+        key("distances", "", "write distances.csv", "false"),
+        key("format", "", "format of the tables", "\"csv\""),
+        key("top", "", "keep only the best N complete rows", "20").absent("all rows"),
+        key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\""),
+        key("per", "", "what competes: every row, or each design with its best drive", "\"design\""),
+    ],
+);
+
+/// `[run]`.
+pub const RUN: Section = section(
+    "run",
+    "Options of the command line; what is typed there wins. Paths are relative to the spec.",
+    &[
+        key("out", "", "folder of the result", "\"results/mine\"")
+            .absent("results/<name>, with -<command> after it but for sweep"),
+        key("force", "", "write also into a folder that holds another result", "true")
+            .absent("false")
+            .note("docs/folders.md says what that removes"),
+        key("backend", "", "where to compute", "\"cpu\"")
+            .absent("\"auto\"")
+            .note("\"auto\": a hardware adapter, else a software one, else the CPU kernels"),
+        key("adapter", "", "part of the adapter's name", "\"llvmpipe\"")
+            .absent("any")
+            .note("`vibrissa devices` lists them"),
+        key("precision", "", "floating-point type of the fast kernels", "\"f64\"").absent("\"f32\""),
+        key(
+            "tolerance",
+            "",
+            "bound on each row's strain error, relative to max(|ε|, 1e-3 of the peak)",
+            "1e-6",
+        )
+        .absent("1e-5 with f32, 1e-8 with f64"),
+        key("threads", "", "CPU threads", "4").absent("all cores"),
+        key("plan", "", "say what would run, and run nothing", "true").absent("false"),
+        key("quiet", "", "no progress, no summary", "true").absent("false"),
+        key("json", "", "one JSON object on stdout", "true").absent("false"),
+    ],
+);

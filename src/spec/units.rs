@@ -1,0 +1,258 @@
+//! Numbers that were probably meant in another unit: metres, micrometres, pascals, microstrain, radians, percent.
+//!
+//! They are warned about, never changed. The bounds leave room for every whisker and rod, from a rat's (D 0.2 mm, L_a 40 mm) to rubber
+//! of 30 mm by 300 mm, and for moduli from 0.05 MPa to those of steel, 200 000 MPa. Lengths are judged beside each other where they can be: one
+//! that is written in metres among millimetres is at most a thousandth of the others.
+
+use super::reader::Item;
+use super::schema::Sections;
+use super::space::{KEYS, drive_key};
+use crate::error::InputError;
+use crate::scene::{Column, Drive, Material, Spec, Study, Tuple};
+
+/// Shortest and longest L_a, mm: below and above is no whisker.
+const LENGTHS: [f64; 2] = [1.0, 5e3];
+/// Thinnest and thickest D, mm: a fine hair has 0.02 mm.
+const DIAMETERS: [f64; 2] = [0.02, 500.0];
+/// Largest L_a/D: a fibre of 0.1 mm and 100 mm length has 1000.
+const SLENDEREST: f64 = 1500.0;
+/// Largest D/d; a rat's whisker ends at a fiftieth of its base.
+const SHARPEST: f64 = 700.0;
+/// Smallest displacement over distance: 0.011°.
+const LEAST_PUSH: f64 = 2e-4;
+/// Angles that all lie below are hardly taps, degrees; 0.2 rad is 11°.
+const LEAST_ANGLE: f64 = 0.2;
+/// Largest noise, in strain: more than most taps make.
+const LOUDEST: f64 = 2e-3;
+/// Softest material, and the stiffest of rubber and of any, MPa: gelatine has 0.01 MPa, tungsten 411 000 MPa.
+const MODULI: [f64; 3] = [5e-3, 2e4, 4.2e5];
+/// Largest strain of a stress–strain curve: rubber tears at some 10.
+const TEARS: f64 = 12.0;
+
+/// Why a number is doubted, how many of the right unit one of the other unit is, and the other unit.
+struct Doubt {
+    why: &'static str,
+    factor: f64,
+    other: &'static str,
+}
+
+const fn doubt(why: &'static str, factor: f64, other: &'static str) -> Option<Doubt> {
+    Some(Doubt { why, factor, other })
+}
+
+impl Doubt {
+    /// In a sentence; `value` is in `unit`.
+    fn say(&self, value: f64, unit: &str) -> String {
+        let Self { why, factor, other } = self;
+        let meant: f64 = format!("{:.4e}", value * factor).parse().unwrap_or(f64::NAN);
+        let meant = if meant < 1e-3 { format!("{meant:e}") } else { meant.to_string() };
+        format!("{value}{unit} {why}; is it {meant}{unit}, written in {other}?")
+    }
+}
+
+/// Ends of the lengths beside which others are judged, mm; NaN where they are not known, or doubted themselves.
+struct Beside {
+    length: [f64; 2],
+    base: [f64; 2],
+    distance: [f64; 2],
+}
+
+impl Beside {
+    fn new(ends: impl Fn(Column) -> [f64; 2]) -> Self {
+        let none = [f64::NAN; 2];
+        let mut beside = Self { length: none, base: none, distance: none };
+        let sound = |column, beside: &Self| {
+            let ends = ends(column);
+            if ends.iter().any(|v| length(column, *v, beside).is_some()) { none } else { ends }
+        };
+        beside.length = sound(Column::Length, &beside);
+        beside.base = sound(Column::BaseDiameter, &beside);
+        beside.distance = sound(Column::Distance, &beside);
+        beside
+    }
+
+    fn of(study: &Study) -> Self {
+        Self::new(|column| study.space.axis(column).map_or([f64::NAN; 2], |axis| [axis.min(), axis.max()]))
+    }
+}
+
+/// Whether `v` mm is doubtful as a length of this kind. A comparison with what is not known is false.
+fn length(column: Column, v: f64, beside: &Beside) -> Option<Doubt> {
+    let ([shortest, longest], [thinnest, thickest]) = (beside.length, beside.base);
+    let metres = |why| doubt(why, 1e3, "metres");
+    let micrometres = |why| doubt(why, 1e-3, "micrometres");
+    match column {
+        Column::Length if v < LENGTHS[0] => metres("is shorter than any whisker"),
+        Column::Length if v > LENGTHS[1] => micrometres("is longer than any whisker"),
+        Column::BaseDiameter if v < DIAMETERS[0] => metres("is thinner than a hair"),
+        Column::BaseDiameter if SLENDEREST * v < shortest => metres("is less than 1/1500 of the length"),
+        Column::BaseDiameter if v > DIAMETERS[1] => micrometres("is thicker than any whisker"),
+        Column::BaseDiameter if v > 2.0 * longest => micrometres("is more than twice the length"),
+        Column::TipDiameter if SHARPEST * v < thinnest => metres("is less than 1/700 of D"),
+        Column::TipDiameter if v > 10.0 * thickest => micrometres("is more than ten times D"),
+        Column::GaugePosition | Column::GridLength | Column::Distance if v > 0.0 && 1e3 * v <= shortest => {
+            metres("is at most 1/1000 of the length")
+        }
+        Column::Drive if v < LEAST_PUSH * beside.distance[0] => metres("is less than 1/5000 of the distance"),
+        _ => None,
+    }
+}
+
+/// The warnings about a spec; numbers that stand in none are not doubted.
+pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
+    let study = &spec.study;
+    let written = |section, key| sections.section(section).written(key);
+    let beside = Beside::of(study);
+    let mut said = Vec::new();
+    for ((section, key), column) in KEYS.into_iter().zip(Column::ALL) {
+        said.extend(written(section, key).and_then(|item| doubted_length(&item, column, &beside)));
+    }
+    said.extend(
+        written("tap", drive_key(study.setup.drive)).and_then(|item| doubted_drive(&item, study, &beside)),
+    );
+    let more = [
+        ("whisker", "hub", Column::GaugePosition),
+        ("model", "pole_radius", Column::GaugePosition),
+        ("estimate", "range", Column::Distance),
+    ];
+    for (section, key, column) in more {
+        said.extend(written(section, key).and_then(|item| doubted_length(&item, column, &beside)));
+    }
+    said.extend(written("gauge", "noise_strain").and_then(|item| noise(&item)));
+    said.extend(written("gauge", "strain_limit").and_then(|item| limit(&item)));
+    said.extend(written("model", "material").and_then(|item| material(&item, spec)));
+    said
+}
+
+/// The warnings about the bounds and limits of a search.
+pub(super) fn of_search(sections: &Sections<'_>, study: &Study) -> Vec<String> {
+    let beside = Beside::of(study);
+    let [variables, limits] = ["variables", "limits"].map(|key| sections.section("optimise").written(key));
+    let bounds = |key: &str| variables.as_ref()?.child(key);
+    let lengths = KEYS.into_iter().zip(Column::ALL);
+    let mut said: Vec<String> =
+        lengths.filter_map(|((_, key), column)| doubted_length(&bounds(key)?, column, &beside)).collect();
+    let drive = bounds(drive_key(study.setup.drive));
+    said.extend(drive.and_then(|item| doubted_drive(&item, study, &beside)));
+    said.extend(limits.and_then(|table| limit(&table.child("strain")?)));
+    said
+}
+
+/// The numbers of a value, a list, an axis or bounds, each at its place.
+fn numbers<'a>(item: &Item<'a>) -> Vec<(f64, Item<'a>)> {
+    let parts: Vec<Item<'a>> = match item.elements() {
+        Some(elements) => elements.collect(),
+        None if item.value.is_table() => {
+            ["from", "to", "min", "max"].into_iter().filter_map(|key| item.child(key)).collect()
+        }
+        None => vec![item.clone()],
+    };
+    parts.into_iter().filter_map(|part| Some((part.number("").ok()?, part))).collect()
+}
+
+fn doubted_length(item: &Item<'_>, column: Column, beside: &Beside) -> Option<String> {
+    numbers(item).into_iter().find_map(|(v, part)| warning(&part, length(column, v, beside)?, v, " mm"))
+}
+
+fn doubted_drive(item: &Item<'_>, study: &Study, beside: &Beside) -> Option<String> {
+    if study.setup.drive == Drive::Displacement {
+        return doubted_length(item, Column::Drive, beside);
+    }
+    let (largest, part) = numbers(item).into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    warning(&part, angle(largest)?, largest, "°")
+}
+
+/// Whether angles up to `largest` degrees are doubtful.
+fn angle(largest: f64) -> Option<Doubt> {
+    let radians = doubt("is hardly a tap", 180.0 / std::f64::consts::PI, "radians");
+    radians.filter(|_| largest < LEAST_ANGLE)
+}
+
+fn noise(item: &Item<'_>) -> Option<String> {
+    let v = item.number("").ok()?;
+    let loud = doubt("is more strain than most taps make", 1e-3, "millistrain");
+    warning(item, loud.filter(|_| v > LOUDEST)?, v, "")
+}
+
+fn limit(item: &Item<'_>) -> Option<String> {
+    let v = item.number("").ok()?;
+    let slip = match v {
+        _ if v <= 1.0 || v > 1e6 => None,
+        _ if v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),
+        _ => doubt("is a strain of more than 100 %", 1e-6, "microstrain"),
+    };
+    warning(item, slip?, v, "")
+}
+
+fn material(item: &Item<'_>, spec: &Spec) -> Option<String> {
+    let material = &spec.study.setup.model.material;
+    let (e0, rubber) = (material.e0(), !matches!(material, Material::Hooke(_)));
+    let torn = spec.material_fit.as_ref().map(|fit| fit.range[1]).filter(|strain| *strain > TEARS);
+    if let Some(strain) = torn {
+        return warning(item, doubt("is a strain at which rubber is torn", 1e-2, "percent")?, strain, "");
+    }
+    let slip = match e0 {
+        _ if e0 < MODULI[0] => doubt("is softer than gelatine", 1e3, "GPa"),
+        _ if rubber && e0 > MODULI[1] => doubt("is stiffer than any rubber", 1e-6, "pascals"),
+        _ if e0 > MODULI[2] => doubt("is stiffer than tungsten", 1e-6, "pascals"),
+        _ => None,
+    };
+    warning(item, slip?, e0, " MPa")
+}
+
+/// What is said of the `value` at `item`.
+fn warning(item: &Item<'_>, doubt: Doubt, value: f64, unit: &str) -> Option<String> {
+    Some(item.error(doubt.say(value, unit)).to_string())
+}
+
+/// What is doubtful in the rows of a tuple file: the first of it is told, and how many rows are like it.
+#[derive(Debug)]
+pub(super) struct Rows {
+    drive: Drive,
+    rows: u64,
+    doubted: u64,
+    /// Column, value, words and place of the first.
+    first: Option<(Column, f64, String, usize)>,
+    largest: f64,
+}
+
+impl Rows {
+    pub fn new(drive: Drive) -> Self {
+        Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
+    }
+
+    /// The next row, which starts at `place`.
+    pub fn take(&mut self, tuple: &Tuple, place: usize) {
+        self.rows += 1;
+        self.largest = self.largest.max(tuple.drive);
+        let values = tuple.to_array();
+        let beside = Beside::new(|column| [values[column as usize]; 2]);
+        let lengths = match self.drive {
+            Drive::Angle => &Column::ALL[..6],
+            Drive::Displacement => &Column::ALL,
+        };
+        let slip = |column: &Column| {
+            let v = values[*column as usize];
+            Some((*column, v, length(*column, v, &beside)?.say(v, " mm"), place))
+        };
+        if let Some(first) = lengths.iter().find_map(slip) {
+            self.doubted += 1;
+            self.first.get_or_insert(first);
+        }
+    }
+
+    /// The warnings, one for lengths and one for angles; `line` finds the line of a place in `file`.
+    pub fn doubts(self, file: &str, line: impl Fn(usize) -> Option<usize>) -> Vec<String> {
+        let Self { drive, rows, doubted, first, largest } = self;
+        let say = |column: Column, value: f64, words: String, line| {
+            InputError::new(words).at(file, line).key(column.name(drive)).value(value).to_string()
+        };
+        let lengths = first.map(|(column, v, words, place)| {
+            say(column, v, format!("{words} ({doubted} of {rows} rows)"), line(place))
+        });
+        let angles = angle(largest).filter(|_| drive == Drive::Angle && rows > 0);
+        let angles =
+            angles.map(|doubt| say(Column::Drive, largest, doubt.say(largest, "°") + " (the largest)", None));
+        lengths.into_iter().chain(angles).collect()
+    }
+}

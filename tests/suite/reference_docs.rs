@@ -1,0 +1,267 @@
+//! `docs/reference.md` says what the code does: keys, defaults, allowed values, columns, words; and what prints it.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use toml::Value;
+
+use crate::common::program::{Desk, SPEC};
+use vibrissa::reference::{columns, keys, page, words};
+use vibrissa::scene::{Search, search::Places};
+use vibrissa::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section};
+use vibrissa::status::Status;
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference.md");
+
+#[test]
+fn the_page_is_what_the_code_says() {
+    let (written, made) = (std::fs::read_to_string(FILE).unwrap_or_default(), page());
+    let lines = |text: &str| -> BTreeSet<String> { text.lines().map(str::to_owned).collect() };
+    let (old, new) = (lines(&written), lines(&made));
+    let [gone, missing] =
+        [(&old, &new), (&new, &old)].map(|(a, b)| a.difference(b).cloned().collect::<Vec<_>>().join("\n  "));
+    assert!(
+        written == made,
+        "docs/reference.md is not what the code says; write it by `cargo run -- help reference > docs/reference.md`\n\
+         missing there:\n  {missing}\nthere, but not in the code:\n  {gone}"
+    );
+}
+
+/// Every key, and its section.
+fn all() -> Vec<(Option<&'static Section>, &'static Key)> {
+    let sections = SECTIONS.iter().chain(&INLINE);
+    let of = |s: &'static Section| s.keys.iter().map(move |k| (Some(s), k));
+    std::iter::once((None, &FORMAT)).chain(sections.flat_map(of)).collect()
+}
+
+fn dotted(section: Option<&Section>, key: &Key) -> String {
+    section.map_or(key.name.to_owned(), |s| format!("{}.{}", s.name, key.name))
+}
+
+/// A value written as TOML.
+fn value(text: &str) -> Value {
+    format!("x = {text}").parse::<toml::Table>().unwrap_or_else(|e| panic!("{text}: {e}"))["x"].clone()
+}
+
+/// Its example names a file that is not there.
+const FILE_KEY: &str = "tuples.file";
+
+#[test]
+fn every_example_is_read() {
+    let read = |section, key, example: &str| {
+        let read = keys::parsed(section, &keys::with(section, key, Some(value(example))));
+        assert!(read.is_ok(), "{} = {example}: {}", dotted(section, key), read.unwrap_err());
+    };
+    for (section, key) in all() {
+        if !key.example.is_empty() && dotted(section, key) != FILE_KEY {
+            read(section, key, key.example);
+        }
+    }
+    for table in &INLINE {
+        let (outer, inner) = table.name.split_once('.').unwrap_or(("whisker", "D"));
+        let outer = SECTIONS.iter().find(|s| s.name == outer);
+        let key = outer.and_then(|s| s.key(inner)).unwrap_or_else(|| panic!("no key {}", table.name));
+        table.examples.iter().for_each(|example| read(outer, key, example));
+    }
+}
+
+#[test]
+fn every_key_says_what_it_is_and_what_is_allowed() {
+    for (section, key) in all() {
+        assert!(!keys::allowed(section, key).is_empty(), "{}: nothing is allowed", dotted(section, key));
+        assert!(!key.what.is_empty(), "{}", dotted(section, key));
+    }
+}
+
+/// Of the other inline tables the reader takes its names from the list that the reference is made of.
+#[test]
+fn tables_with_a_list_of_their_own_have_the_same_keys() {
+    let unknown = Key { name: "no_such_key", unit: "", what: "", absent: "", example: "", note: "" };
+    let own = ["optimise.variables", "optimise.robust"];
+    for table in INLINE.iter().filter(|t| own.contains(&t.name)) {
+        let refused =
+            keys::parsed(Some(table), &keys::with(Some(table), &unknown, Some(1.into()))).unwrap_err();
+        let allowed = refused.allowed.unwrap_or_default();
+        let known = allowed.trim_start_matches("some of ").trim_end_matches(", each [min, max]");
+        assert_eq!(known, table.names().join(", "), "{}", table.name);
+    }
+}
+
+#[test]
+fn keys_that_are_required_are_those_that_are_missed() {
+    let (mut required, mut free) = (0, 0);
+    for section in &SECTIONS {
+        for key in section.keys {
+            let name = dotted(Some(section), key);
+            let read = keys::parsed(Some(section), &keys::with(Some(section), key, None));
+            if keys::default(section.name, key).starts_with("required") || name == FILE_KEY {
+                let error = read.expect_err(&name);
+                assert!(error.message.contains("missing"), "{name}: {error}");
+                required += 1;
+            } else {
+                // A displacement without its drive is no tap angle.
+                assert!(read.is_ok() || name == "tap.drive", "{name}: {}", read.unwrap_err());
+                free += 1;
+            }
+        }
+    }
+    assert!(required >= 9 && free >= 40, "{required} {free}");
+}
+
+/// What a spec asks, without places in its text.
+fn asked(section: Option<&Section>, text: &str) -> String {
+    let read = keys::parsed(section, text);
+    let (study, search) = read.unwrap_or_else(|e| panic!("{e} in\n{text}"));
+    format!("{study:?}{:?}", search.map(|s| Search { places: Places::default(), ..s }))
+}
+
+#[test]
+fn a_default_that_is_written_out_changes_nothing() {
+    let mut judged = 0;
+    for (section, key) in all() {
+        let (name, default) = (dotted(section, key), keys::default(section.map_or("", |s| s.name), key));
+        let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else {
+            continue;
+        };
+        // It matters whether these are written; options are no part of what is asked; a drive has another key.
+        if ["gauge.noise_strain", "output.tuples", "tap.drive"].contains(&&*name) || name.starts_with("run.")
+        {
+            continue;
+        }
+        let [written, left] =
+            [Some(parsed["x"].clone()), None].map(|v| asked(section, &keys::with(section, key, v)));
+        assert_eq!(written, left, "{name} = {default}");
+        judged += 1;
+    }
+    assert!(judged >= 35, "{judged}");
+}
+
+/// That the reference has the columns of a table, in their order.
+#[track_caller]
+fn described(command: &str, file: &str, header: &[&str]) {
+    let tables = columns::tables();
+    let table = tables.iter().find(|t| t.command == command && t.file == file);
+    let table = table.unwrap_or_else(|| panic!("the reference does not know {file} of {command}"));
+    let is = |told: &str, name: &str| told.split(" or ").any(|n| n == name);
+    let told: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+    let missing: Vec<_> = header.iter().filter(|name| !told.iter().any(|t| is(t, name))).collect();
+    let gone: Vec<_> = told.iter().filter(|t| !header.iter().any(|name| is(t, name))).collect();
+    assert!(
+        missing.is_empty(),
+        "columns of {file} ({command}) that the reference does not have: {missing:?}"
+    );
+    assert!(gone.is_empty(), "columns of the reference that {file} ({command}) does not have: {gone:?}");
+    let same = header.len() == told.len() && told.iter().zip(header).all(|(t, name)| is(t, name));
+    assert!(same, "the reference has the columns of {file} ({command}) in another order: {told:?}");
+    assert!(table.columns.iter().all(|c| !c.meaning.is_empty()), "a column of {file} has no meaning");
+}
+
+/// That the reference has every table in `folder`, and its columns.
+#[track_caller]
+fn described_all(desk: &Desk, command: &str, folder: &str) {
+    let files: Vec<String> = desk.names(folder).into_iter().filter(|n| n.ends_with(".csv")).collect();
+    assert!(!files.is_empty(), "{folder} has no table");
+    for file in files {
+        let text = desk.read(&format!("{folder}/{file}"));
+        described(command, &file, &text.lines().next().unwrap_or_default().split(',').collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn every_column_of_sweep_and_tap_is_described() {
+    let moved = SPEC.replace("theta = [1, 4]", "drive = \"displacement\"\ndelta = [0.5, 2]");
+    for text in [SPEC.to_owned(), moved + "[estimate]\nconvention = \"elongation\"\n"] {
+        let one = text.replace("[4, 7]", "4");
+        let desk = Desk::new(&text);
+        desk.write("one.toml", one);
+        desk.sweep(&["--out", "swept"]).exits(0);
+        described_all(&desk, "sweep", "swept");
+        desk.run(&["tap", "one.toml", "--backend", "cpu", "--out", "tapped"]).exits(0);
+        described_all(&desk, "tap", "tapped");
+    }
+}
+
+#[test]
+fn every_column_of_a_search_is_described() {
+    let search =
+        "[optimise]\nobjective = \"pareto\"\nvariables = { d = [2, 10] }\nbudget = { evaluations = 300 }\n";
+    let desk = Desk::new(&format!("{}{search}", SPEC.replace("d = [4, 7]\n", "")));
+    desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "found"]).exits(0);
+    assert!(desk.names("found").contains(&"pareto.csv".to_owned()));
+    described_all(&desk, "optimise", "found");
+}
+
+#[test]
+fn every_column_from_measurement_to_distance_is_described() {
+    let rig = SPEC
+        .replace("[4, 7]", "4")
+        .replace("[21, 33, 48]", "[21, 25, 29, 33, 40, 48]")
+        .replace("[1, 4]", "[1, 2, 4]");
+    let desk = Desk::new(&rig);
+    for signal in ["strain", "microstrain", "bridge_mV_per_V", "reading"] {
+        let [rows, made, read] = ["rows", "made", "read"].map(|name| format!("{signal}/{name}"));
+        desk.run(&["simulate", "spec.toml", "--repeats", "3", "--signal", signal, "--out", &rows]).exits(0);
+        described_all(&desk, "simulate", &rows);
+        let (data, calibration) = (format!("{rows}/measurements.csv"), format!("{made}/calibration.toml"));
+        desk.run(&["calibrate", &data, "--whisker", "spec.toml", "--out", &made]).exits(0);
+        described_all(&desk, "calibrate", &made);
+        let column = if signal == "reading" { signal } else { "strain" };
+        desk.write("readings.csv", format!("theta_deg,{column}\n2,0.01\n"));
+        desk.run(&["locate", &calibration, "readings.csv", "--out", &read]).exits(0);
+        described_all(&desk, "locate", &read);
+    }
+}
+
+#[test]
+fn every_column_of_verify_and_bench_is_described() {
+    described("verify", "verify.csv", &vibrissa::verify::write::COLUMNS);
+    for (file, header) in vibrissa::bench::tables::COLUMNS {
+        described("bench", file, header);
+    }
+}
+
+/// Words in quotes behind `=>` or in a pair, in the body of the function `name` of a source file.
+fn words_of(source: &str, name: &str) -> BTreeSet<String> {
+    let body = source.split(&format!("fn {name}(")).nth(1).unwrap_or_else(|| panic!("no fn {name}"));
+    let body = body.split("\n    }\n").next().unwrap_or_default();
+    body.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn every_word_is_described() {
+    let told =
+        |list: &[(&str, &str)]| list.iter().map(|(word, _)| (*word).to_owned()).collect::<BTreeSet<_>>();
+    assert_eq!(
+        words_of(include_str!("../../src/estimator/reason.rs"), "word"),
+        told(&words::REASONS),
+        "reasons"
+    );
+    let mut verdicts = words_of(include_str!("../../src/verify/census.rs"), "faults");
+    verdicts.extend(vibrissa::verify::QUANTITIES.map(str::to_owned));
+    assert_eq!(verdicts, told(&words::VERDICTS), "VERDICTS in src/reference/words.rs");
+
+    let statuses = &words::parts()[0];
+    let names: Vec<&str> = statuses.entries.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, Status::ALL.map(|(_, word)| word), "statuses");
+    for e in &statuses.entries {
+        assert!(!e.meaning.is_empty(), "src/reference/words.rs does not say what {} means", e.name);
+    }
+}
+
+/// A folder or file of the sources that the map of the README does not name.
+#[test]
+fn the_map_of_the_readme_names_every_module() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let mut folders = vec!["shaders".to_owned()];
+    for parent in ["src", "crates"] {
+        for entry in std::fs::read_dir(root.join(parent)).expect("sources") {
+            let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
+            if !["lib.rs", "main.rs"].contains(&&*name) {
+                folders.push(format!("{parent}/{name}"));
+            }
+        }
+    }
+    let missing: Vec<_> = folders.iter().filter(|f| !readme.contains(&format!("`{f}`"))).collect();
+    assert!(missing.is_empty(), "README.md does not name {missing:?}");
+}

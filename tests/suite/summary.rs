@@ -1,0 +1,109 @@
+//! What a sweep says on the terminal: the best rows of all by the column that ranks, and which error is which.
+
+use crate::common::program::{Desk, SPEC};
+use crate::common::sweeping::{Table, number};
+
+/// Lines of the table of best rows, its title and its header first.
+fn best(stdout: &str) -> Vec<&str> {
+    stdout.lines().take_while(|line| !line.starts_with("error_rms_mm is")).collect()
+}
+
+/// Value of `column` in each row of the table.
+fn column(lines: &[&str], name: &str) -> Vec<f64> {
+    let at = lines[1].split_whitespace().position(|word| word == name).unwrap_or_else(|| panic!("no {name}"));
+    let cell = |line: &&str| line.split_whitespace().nth(at).unwrap().trim_end_matches('°').parse().unwrap();
+    lines[2..].iter().map(cell).collect()
+}
+
+/// 20 designs at 7 angles, the best of which come late.
+fn many(output: &str) -> String {
+    let spec = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 10, steps = 20 }");
+    spec.replace("theta = [1, 4]", "theta = { from = 1, to = 7, steps = 7 }") + output
+}
+
+/// The eight smallest of `name` in designs.csv.
+fn smallest(desk: &Desk, name: &str) -> Vec<f64> {
+    let rows = Table::read(&desk.path("out/designs.csv")).rows;
+    let mut all: Vec<f64> = rows.iter().filter_map(|row| number(row, name)).collect();
+    all.sort_by(f64::total_cmp);
+    all.truncate(8);
+    all
+}
+
+#[track_caller]
+fn agree(shown: &[f64], exact: &[f64]) {
+    assert_eq!(shown.len(), exact.len(), "{shown:?} {exact:?}");
+    let near = shown.iter().zip(exact).all(|(a, b)| (a / b - 1.0).abs() < 1e-3);
+    assert!(near, "{shown:?} {exact:?}");
+}
+
+#[test]
+fn the_best_rows_of_all_are_shown_by_the_column_that_ranks() {
+    for by in ["K_sd", "error_max_mm", "total_rms_mm", "force_max_N"] {
+        let desk = Desk::new(&many(&format!("[output]\nby = \"{by}\"\n")));
+        let ran = desk.sweep(&["--out", "out"]).exits(0);
+        let lines = best(&ran.stdout);
+        assert_eq!(lines[0], format!("best 8 of 140 complete rows by {by}:"));
+        agree(&column(&lines, by), &smallest(&desk, by));
+        let json = desk.sweep(&["--out", "out", "--json"]).exits(0).json();
+        assert_eq!((&json["result"]["by"], &json["result"]["ranked_rows"]), (&by.into(), &140.into()));
+    }
+}
+
+#[test]
+fn with_top_the_first_rows_kept_are_shown() {
+    let desk = Desk::new(&many("[output]\ntop = 20\nby = \"total_rms_mm\"\n"));
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    let lines = best(&ran.stdout);
+    assert_eq!(lines[0], "best 8 of 140 complete rows by total_rms_mm:");
+    agree(&column(&lines, "total_rms_mm"), &smallest(&desk, "total_rms_mm"));
+    assert!(ran.stdout.contains("kept 20 of 140 complete rows (top = 20)"), "{}", ran.stdout);
+    desk.write("spec.toml", many("[output]\ntop = 20\nper = \"design\"\n"));
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    assert!(
+        ran.stdout.starts_with("best 8 of 20 designs, each at its best drive, by K_sd:"),
+        "{}",
+        ran.stdout
+    );
+}
+
+#[test]
+fn a_tuple_file_is_summed_up_alike() {
+    let whole = Desk::new(&many(""));
+    let lines = |ran: &str| best(ran).join("\n");
+    let expected = lines(&whole.sweep(&["--out", "out"]).exits(0).stdout);
+    let tuples = whole.read("out/tuples.csv");
+    let listed = Desk::new("[gauge]\nnoise_strain = 1e-6\n[tuples]\nfile = \"taps.csv\"\n");
+    listed.write("taps.csv", &tuples);
+    assert_eq!(lines(&listed.sweep(&["--out", "out"]).exits(0).stdout), expected);
+    // Too large to be held in memory.
+    listed.write("taps.csv", tuples + &format!("# {}\n", "-".repeat(9 << 20)));
+    assert_eq!(lines(&listed.sweep(&["--out", "out", "--force"]).exits(0).stdout), expected);
+}
+
+#[test]
+fn bias_noise_and_total_are_named() {
+    let desk = Desk::new(SPEC);
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    let header = best(&ran.stdout)[1];
+    for name in ["K_sd", "error_rms_mm", "noise_rms_mm", "total_rms_mm"] {
+        assert!(header.contains(name), "{header}");
+    }
+    for part in ["error_rms_mm is the bias", "K_sd holds no noise", "by = \"total_rms_mm\""] {
+        assert!(ran.stdout.contains(part), "`{part}`: {}", ran.stdout);
+    }
+    // Asked for, or without noise, nothing is said of it.
+    desk.write("spec.toml", format!("{SPEC}[output]\nby = \"K_sd\"\n"));
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    assert!(ran.stdout.contains("total_rms_mm") && !ran.stdout.contains("holds no noise"), "{}", ran.stdout);
+    desk.write("spec.toml", SPEC.replace("noise_strain = 1e-6\n", ""));
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    assert!(!ran.stdout.contains("total_rms_mm") && ran.stdout.contains("bias"), "{}", ran.stdout);
+}
+
+#[test]
+fn where_no_row_is_complete_that_is_said() {
+    let desk = Desk::new(&SPEC.replace("a = [21, 33, 48]", "a = 33"));
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    assert!(ran.stdout.starts_with("no complete row to rank by K_sd"), "{}", ran.stdout);
+}

@@ -1,0 +1,260 @@
+//! Numbers that were meant in another unit: told with the place and the likely unit; no real whisker is doubted.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::common::measuring::prototype;
+use crate::common::program::{Desk, SPEC};
+use crate::common::specs::{GOOD, parse, with};
+use vibrissa::spec;
+
+/// The warnings about a spec that is read.
+#[track_caller]
+fn doubts(text: &str) -> Vec<String> {
+    parse(text).unwrap_or_else(|e| panic!("{e}")).warnings
+}
+
+/// Fails unless exactly one warning about `text` begins with `start` and holds each of `parts`.
+#[track_caller]
+fn doubted(text: &str, start: &str, parts: &[&str]) {
+    let said = doubts(text);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].starts_with(start), "{said:?}");
+    parts.iter().for_each(|part| assert!(said[0].contains(part), "`{part}` is not in {said:?}"));
+}
+
+/// A whole spec of these numbers.
+fn whisker([base, tip, length, place, grid, a]: [f64; 6], rest: &str) -> String {
+    format!(
+        "[whisker]\nD = {base}\nd = {tip}\nL_a = {length}\n[gauge]\nx_ss = {place}\nl = {grid}\n[tap]\na = {a}\n{rest}"
+    )
+}
+
+#[test]
+fn lengths_in_metres() {
+    doubted(
+        &with("D = 10.0", "D = 0.01"),
+        "whisker.toml:3: whisker.D = 0.01: ",
+        &["hair", "10 mm, written in metres"],
+    );
+    doubted(&with("d = 4", "d = 0.004"), "whisker.toml:4: whisker.d = 0.004: ", &["4 mm, written in metres"]);
+    doubted(&with("x_ss = 6.0", "x_ss = 0.006"), "whisker.toml:7: gauge.x_ss", &["6 mm, written in metres"]);
+    doubted(&with("l = 2.0", "l = 0.002"), "whisker.toml:8: gauge.l", &["2 mm, written in metres"]);
+    doubted(&with("[30, 50, 70]", "[0.03, 0.05, 0.07]"), "whisker.toml:10: tap.a = 0.03: ", &["30 mm"]);
+    doubted(&with("D = 10.0", "D = 10.0\nhub = 0.012"), "whisker.toml:4: whisker.hub", &["12 mm"]);
+    doubted(
+        &with("[estimate]", "[estimate]\nrange = [0.03, 0.07]"),
+        "whisker.toml:14: estimate.range",
+        &["30 mm"],
+    );
+    doubted(
+        &with("[model]", "[model]\npole_radius = 0.003"),
+        "whisker.toml:13: model.pole_radius",
+        &["3 mm"],
+    );
+    let push = with("theta = {", "drive = \"displacement\"\ndelta = 0.002 # {");
+    doubted(&push, "whisker.toml:12: tap.delta", &["2 mm, written in metres"]);
+    // A rod of 30 mm and 300 mm, one or both in metres.
+    doubted(
+        &whisker([0.03, 12.0, 300.0, 6.0, 2.0, 150.0], "theta = 3\n"),
+        "whisker.toml:2: whisker.D",
+        &["30 mm"],
+    );
+    let all = doubts(&whisker([0.03, 0.012, 0.3, 0.006, 0.002, 0.15], "theta = 3\n"));
+    assert!(all.len() == 1 && all[0].contains("300 mm, written in metres"), "{all:?}");
+}
+
+#[test]
+fn every_form_of_an_axis_is_looked_at() {
+    for (axis, key) in [
+        ("[10, 0.01]", "whisker.D = 0.01"),
+        ("{ from = 0.008, to = 0.012, steps = 3 }", "whisker.D.from = 0.008"),
+        ("{ min = 0.008, max = 0.012, samples = 4 }", "whisker.D.min = 0.008"),
+    ] {
+        doubted(&with("D = 10.0", &format!("D = {axis}")), "whisker.toml:3: ", &[key, "written in metres"]);
+    }
+}
+
+#[test]
+fn lengths_in_micrometres() {
+    doubted(&with("D = 10.0", "D = 10000"), "whisker.toml:3: whisker.D", &["10 mm, written in micrometres"]);
+    doubted(
+        &with("L_a = 96.0", "L_a = 96000"),
+        "whisker.toml:5: whisker.L_a",
+        &["96 mm, written in micrometres"],
+    );
+    doubted(&with("d = 4", "d = 4000"), "whisker.toml:4: whisker.d", &["4 mm, written in micrometres"]);
+}
+
+#[test]
+fn angles_in_radians() {
+    let theta = |value: &str| with("{ from = 2, to = 4, steps = 3 }", value);
+    doubted(&theta("0.05"), "whisker.toml:11: tap.theta = 0.05: ", &["2.8648°, written in radians"]);
+    doubted(&theta("{ from = 0.01, to = 0.1, steps = 3 }"), "whisker.toml:11: tap.theta.to", &["5.7296°"]);
+    // Small angles among others are a study of small angles.
+    assert_eq!(doubts(&theta("[0.01, 0.1, 1.0]")), [""; 0]);
+}
+
+#[test]
+fn moduli_in_pascals_and_gigapascals() {
+    let material = |law: &str| with("[model]", &format!("[model]\nmaterial = {{ {law} }}"));
+    doubted(
+        &material("hooke = 3200000"),
+        "whisker.toml:13: model.material",
+        &["3.2 MPa, written in pascals"],
+    );
+    doubted(
+        &material("neo-hookean = 50000"),
+        "whisker.toml:13: model.material",
+        &["0.05 MPa, written in pascals"],
+    );
+    doubted(&material("yeoh = [5e5, 0, 0]"), "whisker.toml:13: ", &["3 MPa, written in pascals"]);
+    doubted(&material("hooke = 0.0032"), "whisker.toml:13: ", &["3.2 MPa, written in GPa"]);
+    for law in ["hooke = 0.05", "neo-hookean = 0.05", "hooke = 10000", "hooke = 200000", "neo-hookean = 100"]
+    {
+        assert_eq!(doubts(&material(law)), [""; 0], "{law}");
+    }
+}
+
+#[test]
+fn strains_in_percent_and_microstrain() {
+    let gauge = |key: &str| with("l = 2.0", &format!("l = 2.0\n{key}"));
+    doubted(&gauge("noise_strain = 0.015"), "whisker.toml:9: gauge.noise_strain", &["1.5e-5", "millistrain"]);
+    doubted(&gauge("strain_limit = 5"), "whisker.toml:9: gauge.strain_limit", &["0.05, written in percent"]);
+    doubted(&gauge("strain_limit = 50000"), "whisker.toml:9: ", &["0.05, written in microstrain"]);
+    for key in ["noise_strain = 0", "noise_strain = 20e-6", "noise_strain = 1e-3", "strain_limit = 1.0"] {
+        assert_eq!(doubts(&gauge(key)), [""; 0], "{key}");
+    }
+    // More noise than strain: nothing sensible follows.
+    let error = parse(&gauge("noise_strain = 15")).expect_err("a noise of 1500 %");
+    assert_eq!((error.line, error.key.as_deref()), (Some(9), Some("gauge.noise_strain")));
+    assert!(error.to_string().contains("15 microstrain are 15e-6"), "{error}");
+    parse(&gauge("noise_strain = 0.5")).unwrap_err();
+}
+
+#[test]
+fn absurd_numbers_are_refused() {
+    let beside = |line: &str, key: &str| with(line, &format!("{line}\n{key}"));
+    for (text, key) in [
+        (with("D = 10.0", "D = 1e300"), "whisker.D"),
+        (with("D = 10.0", "D = [10, 1e300]"), "whisker.D"),
+        (with("to = 4", "to = 1e300"), "tap.theta.to"),
+        (beside("D = 10.0", "hub = 1e300"), "whisker.hub"),
+        (beside("l = 2.0", "factor = 1e300"), "gauge.factor"),
+        (beside("l = 2.0", "strain_limit = 1e300"), "gauge.strain_limit"),
+        (beside("[estimate]", "K = 1e300"), "estimate.K"),
+        (beside("[estimate]", "range = [1, 1e300]"), "estimate.range"),
+        (beside("[model]", "material = { hooke = 1e300 }"), "model.material.hooke"),
+        (beside("[model]", "material = { yeoh = [1, 1e300, 0] }"), "model.material.yeoh"),
+        (beside("[model]", "extension = true\ncontact = { coulomb = 1e300 }"), "model.contact.coulomb"),
+    ] {
+        let error = parse(&text).expect_err(key);
+        assert_eq!(error.key.as_deref(), Some(key), "{error}");
+        assert!(error.line.is_some() && error.to_string().contains("1e300"), "{error}");
+    }
+    let desk = Desk::new(&SPEC.replace("D = 10", "D = 1e300"));
+    let ran = desk.sweep(&[]).exits(2);
+    assert!(ran.stderr.contains("whisker.D") && ran.stderr.contains("large"), "{}", ran.stderr);
+}
+
+#[test]
+fn real_whiskers_are_not_doubted() {
+    for sizes in [
+        // A rat's, a mouse's, a seal's; rubber; a fibre; a steel rod; a short stub.
+        [0.2, 0.005, 40.0, 1.0, 0.3, 20.0],
+        [0.05, 0.002, 15.0, 0.5, 0.2, 8.0],
+        [0.9, 0.1, 120.0, 3.0, 1.0, 80.0],
+        [30.0, 30.0, 300.0, 20.0, 5.0, 250.0],
+        [30.0, 3.0, 300.0, 0.0, 2.0, 299.0],
+        [0.1, 0.1, 100.0, 2.0, 0.5, 60.0],
+        [2.0, 2.0, 1000.0, 20.0, 3.0, 900.0],
+        [4.0, 1.0, 12.0, 1.0, 1.0, 6.0],
+    ] {
+        for rest in ["theta = 0.5\n", "theta = [1, 20]\n", "drive = \"displacement\"\ndelta = 0.5\n"] {
+            assert_eq!(doubts(&whisker(sizes, rest)), [""; 0], "{sizes:?} {rest}");
+        }
+    }
+    assert_eq!(doubts(GOOD), [""; 0]);
+    for folder in ["sweeps", "examples"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        let specs = folder.read_dir().unwrap().map(|e| e.unwrap().path());
+        for path in specs.filter(|p| p.extension().is_some_and(|e| e == "toml")) {
+            let read = spec::read_search(&path)
+                .map(|(spec, _)| spec)
+                .or_else(|_| spec::read_with(&path, "[tap]\na = 30\ntheta = 1\n"));
+            let spec = read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            assert_eq!(spec.warnings, [""; 0], "{}", path.display());
+        }
+    }
+}
+
+#[test]
+fn a_tuple_file_has_one_warning() {
+    let desk = Desk::new("[tuples]\nfile = \"taps.csv\"\n");
+    let rows = |n: usize, row: &str| {
+        let mut text = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n# measured\n".to_owned();
+        (0..n).for_each(|i| writeln!(text, "{row}{}", 1 + i % 9).unwrap());
+        text
+    };
+    // Held in memory, and left in its file.
+    for (n, place) in [(3, "taps.csv:3: "), (600_000, "taps.csv: ")] {
+        desk.write("taps.csv", rows(n, "0.01,4,50,5,2,33,"));
+        let said = spec::read(&desk.path("spec.toml")).unwrap().warnings;
+        assert_eq!(said.len(), 1, "{said:?}");
+        for part in [place, "D_mm = 0.01: ", "10 mm, written in metres", &format!("({n} of {n} rows)")] {
+            assert!(said[0].contains(part), "`{part}` is not in {said:?}");
+        }
+        desk.write("taps.csv", rows(n, "10,4,50,5,2,33,0.0"));
+        let said = spec::read(&desk.path("spec.toml")).unwrap().warnings;
+        assert!(said.len() == 1 && said[0].contains("theta_deg") && said[0].contains("radians"), "{said:?}");
+        desk.write("taps.csv", rows(n, "10,4,50,5,2,33,"));
+        assert_eq!(spec::read(&desk.path("spec.toml")).unwrap().warnings, [""; 0]);
+    }
+    desk.write("taps.csv", rows(2, "1e300,4,50,5,2,33,"));
+    let error = spec::read(&desk.path("spec.toml")).unwrap_err();
+    assert_eq!((error.line, error.key.as_deref()), (Some(3), Some("D_mm")), "{error}");
+}
+
+#[test]
+fn bounds_of_a_search_are_doubted_too() {
+    let text = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33]\n[optimise]\nobjective = \"sd\"\n\
+                variables = { D = [0.008, 0.012], d = [2, 7], theta = [0.01, 0.1] }\nlimits = { strain = 5 }\n";
+    let (spec, _) = spec::parse_search("search.toml", text, Path::new("")).unwrap();
+    let said = &spec.warnings;
+    for (place, part) in [
+        ("search.toml:10: optimise.variables.D = 0.008: ", "8 mm, written in metres"),
+        ("search.toml:10: optimise.variables.theta = 0.1: ", "radians"),
+        ("search.toml:11: optimise.limits.strain = 5: ", "0.05, written in percent"),
+    ] {
+        assert!(said.iter().any(|s| s.starts_with(place) && s.contains(part)), "{place} {part}: {said:?}");
+    }
+}
+
+#[test]
+fn every_command_that_reads_a_spec_says_it() {
+    let doubtful = SPEC.replace("D = 10", "D = 0.01").replace("d = [4, 7]", "d = 0.004");
+    let desk = Desk::new(&doubtful);
+    for command in ["sweep", "tap", "simulate", "verify"] {
+        let mut line = vec![command, "spec.toml", "--backend", "cpu", "--plan"];
+        if command == "simulate" {
+            line.truncate(2);
+        }
+        let ran = desk.run(&line).exits(0);
+        let parts = ["warning: spec.toml:2: whisker.D = 0.01: ", "10 mm, written in metres"];
+        assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{command}: {}", ran.stderr);
+    }
+    let ran = desk.run(&["simulate", "spec.toml", "--noise", "15"]).exits(2);
+    assert!(ran.stderr.contains("--noise") && ran.stderr.contains("15e-6"), "{}", ran.stderr);
+    let run = desk.whole("results/spec-simulate");
+    assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("whisker.D")), "{run}");
+    desk.sweep(&["--out", "out"]).exits(0);
+    let run = desk.whole("out");
+    assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("whisker.D")), "{run}");
+
+    let rig = prototype(10.0, &["[tap]\na = [21, 30, 40]\ntheta = [2, 4, 6]\n"]);
+    let desk = Desk::new(&rig);
+    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+    desk.write("spec.toml", rig.replace("x_ss = 5", "x_ss = 0.005 #"));
+    let ran = desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml"]);
+    assert!(ran.stderr.contains("gauge.x_ss") && ran.stderr.contains("metres"), "{}", ran.stderr);
+}
