@@ -27,6 +27,7 @@ pub mod locate;
 pub mod measure;
 pub mod optimise;
 pub mod plan;
+pub mod profile;
 pub mod progress;
 #[cfg(feature = "files")]
 pub mod reference;

@@ -2,11 +2,12 @@
 //! grids, lists and charts, searches and calibrations all go through it.
 //!
 //! Two passes over the taps of a design, in any order: [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, and
-//! [`Reduction::estimate`] gathers the errors of the distances estimated with it.
+//! [`Reduction::estimate`] gathers the errors of the distances estimated with it, or with the model's own curve.
 
 use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
+use crate::profile::Profile;
 use crate::reduce::{Errors, Largest, Spread};
 use crate::scene::{Drive, RankBy, Setup};
 use crate::status::Status;
@@ -99,6 +100,24 @@ pub struct DistanceRow {
     pub status: Status,
 }
 
+/// What turns the strain of a tap into a distance.
+#[derive(Debug, Clone, Copy)]
+pub enum Told<'p> {
+    /// The closed form of a theory and K̄.
+    Formula,
+    /// The model's own curve of this very whisker at this drive, where there is one.
+    Own(Option<&'p Profile>),
+    /// The curve of another whisker.
+    Other(&'p Profile),
+}
+
+impl<'p> Told<'p> {
+    /// By place `k` of `profiles`, which are empty where distances are told by a formula.
+    pub fn by(profiles: &'p [Option<Profile>], k: usize) -> Self {
+        profiles.get(k).map_or(Self::Formula, |profile| Self::Own(profile.as_ref()))
+    }
+}
+
 /// A design on its way from taps to rows.
 #[derive(Debug, Clone)]
 pub struct Reduction<'a> {
@@ -168,18 +187,34 @@ impl<'a> Reduction<'a> {
         self.drives.iter_mut().for_each(|row| row.k = k);
     }
 
-    /// Second pass: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
-    pub fn estimate(&mut self, (i, j): (usize, usize), (a, drive): (f64, f64), tap: &Outcome) -> Estimated {
+    /// Second pass, with K̄: the estimate of the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
+    pub fn estimate(&mut self, place: (usize, usize), at: (f64, f64), tap: &Outcome) -> Estimated {
+        self.estimate_by(place, at, tap, Told::Formula)
+    }
+
+    /// As [`Self::estimate`], by what is `told`.
+    pub fn estimate_by(
+        &mut self,
+        (i, j): (usize, usize),
+        (a, drive): (f64, f64),
+        tap: &Outcome,
+        told: Told<'_>,
+    ) -> Estimated {
         let row = &mut self.drives[j];
         let readable = tap.strain != 0.0 && tap.strain.is_finite() && !tap.status.has(Status::NO_STRAIN);
-        let estimated = match (row.k, &self.estimator) {
-            (Some(k), Some(e)) if readable => e.estimate(k, tap.strain.abs(), amount(self.kind, drive)),
-            _ => Estimated { distance: f64::NAN, sigma: f64::NAN, status: Status::OK },
-        };
+        let strain = tap.strain.abs();
+        let estimator = self.estimator.as_ref().filter(|_| readable);
+        let estimated = estimator.and_then(|e| match told {
+            Told::Formula => row.k.map(|k| e.estimate(k, strain, amount(self.kind, drive))),
+            Told::Own(profile) => profile.map(|p| p.estimate(e, Some(a), strain)),
+            Told::Other(profile) => Some(profile.estimate(e, None, strain)),
+        });
+        let estimated = estimated.unwrap_or(Estimated::NOTHING);
         row.status |= estimated.status;
         self.distances[i].status |= estimated.status;
-        if row.k.is_some() && tap.status.counts() {
-            if estimated.distance.is_finite() {
+        let judged = row.k.is_some() || !matches!(told, Told::Formula);
+        if judged && tap.status.counts() {
+            if estimated.distance.is_finite() && !estimated.sigma.is_nan() {
                 row.errors.push(estimated.distance - a);
                 row.noise.push(estimated.sigma);
             } else {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::optimise::run::Design;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
@@ -171,6 +172,22 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
             writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, total {total:.4e} mm", robust.samples);
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
+    if let Some(other) = &report.other {
+        let total = |d: &Design| number(Some(d.score.figures[1]).filter(|t| t.is_finite()), " mm");
+        let _ = write!(
+            text,
+            "  this holds for locate --estimator {}; with --estimator {} the error of this design would be {}",
+            spec.study.setup.estimate.theory.estimator(),
+            other.theory.estimator(),
+            total(&other.here)
+        );
+        let _ = match &other.best {
+            Some(d) => {
+                writeln!(text, ", and {} at its best {symbol}, {:.4}{unit}", total(d), d.point.drive)
+            }
+            None => writeln!(text),
+        };
+    }
     if let Some(front) = &report.front {
         let _ =
             writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);

@@ -127,6 +127,13 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         rough(seconds),
         way.name()
     );
+    if plan.curves > 0 {
+        let _ = writeln!(
+            text,
+            "  theory \"exact\": the model's own curve of each of {} designs rows too, some 12 to 16 taps more for each",
+            plan.curves
+        );
+    }
     if let Space::File(file) = &spec.study.space {
         let _ = writeln!(text, "  warning: {}", large(file));
     }
@@ -146,7 +153,7 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         text,
         out: Some(out),
         files: Vec::new(),
-        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes }),
+        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes, "curves": plan.curves }),
         seconds: json!({ "expected": seconds, "way": way.name() }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None) }),

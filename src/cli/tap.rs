@@ -119,6 +119,20 @@ fn summary(spec: &Spec, report: &Report) -> String {
         text += &line("whatever the strain,", &report.unconstrained);
     }
     let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
+    if let Some(other) = &report.other {
+        let _ = write!(
+            text,
+            "this holds for locate --estimator {}; with --estimator {} ",
+            spec.study.setup.estimate.theory.estimator(),
+            other.theory.estimator()
+        );
+        match &other.optimum {
+            Ok(s) => text += &line("it would be", s),
+            Err(why) => {
+                let _ = writeln!(text, "there is no answer: {why}");
+            }
+        }
+    }
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds);
     text

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::error::InputError;
 use crate::measure::Rig;
-use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec, Theory};
+use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec};
 use crate::spec;
 
 impl Rig {
@@ -49,9 +49,8 @@ impl Rig {
             ("factor", s.gauge.factor.into()),
         ];
         gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
-        let theory = if s.estimate.theory == Theory::Timoshenko { "timoshenko" } else { "euler-bernoulli" };
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
-        let mut estimate = vec![("theory", word(theory)), ("convention", word(convention))];
+        let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
         estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
         if !self.known {
             let gauge = ["strain_limit", "factor"];

@@ -69,7 +69,7 @@ impl Rig {
     pub fn curve(&self, theory: Theory, hub: f64) -> StrainCurve {
         let shared = self.shared();
         let shear = match theory {
-            Theory::EulerBernoulli => 0.0,
+            Theory::EulerBernoulli | Theory::Exact => 0.0,
             Theory::Timoshenko => shear_length2(&shared.taper, self.setup.model.nu),
         };
         StrainCurve::new(shared.taper, shared.gauge, hub, self.setup.drive, shear)

@@ -9,9 +9,10 @@ use crate::error::Error;
 use crate::estimate::Estimator;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Layout;
+use crate::profile::{self, Ask, Profile, Reach};
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
-use crate::scene::{Convention, Setup, Tuple};
-use crate::statistics::{DriveRow, Reduction};
+use crate::scene::{Convention, Setup, Theory, Tuple};
+use crate::statistics::{DriveRow, Reduction, Told};
 use crate::status::Status;
 
 /// Taps that go to the backend together.
@@ -66,12 +67,30 @@ impl<'a> Scorer<'a> {
 
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
-        let judge = &self.judge;
-        let design = [Design::new(judge.setup, *point)];
-        let task = |&a: &f64| Task { design: 0, a, drive: point.drive };
-        let tasks: Vec<Task> = judge.distances.iter().map(task).collect();
-        let taps = self.evaluator.run(&design, &tasks)?;
-        Ok(judge.reduce(&design[0], &taps, None))
+        Ok(self.rows(std::slice::from_ref(point))?[0])
+    }
+
+    /// The designs rows of `points`, as a sweep would write them.
+    pub fn rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
+        let mut rows = Vec::with_capacity(points.len());
+        for part in points.chunks((BATCH / self.judge.distances.len()).max(1)) {
+            rows.extend(self.some_rows(part)?);
+        }
+        Ok(rows)
+    }
+
+    fn some_rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
+        let (judge, n) = (&self.judge, self.judge.distances.len());
+        let designs: Vec<Design> = points.iter().map(|p| Design::new(judge.setup, *p)).collect();
+        let task =
+            |t: usize| Task { design: (t / n) as u32, a: judge.distances[t % n], drive: points[t / n].drive };
+        let tasks: Vec<Task> = (0..points.len() * n).map(task).collect();
+        let taps = self.evaluator.run(&designs, &tasks)?;
+        let ask = |(w, p): (u32, &Tuple)| Ask { design: w, drive: p.drive, reach: Reach::Asked(judge.reach) };
+        let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
+        let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let row = |w: usize| judge.reduce(&designs[w], &taps[w * n..(w + 1) * n], Told::by(&own, w), None);
+        Ok((0..points.len()).map(row).collect())
     }
 
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
@@ -88,9 +107,18 @@ impl<'a> Scorer<'a> {
         };
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
+        let ask = |(w, design): (usize, &Design)| {
+            let reach = judge.reach_of(w % whiskers)?;
+            Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
+        };
+        let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
+        let (curves, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let mut own = vec![None; if asks.is_empty() { 0 } else { designs.len() }];
+        asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
         let score = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
-            judge.score(&designs[first..last], &taps[first * n..last * n])
+            let own = own.get(first..last).unwrap_or_default();
+            judge.score(&designs[first..last], &taps[first * n..last * n], own)
         };
         Ok((0..points.len()).into_par_iter().map(score).collect())
     }
@@ -109,41 +137,72 @@ impl Judge<'_> {
         Tuple::from_array(values)
     }
 
-    /// Score of one candidate: its nominal whisker, then the sampled ones.
-    fn score(&self, designs: &[Design], taps: &[Outcome]) -> Score {
+    /// Where the model's own curve of whisker `w` of a point is wanted, if it is.
+    fn reach_of(&self, w: usize) -> Option<Reach> {
+        if self.setup.estimate.theory != Theory::Exact {
+            return None;
+        }
+        let robust = self.search.robust.as_ref().filter(|_| !self.deviations.is_empty());
+        let nominal = robust.is_some_and(|r| r.calibrated == Calibrated::Nominal);
+        match (nominal, self.search.limits.unambiguous) {
+            (true, _) if w == 0 => Some(Reach::Whole(self.reach)),
+            (_, true) => Some(Reach::Peak(self.reach)),
+            (true, false) => None,
+            (false, false) => Some(Reach::Asked(self.reach)),
+        }
+    }
+
+    /// Score of one candidate: its nominal whisker, then the sampled ones; `own` are the model's own curves, where distances are told by
+    /// them.
+    fn score(&self, designs: &[Design], taps: &[Outcome], own: &[Option<Profile>]) -> Score {
         let n = self.distances.len();
-        let nominal = Read::new(self, &designs[0], &taps[..n], None);
+        let nominal = Read::new(self, &designs[0], &taps[..n], Told::by(own, 0), None);
         let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
             return nominal.score;
         };
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
-                nominal.k.map(|k| (Estimator::new(self.setup, shared, self.reach), k, designs[0].tuple.drive))
+                let profile = own.first().and_then(Option::as_ref);
+                let estimator = Estimator::new(self.setup, shared, self.reach);
+                let known = nominal.k.is_some() || profile.is_some();
+                known.then_some(Calibration {
+                    estimator,
+                    k: nominal.k,
+                    drive: designs[0].tuple.drive,
+                    profile,
+                })
             }
             _ => None,
         };
         let samples: Vec<Score> = (1..designs.len())
             .map(|w| {
                 let taps = &taps[w * n..(w + 1) * n];
-                let read = Read::new(self, &designs[w], taps, calibration.as_ref());
+                let read = Read::new(self, &designs[w], taps, Told::by(own, w), calibration.as_ref());
                 read.score
             })
             .collect();
         gather(robust, &nominal.score, &samples)
     }
 
-    /// The designs row of one whisker; `given`: the calibration of another one.
-    fn reduce(&self, design: &Design, taps: &[Outcome], given: Option<&Calibration<'_>>) -> DriveRow {
+    /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one.
+    fn reduce(
+        &self,
+        design: &Design,
+        taps: &[Outcome],
+        own: Told<'_>,
+        given: Option<&Calibration<'_>>,
+    ) -> DriveRow {
         let n = (taps.len(), 1);
         let mut reduced = match given {
-            Some((estimator, ..)) => Reduction::with(self.setup, design, Some(*estimator), n),
+            Some(other) => Reduction::with(self.setup, design, Some(other.estimator), n),
             None => Reduction::new(self.setup, design, self.reach, n),
         };
         taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        let told = given.and_then(|other| other.profile).map_or(own, Told::Other);
         let drive = match given {
-            Some((_, k, drive)) => {
-                reduced.calibrate_as(Some(*k));
-                *drive
+            Some(other) => {
+                reduced.calibrate_as(other.k);
+                other.drive
             }
             None => {
                 reduced.calibrate();
@@ -151,14 +210,22 @@ impl Judge<'_> {
             }
         };
         for (i, tap) in taps.iter().enumerate() {
-            reduced.estimate((i, 0), (self.distances[i], drive), tap);
+            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told);
         }
         reduced.drives[0]
     }
 }
 
-/// K̄, f and drive with which readings are turned into distances, where they are not the whisker's own.
-type Calibration<'a> = (Estimator<'a>, f64, f64);
+/// With what readings are turned into distances, where it is not the whisker's own.
+struct Calibration<'a> {
+    /// f.
+    estimator: Estimator<'a>,
+    /// K̄, where f needs it.
+    k: Option<f64>,
+    drive: f64,
+    /// The model's curve, where it stands in for f.
+    profile: Option<&'a Profile>,
+}
 
 /// What one whisker gives.
 struct Read {
@@ -167,7 +234,13 @@ struct Read {
 }
 
 impl Read {
-    fn new(judge: &Judge<'_>, design: &Design, taps: &[Outcome], other: Option<&Calibration<'_>>) -> Self {
+    fn new(
+        judge: &Judge<'_>,
+        design: &Design,
+        taps: &[Outcome],
+        told: Told<'_>,
+        other: Option<&Calibration<'_>>,
+    ) -> Self {
         let (setup, limits) = (judge.setup, &judge.search.limits);
         let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
         let mut score = Score::NOTHING;
@@ -189,8 +262,7 @@ impl Read {
         let taps: Vec<Outcome> =
             taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
         let own = Estimator::new(setup, shared, judge.reach);
-        let (estimator, drive) = other.map_or((&own, drive), |(e, _, drive)| (e, *drive));
-        let row = judge.reduce(design, &taps, other);
+        let row = judge.reduce(design, &taps, told, other);
         if row.complete() {
             score.figures = figures(judge, &row, &own, L_a);
         }
@@ -209,13 +281,23 @@ impl Read {
         if let Some(force) = limits.force {
             score.set(Limit::Force, largest(&|t| t.normal_force) / force - 1.0);
         }
-        if let (Some(k), true) = (row.k, judge.search.objective.needs_distance()) {
-            let peak = estimator.peak() * amount(setup.drive, drive);
+        let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
+        let highest = match (told, other.and_then(|other| other.profile)) {
+            (_, Some(profile)) => Some((1.0, profile.peak().1)),
+            (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
+            // What a whisker reads of its own tap has a distance.
+            (Told::Own(_) | Told::Other(_), None) => None,
+        };
+        if let (Some((k, peak)), true) = (highest, judge.search.objective.needs_distance()) {
             score.set(Limit::Root, k * largest(&|t| t.strain.abs()) / peak - 1.0);
         }
         if limits.unambiguous {
             let range = setup.estimate.range.unwrap_or(judge.reach);
-            score.set(Limit::Unambiguous, 1.0 - range[0] / shared.theory.peak().0);
+            let peak = match told {
+                Told::Own(Some(profile)) => profile.peak().0,
+                _ => shared.theory.peak().0,
+            };
+            score.set(Limit::Unambiguous, 1.0 - range[0] / peak);
         }
         Self { score, k: row.k }
     }

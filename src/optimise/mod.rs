@@ -24,6 +24,7 @@ pub mod front;
 pub mod global;
 pub mod journal;
 pub mod normal;
+pub mod other;
 pub mod polish;
 pub mod quadratic;
 pub mod run;

@@ -10,6 +10,7 @@ use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::journal::{GivesWay, Journal};
+use super::other::{self, Other};
 use super::score::{Goal, Limit, Score};
 use super::sensitivity::{self, Sensitivity};
 use super::session::{Ended, Found, Session, Stage, Step, Watch};
@@ -92,6 +93,8 @@ pub struct Report {
     pub at_bounds: Vec<(Column, &'static str)>,
     /// Limits that bind.
     pub binding: Vec<Limit>,
+    /// What the other estimator would make of the best design; `None` where no distance is told.
+    pub other: Option<Other>,
     /// Sensitivities.
     pub sensitivity: Sensitivity,
     /// The front, of a pareto search.
@@ -218,6 +221,11 @@ fn whole(
         .map(Front::new);
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
+    let other = search.objective.needs_distance().then(|| {
+        let method = precise.open(&setup.model)?;
+        other::judge((setup, &layout), search, method, (&best.point, goal))
+    });
+    let other = other.transpose()?;
     let binding = Limit::ALL
         .into_iter()
         .filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)])
@@ -236,6 +244,7 @@ fn whole(
         taps_each,
         seconds: [begun.elapsed().as_secs_f64(), search_seconds],
         binding,
+        other,
         sensitivity,
         front,
         backends: [choice.backend.clone(), precise.backend.clone()],
@@ -283,6 +292,6 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
 }
 
 /// Unit of K of a design in the tables.
-fn unit(setup: &Setup, point: &Tuple) -> f64 {
+pub(super) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::other::Other;
 use super::run::{Design, Report};
 use super::sensitivity::{PARAMETERS, Pair};
 use super::why::why;
@@ -114,6 +115,8 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         "binding_limits": report.binding.iter().map(|l| l.name()).collect::<Vec<_>>(),
         "why": why(&spec.study.setup, search, report),
         "ended_by": report.ended.name(),
+        "estimator": spec.study.setup.estimate.theory.estimator(),
+        "other": report.other.as_ref().map(|o| other(&spec.study.setup, o)),
         "sensitivity": {
             "elasticity": local, "sobol": global,
             "samples": s.samples, "samples_complete": { "K_sd": s.complete[0], "total_rms_mm": s.complete[1] },
@@ -133,6 +136,19 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         });
     }
     value
+}
+
+/// What the other estimator would give; over the sampled whiskers where there are any.
+fn other(setup: &Setup, other: &Other) -> Value {
+    let figures = |d: &Design| {
+        json!({
+            setup.drive.column(): d.point.drive, "total_rms_mm": Some(d.score.figures[1]).filter(|t| t.is_finite()),
+            "error_rms_mm": d.row.error_rms(), "noise_rms_mm": d.row.noise_rms(), "status": d.row.status.to_string(),
+        })
+    };
+    json!({
+        "estimator": other.theory.estimator(), "here": figures(&other.here), "best": other.best.as_ref().map(figures),
+    })
 }
 
 fn history(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {

@@ -7,7 +7,7 @@ pub use way::Way;
 
 use crate::backend::Choice;
 use crate::error::InputError;
-use crate::scene::{Space, Study, Tuple};
+use crate::scene::{Geometry, Space, Study, Theory, Tuple};
 use crate::smooth::Scope;
 
 /// Taps that are evaluated together.
@@ -31,6 +31,8 @@ pub struct Plan {
     pub designs: u64,
     /// Rows of tuples, designs and distances tables; 0 for a table that is not written.
     pub rows: [u64; 3],
+    /// Designs rows of which the model's own curve is solved too, for distances are told by it.
+    pub curves: u64,
     /// Estimated bytes of the tables.
     pub bytes: f64,
     /// Whether tuples are written.
@@ -92,7 +94,10 @@ impl Plan {
         let solved = Way::solved(study, layout.as_ref(), choice);
         let scope = layout.and_then(|layout| Way::charted(study, &layout, choice));
         let way = if scope.is_some() { Way::Charted } else { solved };
-        Ok(Self { taps, designs, rows, bytes, tuples, way, solved, scope })
+        let own =
+            study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
+        let curves = if own { full[1] } else { 0 };
+        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, scope })
     }
 }
 

@@ -32,7 +32,7 @@ const STATUSES: [(Status, &str, &str, &str); 10] = [
     ),
     (
         Status::NO_ROOT,
-        "no distance gives this reading: it lies above the peak of the theory's curve",
+        "no distance gives this reading: it lies above the peak of the curve that is inverted",
         "all but the distance, its error and sigma",
         "",
     ),

@@ -199,9 +199,11 @@ impl TapRow<'_> {
         column(Is("K_deviation"), "K − 1 at full relative precision (21); empty where K has a unit", |r| {
             Number(if r.elongation.is_some() { f64::NAN } else { r.tap.deviation })
         }),
-        column(Is("distance_mm"), "estimated distance â (23)", |r| Number(r.estimated.distance)),
+        column(Is("distance_mm"), "estimated distance â (23); by the model itself (25)", |r| {
+            Number(r.estimated.distance)
+        }),
         column(Is("error_mm"), "bias: â − a", |r| Number(r.estimated.distance - r.a)),
-        column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge (24)", |r| {
+        column(Is("sigma_mm"), "standard deviation of â by the noise of the gauge (24), (26)", |r| {
             Number(r.estimated.sigma)
         }),
         column(Is("normal_force_N"), "contact force across the whisker P (§3.1)", |r| {

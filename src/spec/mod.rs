@@ -85,6 +85,8 @@ pub(crate) fn of_table(
     let run = sections::run(&sections.section("run"), base)?;
     let (space, mut warnings) = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
+    sections::rankable(&sections, &estimate, &output)?;
+    warnings.extend(sections::idle(&estimate));
     let mut spec = Spec {
         name: Path::new(label)
             .file_stem()

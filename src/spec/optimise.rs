@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
 };
-use crate::scene::{Column, Drive, Factor, Space, Spec};
+use crate::scene::{Column, Drive, Factor, Space, Spec, Theory};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -229,9 +229,9 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
     let axis = |column: Column| {
         factors.iter().flat_map(|f: &Factor| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
     };
-    if axis(Column::Distance).is_some_and(|a| a.len() < 2)
-        && (search.objective.needs_sd() || spec.study.setup.estimate.k.is_none())
-    {
+    let estimate = &spec.study.setup.estimate;
+    let needs_mean = estimate.k.is_none() && estimate.theory != Theory::Exact;
+    if axis(Column::Distance).is_some_and(|a| a.len() < 2) && (search.objective.needs_sd() || needs_mean) {
         let a = sections.section("tap").get("a")?;
         return Err(a
             .error("K has no spread and no mean over one distance")

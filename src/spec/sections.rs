@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::check::{LENGTH, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
 use super::reader::{Item, Result, Section};
+use super::schema::Sections;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
 };
@@ -20,10 +21,9 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
 
 /// `[estimate]`.
 pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
-    let theories = [("euler-bernoulli", Theory::EulerBernoulli), ("timoshenko", Theory::Timoshenko)];
     let conventions = [("mean", Convention::Mean), ("elongation", Convention::Elongation)];
     Ok(Estimate {
-        theory: section.get("theory")?.word(&theories)?,
+        theory: section.get("theory")?.word(&Theory::WORDS)?,
         convention: section.get("convention")?.word(&conventions)?,
         range: section.optional("range", range)?,
         k: section.optional("K", |v| v.within(&POSITIVE))?,
@@ -37,6 +37,27 @@ fn range(item: &Item<'_>) -> Result<[f64; 2]> {
         return Ok([min, max]);
     }
     Err(item.error("this is no range of distances").allowed(allowed))
+}
+
+/// What of `[estimate]` plays no part.
+pub(super) fn idle(estimate: &Estimate) -> Option<String> {
+    let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
+    idle.then(|| "[estimate] K plays no part in a distance with theory = \"exact\"".to_owned())
+}
+
+/// Refuses to rank by an error that the model does not make with its own strains.
+pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Output) -> Result<()> {
+    let robust = sections.section("optimise").written("robust");
+    let calibrated = robust.and_then(|robust| robust.child("calibrated"));
+    let nominal = calibrated.is_some_and(|c| c.text().is_ok_and(|word| word == "nominal"));
+    let error = matches!(output.by, RankBy::ErrorRms | RankBy::ErrorMax);
+    if estimate.theory != Theory::Exact || !error || nominal {
+        return Ok(());
+    }
+    let others = RankBy::ALL.iter().map(|by| by.name()).filter(|name| !name.starts_with("error_"));
+    let message = "with theory = \"exact\" the model reads its own strains: beyond the peak there is no error to rank by";
+    let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    Err(sections.section("output").get("by")?.error(message).allowed(allowed))
 }
 
 /// `[output]`.

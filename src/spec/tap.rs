@@ -2,7 +2,7 @@
 
 use super::reader::Result;
 use super::schema::Sections;
-use crate::scene::{Axis, Column, Drive, Factor, Space, Spec};
+use crate::scene::{Axis, Column, Drive, Factor, Space, Spec, Theory};
 
 /// Interval of tap angles where the spec has none, degrees.
 pub(super) const FALLBACK: &str = "[tap]\ntheta = [0.1, 10.0]\n";
@@ -34,7 +34,10 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
                 .allowed("one number; optimise searches over whiskers"));
         }
     }
-    if axis(Column::Distance).len() < 2 && spec.study.setup.estimate.k.is_none() {
+    let estimate = &spec.study.setup.estimate;
+    // The model itself needs no K.
+    let told = estimate.k.is_some() || noisy && estimate.theory == Theory::Exact;
+    if axis(Column::Distance).len() < 2 && !told {
         let a = sections.section("tap").get("a")?;
         return Err(a
             .error("K has no spread and no mean over one distance")

@@ -4,13 +4,14 @@ use super::select::Kept;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Outcome;
+use crate::profile::Profile;
 use crate::scene::{Per, Study};
 use crate::sink::{
     csv::Text,
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
-use crate::statistics::Reduction;
+use crate::statistics::{Reduction, Told};
 
 /// A tap's place in its design: distance and drive.
 pub(super) type Place = (usize, usize);
@@ -47,6 +48,8 @@ pub(super) struct Axes<'a> {
     pub reach: [f64; 2],
     pub distance: &'a (dyn Fn(usize) -> f64 + Sync),
     pub drive: &'a (dyn Fn(usize) -> f64 + Sync),
+    /// The model's own curve at each drive, where distances are told by it.
+    pub profiles: &'a [Option<Profile>],
 }
 
 /// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes text of tuple rows.
@@ -72,7 +75,7 @@ pub(super) fn render(
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
-        let estimated = reduced.estimate((i, j), (a, drive), tap);
+        let estimated = reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j));
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {

@@ -9,6 +9,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
+use crate::profile::Profile;
 use crate::sink::{csv::Text, table::Table};
 
 /// Evaluates `layout` and writes its tables.
@@ -141,15 +142,21 @@ pub(super) fn small(
         .into_par_iter()
         .map(|t| task(layout, &designs[t / block], (t / block) as u32, (t % block) as u64))
         .collect();
-    let outcomes = match layout.drives().filter(|_| run.plan.solved == Way::OverDrives) {
-        Some(axis) => run.evaluate_over(&designs, &tasks, &axis.iter().collect::<Vec<_>>())?,
+    let drives_of_all = layout.drives().filter(|_| run.plan.solved == Way::OverDrives);
+    let drives_of_all: Option<Vec<f64>> = drives_of_all.map(|axis| axis.iter().collect());
+    let outcomes = match &drives_of_all {
+        Some(drives) => run.evaluate_over(&designs, &tasks, drives)?,
         None => run.evaluate(&designs, &tasks)?,
     };
+    let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
+    let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
+    let n_drives = layout.n_drives as usize;
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);
         let mut texts = Vec::new();
-        let rendered = with_axes(layout, &designs[d], |axes| {
+        let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
+        let rendered = with_axes(layout, &designs[d], profiles, |axes| {
             let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
@@ -175,11 +182,12 @@ fn large(
     let study = run.study;
     let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
+    let profiles = run.profiles(&design, rows(layout, &design[0], 0), None)?;
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let mut memory: Vec<Outcome> = Vec::new();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
-    with_axes(layout, &design[0], |axes| {
+    with_axes(layout, &design[0], &profiles, |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             let place = |t: usize| (t / axes.n.1, t % axes.n.1);
@@ -215,8 +223,24 @@ pub(super) fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task
     Task { design: place, a: layout.distance(i), drive: layout.drive(&design.tuple, j) }
 }
 
-fn with_axes<R>(layout: &Layout, design: &Design, f: impl FnOnce(&Axes<'_>) -> R) -> R {
+/// The designs rows of one design: its place, a drive, and the ends of its distances.
+fn rows<'a>(
+    layout: &'a Layout,
+    design: &'a Design,
+    place: u32,
+) -> impl Iterator<Item = (u32, f64, [f64; 2])> + use<'a> {
+    let reach = layout.reach();
+    (0..layout.n_drives).map(move |j| (place, layout.drive(&design.tuple, j), reach))
+}
+
+fn with_axes<R>(
+    layout: &Layout,
+    design: &Design,
+    profiles: &[Option<Profile>],
+    f: impl FnOnce(&Axes<'_>) -> R,
+) -> R {
     f(&Axes {
+        profiles,
         n: (layout.n_distances as usize, layout.n_drives as usize),
         reach: layout.reach(),
         distance: &|i| layout.distance(i as u64),

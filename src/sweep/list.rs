@@ -18,7 +18,10 @@ use crate::sink::{
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
-use crate::statistics::Reduction;
+use crate::statistics::{Reduction, Told};
+
+/// Designs whose own curves are solved together.
+const TOGETHER: usize = 1 << 12;
 
 /// Values in order of first appearance.
 #[derive(Default)]
@@ -69,7 +72,16 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let mut estimates = vec![None; tuples.len()];
     let mut all = Vec::with_capacity(groups.len());
     let mut best_rows = study.output.top.map(Best::new);
-    for (design, group) in designs.iter().zip(&groups) {
+    let (mut profiles, mut first) = (Vec::new(), 0);
+    for (place, (design, group)) in designs.iter().zip(&groups).enumerate() {
+        if place % TOGETHER == 0 {
+            let these = (place as u32..).zip(&groups[place..]).take(TOGETHER);
+            let rows = these.flat_map(|(d, group)| {
+                let reach = reach(&group.distances.values);
+                group.drives.values.iter().map(move |drive| (d, *drive, reach))
+            });
+            (profiles, first) = (run.profiles(&designs, rows, None)?, 0);
+        }
         let n = (group.distances.values.len(), group.drives.values.len());
         let mut reduced = Reduction::new(&study.setup, design, reach(&group.distances.values), n);
         for &(row, i, j) in &group.rows {
@@ -78,8 +90,10 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            estimates[row] = Some(reduced.estimate((i, j), (t.a, t.drive), &outcomes[row]));
+            let told = Told::by(&profiles, first + j);
+            estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));
         }
+        first += n.1;
         let unit = reduced.unit();
         let complete = reduced.drives.iter().enumerate().filter_map(|(j, row)| {
             let rank = row.rank(study.output.by, unit)?;

@@ -23,8 +23,9 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
+use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
-use crate::scene::{Space, Spec, Study, Tuple};
+use crate::scene::{Space, Spec, Study, Theory, Tuple};
 use crate::sink::{
     csv::Text,
     folder::{Folder, Output, Question, Written},
@@ -163,6 +164,29 @@ impl<'a> Run<'a> {
         self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
         self.note(&outcomes);
         Ok(outcomes)
+    }
+
+    /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
+    /// are told by the model. With `drives` the rows of a design are all of them; `Err` when asked to stop.
+    fn profiles(
+        &mut self,
+        designs: &[Design],
+        rows: impl Iterator<Item = (u32, f64, [f64; 2])>,
+        drives: Option<&[f64]>,
+    ) -> Result<Vec<Option<Profile>>, Error> {
+        if self.study.setup.estimate.theory != Theory::Exact {
+            return Ok(Vec::new());
+        }
+        self.check_stop()?;
+        let start = Instant::now();
+        let ask = |(design, drive, ends)| Ask { design, drive, reach: Reach::Asked(ends) };
+        let asks: Vec<Ask> = rows.map(ask).collect();
+        let (profiles, solved) =
+            profile::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        Ok(profiles)
     }
 
     /// Counts sweeps and strains.

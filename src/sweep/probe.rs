@@ -24,6 +24,8 @@ const LOOK: f64 = 0.5;
 const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 /// Bytes a second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
+/// Taps that the model's own curve takes.
+const CURVE: f64 = 16.0;
 /// Rows a second of a tuple file that is read twice or more.
 const READ: f64 = 1e6;
 
@@ -37,15 +39,16 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let opened = start.elapsed().as_secs_f64();
     let (never, mut silent) = (AtomicBool::new(false), Silent);
     let mut run = Run::new((study, plan), method, Writers::none(), (&never, &mut silent));
+    let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.scope) {
         (Space::Grid(factors), Some(scope)) => ranked(&mut run, &Layout::new(factors), scope)?,
-        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors))?,
-        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])?,
+        (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
+        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])? * curves,
         (Space::File(file), _) => {
             let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
             let first: Vec<Tuple> =
                 (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
-            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])?;
+            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])? * curves;
             (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
         }
     };
@@ -86,8 +89,8 @@ fn place(i: u64, n: u64) -> u64 {
     (((i as f64 + 1.0) * 0.618_033_988_749_894_9).fract() * n as f64) as u64
 }
 
-/// Whole designs, or rows of large ones, solved, reduced and made into text.
-fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
+/// Whole designs, solved, reduced and made into text; or taps of large ones, whose curves make them so many times as dear.
+fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     let tables: Vec<Table> = match run.study.output.top {
         Some(_) => Vec::new(),
         None => [(Table::Tuples, 0), (Table::Designs, 1), (Table::Distances, 2)]
@@ -99,7 +102,7 @@ fn grid(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
     let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-        return Ok(passes * listed(run, layout.len(), &tuple)?);
+        return Ok(passes * listed(run, layout.len(), &tuple)? * curves);
     }
     let together = CHUNK / layout.block();
     paced(layout.n_designs, &mut |n| {

@@ -30,7 +30,7 @@ impl<'a> Curve<'a> {
         let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..self.whisker }).collect();
         self.evaluations += points.len() as u64;
         let scores = self.scorer.scores(&points)?;
-        let rows = points.iter().map(|p| self.scorer.row(p)).collect::<Result<Vec<_>, _>>()?;
+        let rows = self.scorer.rows(&points)?;
         let whole = drives.iter().zip(rows).zip(scores);
         Ok(whole.map(|((&drive, row), score)| Sample { drive, row, score }).collect())
     }

@@ -16,7 +16,7 @@ use crate::error::{Error, InputError};
 use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Setup, Spec, Study};
+use crate::scene::{Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
@@ -78,6 +78,8 @@ pub struct Report {
     pub at_bound: bool,
     /// The same in a sentence.
     pub why: String,
+    /// What the other estimator would give; `None` where no distance is told.
+    pub other: Option<Other>,
     /// Evaluations spent.
     pub evaluations: u64,
     /// Seconds.
@@ -88,6 +90,15 @@ pub struct Report {
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
     pub removed: Vec<PathBuf>,
+}
+
+/// The best drive where distances are told in another way.
+#[derive(Debug)]
+pub struct Other {
+    /// By what.
+    pub theory: Theory,
+    /// The best drive that keeps the strain limit, or why there is none.
+    pub optimum: Result<Sample, String>,
 }
 
 /// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
@@ -107,11 +118,34 @@ pub fn run(
     Ok(report)
 }
 
-/// The best drive within `ends` of the one whisker of `study`, over its distances; nothing is written.
+/// The best drive within `ends` of the one whisker of `study`, over its distances, and what the other estimator would give; nothing is
+/// written.
 ///
 /// # Errors
 /// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails.
 pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
+    let report = best(study, ends, objective, choice)?;
+    if !objective.needs_distance() {
+        return Ok(report);
+    }
+    let theory = study.setup.estimate.theory.compared();
+    let mut study = study.clone();
+    study.setup.estimate.theory = theory;
+    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice) {
+        Ok(other) => (Ok(other.optimum), other.evaluations, other.seconds),
+        Err(Error::Input(why)) => (Err(why.message), 0, 0.0),
+        Err(failed) => return Err(failed),
+    };
+    Ok(Report {
+        other: Some(Other { theory, optimum }),
+        evaluations: report.evaluations + evaluations,
+        seconds: report.seconds + seconds,
+        ..report
+    })
+}
+
+/// As [`find`], by one estimator.
+fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);
@@ -135,6 +169,7 @@ pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice
         unconstrained,
         limited_by,
         at_bound,
+        other: None,
         evaluations: curve.evaluations,
         seconds: begun.elapsed().as_secs_f64(),
         backend: choice.backend.clone(),

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Setup, Spec, Study};
+use crate::scene::{Convention, Drive, Setup, Spec, Study, Theory};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
@@ -49,12 +49,22 @@ fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
 /// The result.
 pub fn result(study: &Study, report: &Report) -> Value {
     let unit = k_unit(study);
+    let other = report.other.as_ref().map(|other| {
+        let optimum = other.optimum.as_ref();
+        json!({
+            "estimator": other.theory.estimator(),
+            "optimum": optimum.ok().map(|s| point(&study.setup, s, unit)),
+            "why_not": optimum.err(),
+        })
+    });
     json!({
         "optimum": point(&study.setup, &report.optimum, unit),
         "unconstrained": point(&study.setup, &report.unconstrained, unit),
         "limited_by": report.limited_by.name(),
         "at_bound": report.at_bound,
         "why": report.why,
+        "estimator": study.setup.estimate.theory.estimator(),
+        "other": other,
     })
 }
 
@@ -120,7 +130,14 @@ pub fn why(
     } else {
         "largest"
     };
+    // The model itself has no bias, unless a tap before the peak is taken for one beyond it.
+    let exact = setup.estimate.theory == Theory::Exact && optimum.row.error_rms() == Some(0.0);
     let trend = match (objective, end) {
+        (Objective::Distance, _) if exact && optimum.row.total_rms() == Some(0.0) => {
+            "without bias and noise none is better than another"
+        }
+        (Objective::Distance, "smallest") if exact => "the noise grows with it",
+        (Objective::Distance, _) if exact => "the noise still falls there",
         (Objective::Sd, "smallest") => "the spread of K only grows with it",
         (Objective::Sd, _) => "the spread of K still falls there",
         (_, "smallest") => "the bias grows with it faster than the noise falls",
@@ -136,6 +153,11 @@ pub fn why(
         LimitedBy::Bias | LimitedBy::Noise if objective == Objective::Sd => {
             format!("The spread of K has a minimum inside the interval, at {:.4}{unit}.", optimum.drive)
         }
+        LimitedBy::Noise if exact => format!(
+            "The model itself has no bias, and its noise is least at {:.4}{unit}: a quieter gauge, or averaged taps, would help.",
+            optimum.drive
+        ),
+        LimitedBy::Bias if setup.estimate.theory == Theory::Exact => "Taps before the peak of the strain are taken for farther ones: larger distances, or a gauge nearer to the clamp, would help most.".to_owned(),
         LimitedBy::Bias => "Bias and noise balance, and the bias is the larger part: a better model of the whisker, or a calibration by distance, would help more than a quieter gauge.".to_owned(),
         LimitedBy::Noise => "Bias and noise balance, and the noise is the larger part: a quieter gauge, or averaged taps, would help most.".to_owned(),
     };

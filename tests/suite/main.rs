@@ -23,6 +23,7 @@ mod linear;
 mod locate;
 mod optimise;
 mod optimise_errors;
+mod own_model;
 mod planned;
 mod practical;
 mod records;

@@ -1,4 +1,4 @@
-//! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4).
+//! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4), and what it shares with other estimates.
 
 use crate::design::Shared;
 use crate::scene::{Convention, Setup};
@@ -16,6 +16,11 @@ pub struct Estimated {
     pub sigma: f64,
     /// `no_root`; `ambiguous` also where only the near side of the peak gives the reading; or nothing.
     pub status: Status,
+}
+
+impl Estimated {
+    /// No distance, and nothing to say about it.
+    pub const NOTHING: Self = Self { distance: f64::NAN, sigma: f64::NAN, status: Status::OK };
 }
 
 /// What the estimates of one design share.
@@ -60,13 +65,24 @@ impl<'a> Estimator<'a> {
     /// Distance from |ε| = `strain` at a drive of `amount` (rad or mm) with the calibration `k`.
     pub fn estimate(&self, k: f64, strain: f64, amount: f64) -> Estimated {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
-            return Estimated { distance: f64::NAN, sigma: f64::NAN, status: Status::NO_ROOT };
+            return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
         };
         let slope = self.shared.theory.curve().slope(roots.far).abs();
-        let inside = |a: f64| a >= self.range[0] && a <= self.range[1];
-        let twice = roots.only_near || roots.near.is_some_and(inside);
+        let twice = roots.only_near || roots.near.is_some_and(|a| self.interesting(a));
         let status = if twice { Status::AMBIGUOUS } else { Status::OK };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
         Estimated { distance: roots.far, sigma, status }
+    }
+
+    /// Whether `a` mm lies in the range of interest.
+    fn interesting(&self, a: f64) -> bool {
+        a >= self.range[0] && a <= self.range[1]
+    }
+
+    /// The distance `a` mm, where |ε| changes by `slope` with it (1/mm), and `second` is another one with the same strain.
+    pub fn told(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
+        let sigma = if self.noise == 0.0 { 0.0 } else { self.noise / slope.abs() };
+        let twice = second.is_some_and(|a| self.interesting(a));
+        Estimated { distance: a, sigma, status: if twice { Status::AMBIGUOUS } else { Status::OK } }
     }
 }

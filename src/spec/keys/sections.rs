@@ -85,8 +85,9 @@ pub const ESTIMATE: Section = section(
     "estimate",
     "How a distance is read from a strain (model §4).",
     &[
-        key("theory", "", "theory that is inverted", "\"timoshenko\"")
-            .note("\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear"),
+        key("theory", "", "what is inverted", "\"exact\"").note(
+            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f",
+        ),
         key("convention", "", "what f is", "\"elongation\"")
             .note("\"elongation\": f times x2 − x1, so that K is in mm, as printed in the paper"),
         key("range", "mm", "range of interest of the distance", "[15, 45]")
@@ -94,7 +95,7 @@ pub const ESTIMATE: Section = section(
             .note("A second distance in it that gives the same reading makes a tap `ambiguous`"),
         key("K", "", "K̄ of every row", "1.0")
             .absent("mean of K over the row")
-            .note("1 is the uncalibrated formula"),
+            .note("1 is the uncalibrated formula; with theory = \"exact\" it plays no part"),
     ],
 );
 

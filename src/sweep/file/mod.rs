@@ -10,11 +10,12 @@ mod write;
 use super::{KEEP, Run};
 use crate::design::Design;
 use crate::error::Error;
+use crate::profile::Profile;
 use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::table::Table;
 use crate::statistics::Reduction;
-use read::{Reader, failed, last_run, longest, order, solve};
+use read::{Reader, Tap, failed, last_run, longest, order, solve};
 use reduce::Reduced;
 use write::{write_distances, write_tuples};
 
@@ -55,6 +56,17 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
         write_distances(run, file, &all.left, kept.as_deref())?;
     }
     Ok(())
+}
+
+/// The model's own curves of the designs rows of these taps, where distances are told by it.
+fn profiles<'t>(
+    run: &mut Run<'_>,
+    groups: &Groups,
+    designs: &[Design],
+    taps: impl Iterator<Item = &'t Tap>,
+) -> Result<Vec<Option<Profile>>, Error> {
+    let row = |tap: &Tap| (tap.design, tap.drive, groups.reach[groups.designs[tap.row as usize] as usize]);
+    run.profiles(designs, taps.map(row), None)
 }
 
 /// The reduction of one designs row of design `number`.

@@ -6,7 +6,7 @@ use super::super::Run;
 use super::super::grid::write_kept;
 use super::super::select::{Best, Kept};
 use super::read::Tap;
-use super::{failed, reduction};
+use super::{failed, profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
@@ -16,6 +16,7 @@ use crate::sink::{
     csv::Text,
     table::{AtDrive, Table, TapRow, fields},
 };
+use crate::statistics::Told;
 use crate::status::Status;
 
 /// Designs rows of one work item.
@@ -87,12 +88,17 @@ impl Reduced {
             batch.chunk_by(|p, q| groups.drives[p.row as usize] == groups.drives[q.row as usize]).collect();
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
-        let part = |runs: &[&[Tap]]| -> csv::Result<Part> {
+        let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
+        let part = |(at, runs): (usize, &[&[Tap]])| -> csv::Result<Part> {
             let mut part = Part::default();
-            runs.iter().try_for_each(|taps| part.take(study, groups, designs, taps, (tuples, !ranked)))?;
+            for (k, taps) in (at * GRAIN..).zip(runs) {
+                let told = Told::by(&profiles, k);
+                part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
+            }
             Ok(part)
         };
-        let parts: Vec<Part> = runs.par_chunks(GRAIN).map(part).collect::<Result<_, _>>().map_err(failed)?;
+        let parts = runs.par_chunks(GRAIN).enumerate().map(part);
+        let parts: Vec<Part> = parts.collect::<Result<_, _>>().map_err(failed)?;
         for part in parts {
             run.write(Table::Tuples, &part.tuples.into_bytes(), if tuples { part.counts.taps } else { 0 })?;
             run.write(Table::Designs, &part.designs.into_bytes(), part.rows)?;
@@ -137,13 +143,13 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
 }
 
 impl Part {
-    /// The designs row of `taps`, all of its taps; whether to write the taps, and the row.
+    /// The designs row of `taps`, all of its taps, and what tells their distances; whether to write the taps, and the row.
     pub(super) fn take(
         &mut self,
         study: &Study,
         groups: &Groups,
         designs: &[Design],
-        taps: &[Tap],
+        (taps, told): (&[Tap], Told<'_>),
         (tuples, row_too): (bool, bool),
     ) -> csv::Result<()> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
@@ -153,7 +159,7 @@ impl Part {
         reduced.calibrate();
         let mut values = Vec::new();
         for Tap { row, a, drive, outcome, .. } in taps {
-            let estimated = reduced.estimate((0, 0), (*a, *drive), outcome);
+            let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
             self.left.push((*row, outcome.deviation, outcome.status | estimated.status));

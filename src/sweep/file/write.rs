@@ -1,12 +1,14 @@
 //! Tables of a tuple file that follow its designs rows: taps solved again in file order, and distances.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::super::Run;
 use super::super::select::Kept;
 use super::read::{Reader, Tap, solve};
 use super::reduce::Left;
-use super::{failed, reduction};
+use super::{failed, profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::Convention;
@@ -15,7 +17,7 @@ use crate::sink::{
     csv::Text,
     table::{AtDistance, Table, TapRow, fields},
 };
-use crate::statistics::DistanceRow;
+use crate::statistics::{DistanceRow, Told};
 
 /// Solves the rows again in file order and writes them; only those of the `kept` designs rows, if some were.
 pub(super) fn write_tuples(
@@ -35,6 +37,15 @@ pub(super) fn write_tuples(
     while more {
         let (mut designs, mut batch) = (Vec::new(), Vec::new());
         more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
+        // A tap's place among the curves of the batch is that of its designs row.
+        let (mut places, mut firsts) = (HashMap::new(), Vec::new());
+        for tap in &batch {
+            places.entry(groups.drives[tap.row as usize]).or_insert_with(|| {
+                firsts.push(tap);
+                firsts.len() - 1
+            });
+        }
+        let profiles = profiles(run, groups, &designs, firsts.into_iter())?;
         let text = |taps: &[Tap]| -> csv::Result<Vec<u8>> {
             let (mut text, mut values) = (Text::default(), Vec::new());
             for tap in taps {
@@ -42,7 +53,8 @@ pub(super) fn write_tuples(
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
                 let Tap { a, drive, outcome, .. } = tap;
-                let estimated = reduced.estimate((0, 0), (*a, *drive), outcome);
+                let told = Told::by(&profiles, places[&groups.drives[row]]);
+                let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;
                 let row = TapRow {
                     design: &design.tuple,

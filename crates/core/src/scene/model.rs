@@ -168,7 +168,7 @@ impl Default for Gauge {
     }
 }
 
-/// Which closed form the estimator inverts.
+/// What turns a strain into a distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Theory {
     #[default]
@@ -176,6 +176,33 @@ pub enum Theory {
     EulerBernoulli,
     /// f_T = f/(1 + S/a²), with shear.
     Timoshenko,
+    /// The model of the spec, inverted; K stays that of f.
+    Exact,
+}
+
+impl Theory {
+    /// All, by the words of a spec.
+    pub const WORDS: [(&'static str, Self); 3] =
+        [("euler-bernoulli", Self::EulerBernoulli), ("timoshenko", Self::Timoshenko), ("exact", Self::Exact)];
+
+    /// The word of a spec.
+    pub fn word(self) -> &'static str {
+        Self::WORDS[self as usize].0
+    }
+
+    /// The estimator of `locate` that turns strains into distances this way.
+    pub fn estimator(self) -> &'static str {
+        match self {
+            Self::EulerBernoulli => "paper",
+            Self::Timoshenko => "timoshenko",
+            Self::Exact => "exact",
+        }
+    }
+
+    /// What it is compared with: a formula with the model itself, the model with the paper's formula.
+    pub fn compared(self) -> Self {
+        if self == Self::Exact { Self::EulerBernoulli } else { Self::Exact }
+    }
 }
 
 /// What f is per radian.
@@ -191,7 +218,7 @@ pub enum Convention {
 /// How distance is estimated from strain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Estimate {
-    /// f or f_T.
+    /// f, f_T, or the model itself.
     pub theory: Theory,
     /// Mean strain or elongation.
     pub convention: Convention,

@@ -1,0 +1,282 @@
+//! Solves the model at Chebyshev points of pieces that are halved until the ratio is smooth in each.
+//!
+//! # Cost
+//! Where the contact is frictionless or sticks one piece mostly does: 12 taps in f32, 16 in f64, for each design and drive, beside the taps
+//! asked for; along a fine axis of drives these are read from a few solved ones as the others are.
+
+use std::sync::LazyLock;
+
+use rayon::prelude::*;
+
+use crate::design::{Design, amount};
+use crate::error::SolveError;
+use crate::evaluate::{Evaluator, Task};
+use crate::physics::chebyshev::{matrix, placed, points};
+use crate::scene::{Geometry, Setup, Theory};
+
+use super::{Piece, Profile, Ratio};
+
+/// Tolerance from which a piece has fewer points, and how many it has.
+const NODES: (f64, [usize; 2]) = (1e-6, [12, 16]);
+/// From values at so many points to coefficients.
+static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
+/// Size of the last coefficients, relative to the first, that a smooth piece has at most: so small, or a share of the tolerance.
+const FINE: (f64, f64) = (1e-9, 0.3);
+/// Share of the tolerance below which coefficients are left out: they are noise, which a slope would magnify.
+const NOISE: f64 = 0.1;
+/// Most halvings of a piece.
+const HALVINGS: u32 = 8;
+/// Most halvings of one next to the gauge that nobody asked for.
+const FEW: u32 = 2;
+/// Pieces narrower than this share of their distance are none.
+const NARROW: f64 = 1e-3;
+/// Curves that are solved together.
+const TOGETHER: usize = 1 << 13;
+
+/// Where a curve is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
+    Asked([f64; 2]),
+    /// The same from before the peak on.
+    Peak([f64; 2]),
+    /// From the gauge to the tip.
+    Whole([f64; 2]),
+}
+
+/// A curve that is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ask {
+    /// Place of the design among those given.
+    pub design: u32,
+    /// Degrees or mm.
+    pub drive: f64,
+    /// Where.
+    pub reach: Reach,
+}
+
+/// The curves of `asks` and how many taps were solved for them; no curve of what is no whisker, or has no distance beyond its gauge. Nothing
+/// is solved, and none comes back, unless distances are told by the model itself. With `drives` the asks come in runs of one design and
+/// reach over all of them.
+///
+/// # Errors
+/// A backend that fails.
+pub fn solve(
+    setup: &Setup,
+    evaluator: &mut Evaluator<'_>,
+    designs: &[Design],
+    asks: &[Ask],
+    drives: Option<&[f64]>,
+) -> Result<(Vec<Option<Profile>>, u64), SolveError> {
+    if setup.estimate.theory != Theory::Exact {
+        return Ok((Vec::new(), 0));
+    }
+    let run = drives.map_or(1, <[f64]>::len).max(1);
+    let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
+    for asks in asks.chunks((TOGETHER / run).max(1) * run) {
+        let mut work = Work::new(setup, evaluator, designs, asks);
+        work.run(drives)?;
+        taps += work.taps;
+        all.extend(work.profiles());
+    }
+    Ok((all, taps))
+}
+
+/// An interval of u in which the model is to be solved.
+#[derive(Clone, Copy)]
+struct Open {
+    ask: usize,
+    u: [f64; 2],
+    depth: u32,
+}
+
+/// Curves under way.
+struct Work<'w, 'a> {
+    setup: &'w Setup,
+    evaluator: &'w mut Evaluator<'a>,
+    designs: &'w [Design],
+    asks: &'w [Ask],
+    nodes: Vec<f64>,
+    /// From values at the nodes to coefficients.
+    transform: &'static [Vec<f64>],
+    pieces: Vec<Vec<Piece>>,
+    taps: u64,
+}
+
+impl<'w, 'a> Work<'w, 'a> {
+    fn new(
+        setup: &'w Setup,
+        evaluator: &'w mut Evaluator<'a>,
+        designs: &'w [Design],
+        asks: &'w [Ask],
+    ) -> Self {
+        let transform = &TRANSFORMS[usize::from(evaluator.tolerance() < NODES.0)];
+        let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
+        Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0 }
+    }
+
+    fn run(&mut self, drives: Option<&[f64]>) -> Result<(), SolveError> {
+        let first: Vec<Open> = (0..self.asks.len()).flat_map(|ask| self.first(ask)).collect();
+        self.fill(first, drives)?;
+        let beyond: Vec<Open> = (0..self.asks.len()).filter_map(|ask| self.beyond(ask)).collect();
+        self.fill(beyond, None)
+    }
+
+    fn profiles(self) -> Vec<Option<Profile>> {
+        let Self { setup, designs, asks, pieces, .. } = self;
+        let profile = |(ask, pieces): (&Ask, Vec<Piece>)| {
+            let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
+            Some(Profile::new(shared.model, amount(setup.drive, ask.drive), pieces))
+        };
+        asks.par_iter().zip(pieces).map(profile).collect()
+    }
+
+    /// Where an ask begins.
+    fn first(&self, ask: usize) -> Vec<Open> {
+        let Ask { design, reach, .. } = self.asks[ask];
+        let ends = ends(self.setup, &self.designs[design as usize], reach);
+        // Next to the gauge taps are hard, and only readings that no distance beyond the peak gives are looked for there.
+        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
+        let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
+        let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
+        let open = |w: &[f64]| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: depth(w[0]) };
+        ends.windows(2).map(open).collect()
+    }
+
+    /// The rest of the whisker where |ε| rises at the smallest distance asked: a larger one may have the same strain.
+    fn beyond(&self, ask: usize) -> Option<Open> {
+        let Ask { design, reach, .. } = self.asks[ask];
+        let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
+        let pieces = &self.pieces[ask];
+        let near = pieces.iter().map(|p| p.u[1]).fold(0.0, f64::max);
+        let far = pieces.iter().map(|p| p.u[0]).fold(f64::INFINITY, f64::min);
+        let tip = 1.0 / self.designs[design as usize].tuple.L_a;
+        let shared = self.designs[design as usize].shared.as_ref()?;
+        let u = near.min(1.0 / least);
+        // |ε| rises with a where it falls with u.
+        let rises = |p: &Piece| p.strain(&shared.model, 1.0, u).1 <= 0.0;
+        let wanted = tip < far && pieces.iter().any(|p| p.u[0] <= u && u <= p.u[1] && rises(p));
+        wanted.then_some(Open { ask, u: [tip, far], depth: 0 })
+    }
+
+    /// Solves the model in `open`, and in the halves of what is not smooth.
+    fn fill(&mut self, mut open: Vec<Open>, drives: Option<&[f64]>) -> Result<(), SolveError> {
+        if self.setup.model.geometry == Geometry::Linear {
+            // The closed form is the curve.
+            open.drain(..).for_each(|o| self.put(&o, Ratio::Smooth(vec![1.0])));
+        }
+        let mut drives = drives;
+        while !open.is_empty() {
+            let ratios = self.ratios(&open, drives.take())?;
+            let mut next = Vec::new();
+            let (n, tolerance, transform) = (self.nodes.len(), self.evaluator.tolerance(), self.transform);
+            let fits: Vec<Option<Vec<f64>>> =
+                ratios.par_chunks(n).map(|ratios| smooth(transform, tolerance, ratios)).collect();
+            for ((o, ratios), fit) in open.iter().zip(ratios.chunks(n)).zip(fits) {
+                match fit {
+                    Some(c) => self.put(o, Ratio::Smooth(c)),
+                    None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
+                        let (mid, depth) = (0.5 * (o.u[0] + o.u[1]), o.depth + 1);
+                        next.extend([[o.u[0], mid], [mid, o.u[1]]].map(|u| Open { u, depth, ..*o }));
+                    }
+                    None => {
+                        let places = self.nodes.iter().map(|x| placed(o.u, *x));
+                        self.put(o, Ratio::Rough(places.zip(ratios.iter().copied()).collect()));
+                    }
+                }
+            }
+            open = next;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, o: &Open, ratio: Ratio) {
+        self.pieces[o.ask].push(Piece { u: o.u, ratio });
+    }
+
+    /// ε/(θ f) at the nodes of every interval; NaN where there is none. With `drives` the intervals come in runs over all of them.
+    fn ratios(&mut self, open: &[Open], drives: Option<&[f64]>) -> Result<Vec<f64>, SolveError> {
+        let n = self.nodes.len();
+        let task = |o: &Open, x: f64| {
+            let Ask { design, drive, .. } = self.asks[o.ask];
+            Task { design, a: 1.0 / placed(o.u, x), drive }
+        };
+        let tasks: Vec<Task> =
+            open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
+        let Some(drives) = drives else {
+            self.taps += tasks.len() as u64;
+            let outcomes = self.evaluator.run(self.designs, &tasks)?;
+            return Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect());
+        };
+        // Taps of a design at all drives come next to each other here, and drive by drive there.
+        let same = |p: &Open, q: &Open| self.asks[p.ask].design == self.asks[q.ask].design;
+        let mut order = Vec::with_capacity(tasks.len());
+        let mut from = 0;
+        for open in open.chunk_by(same) {
+            let taps = n * open.len() / drives.len();
+            order.extend((0..taps).flat_map(|k| (0..drives.len()).map(move |j| from + j * taps + k)));
+            from += n * open.len();
+        }
+        let runs: Vec<Task> = order.iter().map(|&t| tasks[t]).collect();
+        let (outcomes, solved) = self.evaluator.run_over_drives(self.designs, &runs, drives)?;
+        self.taps += solved;
+        let mut ratios = vec![f64::NAN; tasks.len()];
+        for (&t, o) in order.iter().zip(&outcomes) {
+            ratios[t] = self.ratio(&tasks[t], o.strain);
+        }
+        Ok(ratios)
+    }
+
+    fn ratio(&self, task: &Task, strain: f64) -> f64 {
+        let Some(shared) = &self.designs[task.design as usize].shared else { return f64::NAN };
+        let linear = amount(self.setup.drive, task.drive) * shared.model.value(task.a);
+        // A contact that slid onto the gauge's near end shows nothing.
+        if strain == 0.0 { f64::NAN } else { strain.abs() / linear }
+    }
+}
+
+/// Coefficients of the ratio from its values at the nodes, without those that are noise; `None` where it is not smooth.
+fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<f64>> {
+    if !ratios.iter().all(|r| r.is_finite()) {
+        return None;
+    }
+    let coefficient = |row: &Vec<f64>| row.iter().zip(ratios).map(|(m, r)| m * r).sum();
+    let mut c: Vec<f64> = transform.iter().map(coefficient).collect();
+    let ((least, share), size) = (FINE, c[0].abs());
+    let tail: f64 = c[c.len() - 2..].iter().map(|c| c.abs()).sum();
+    if tail > least.max(share * tolerance) * size {
+        return None;
+    }
+    let heard = c.iter().rposition(|c| c.abs() > NOISE * tolerance * size).unwrap_or(0);
+    c.truncate(heard + 1);
+    Some(c)
+}
+
+/// Ends of the pieces over which the curve of `design` is solved first, mm, falling. They reach a little beyond what was asked: a polynomial
+/// tells slopes badly at its ends and over a narrow range.
+fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
+    let Some(shared) = &design.shared else { return Vec::new() };
+    let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
+    let start = x1 + 0.02 * (x2 - x1);
+    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
+    let [from, to] = setup.estimate.range.unwrap_or([least, most]);
+    let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
+    let whole = matches!(reach, Reach::Whole(_));
+    let hi = if whole { tip } else { most.max(1.2 * least).min(tip) };
+    // A contact on the gauge is another branch of f.
+    let clear = |a: f64| if least > x2 { a.max(0.5 * (x2 + least)).min(least) } else { least };
+    let mut ends = vec![hi, clear(0.7 * hi)];
+    if !matches!(reach, Reach::Asked(_)) {
+        ends.push(x2 + 0.5 * (shared.theory.peak().0 - x2));
+    }
+    if whole {
+        ends.push(start);
+    }
+    ends.retain(|a| (start..=tip).contains(a));
+    ends.sort_by(|p, q| q.total_cmp(p));
+    if let Some(place) = ends.windows(2).position(|w| w[1] < x2 && x2 < w[0]) {
+        ends.insert(place + 1, x2);
+    }
+    ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
+    ends
+}
