@@ -100,7 +100,7 @@ impl Estimator for Interpolated {
 
     fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
         // The one that is left out may be the last: it is then extrapolated to.
-        let table = through(side, |c| c.i != distance)?.reaching(1.5);
+        let table = through(side, |c| c.i != distance)?.reaching(4.0);
         Some(Box::new(move |_, drive, signal| table.find(drive, signal)))
     }
 

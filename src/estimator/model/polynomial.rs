@@ -10,8 +10,6 @@ use super::Found;
 use super::form::Form;
 use crate::physics::root::bracketed;
 
-/// More terms must make the error at positions left out smaller by this share.
-const WORTH: f64 = 0.95;
 /// Points of the range of signals at which the curve must fall, or rise, as everywhere else.
 const LOOKS: usize = 24;
 /// Drives at which that is looked at.
@@ -80,16 +78,23 @@ impl Polynomial {
         // Jitter of one drive is none of several.
         let steps = crate::measure::group::Groups::of(drives.iter().copied(), None, true).centres.len();
         let ranges = ranges(points);
-        let mut best: Option<(Form, f64)> = None;
-        for form in Form::all(positions.len(), steps) {
-            let Some(rms) = Self::left_out(points, &positions, &ranges, form) else { continue };
-            if best.is_none_or(|(f, least)| {
-                rms < least * if f.powers().len() < form.powers().len() { WORTH } else { 1.0 }
-            }) {
-                best = Some((form, rms));
-            }
-        }
-        Self::fit(points, &ranges, best?.0, beyond)
+        let tried = |form| Some((form, Self::left_out(points, &positions, &ranges, form)?));
+        let mut tried: Vec<(Form, Vec<f64>)> =
+            Form::all(positions.len(), steps).into_iter().filter_map(tried).collect();
+        let mean = |squares: &[f64]| squares.iter().sum::<f64>() / squares.len() as f64;
+        tried.sort_by(|(f, x), (g, y)| {
+            f.terms_in_all().cmp(&g.terms_in_all()).then(mean(x).total_cmp(&mean(y)))
+        });
+        let best = tried.iter().map(|(_, s)| s).min_by(|x, y| mean(x).total_cmp(&mean(y)))?;
+        // Of forms that the positions cannot tell from the best, the simplest.
+        let as_good = |(_, squares): &&(Form, Vec<f64>)| {
+            let mut worse = crate::reduce::Spread::default();
+            squares.iter().zip(best).for_each(|(s, b)| worse.push(s - b));
+            let error = worse.sd().unwrap_or(0.0) / (worse.n as f64).sqrt();
+            worse.mean().unwrap_or(0.0) <= error
+        };
+        let form = tried.iter().find(as_good)?.0;
+        Self::fit(points, &ranges, form, beyond)
     }
 
     /// Scales of ln signal and the drive.
@@ -125,13 +130,15 @@ impl Polynomial {
         all
     }
 
-    /// Root mean square error where each position is left out in turn.
-    fn left_out(points: &[Point], positions: &[usize], ranges: &[Range], form: Form) -> Option<f64> {
+    /// Mean square error at each position where that is left out; `None` where the form is none of these data.
+    fn left_out(points: &[Point], positions: &[usize], ranges: &[Range], form: Form) -> Option<Vec<f64>> {
         let scale = Self::scales(points, form);
         let powers = form.powers();
+        // A curve that turns is no calibration, however well it fits.
+        Self::fit(points, ranges, form, 0.0)?;
         if points.len() < powers.len() + 1 || positions.len() < 3 {
             // Nothing can be left out of so little: the simplest form has to do.
-            return (form.degree == 1 && points.len() >= powers.len()).then_some(f64::MAX);
+            return (form.degree == 1).then(|| vec![0.0]);
         }
         let moments = Self::moments(points, form, scale);
         let (mut xx, mut xy) = (DMatrix::zeros(powers.len(), powers.len()), DVector::zeros(powers.len()));
@@ -139,19 +146,19 @@ impl Polynomial {
             xx += &m.xx;
             xy += &m.xy;
         }
-        let (mut squares, mut taps) = (0.0, 0.0);
+        let mut sums = std::collections::BTreeMap::<usize, (f64, f64)>::new();
+        let mut without = std::collections::BTreeMap::new();
         for (position, m) in &moments {
-            let c = solve(&xx - &m.xx, &(&xy - &m.xy))?.0;
-            for p in points.iter().filter(|p| p.position == *position) {
-                let (x, _) = form.terms(&powers, scale, p.signal.ln(), p.drive);
-                let y: f64 = x.iter().zip(c.iter()).map(|(x, c)| x * c).sum();
-                squares += p.n * (form.distance(y) - p.a).powi(2);
-                taps += p.n;
-            }
+            without.insert(*position, solve(&xx - &m.xx, &(&xy - &m.xy))?.0);
         }
-        let rms = (squares / taps).sqrt();
-        // A curve that turns is no calibration, however well it fits.
-        (rms.is_finite() && Self::fit(points, ranges, form, 0.0).is_some()).then_some(rms)
+        for p in points {
+            let (x, _) = form.terms(&powers, scale, p.signal.ln(), p.drive);
+            let y: f64 = x.iter().zip(without[&p.position].iter()).map(|(x, c)| x * c).sum();
+            let sum = sums.entry(p.position).or_default();
+            *sum = (sum.0 + p.n * (form.distance(y) - p.a).powi(2), sum.1 + p.n);
+        }
+        let squares: Vec<f64> = sums.values().map(|(s, n)| s / n).collect();
+        squares.iter().all(|s| s.is_finite()).then_some(squares)
     }
 
     /// Least squares; `None` where the curve is not monotone over the data, or the data do not determine it.
