@@ -18,7 +18,12 @@ impl Rig {
 
     /// As [`Self::read`], with the spec.
     pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let spec = spec::read_with(path, fallback(drive.unwrap_or(Drive::Angle)))?;
+        // What the spec itself says of the drive goes before what the data let expect; it is judged when it is read.
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let table: Table = text.parse().unwrap_or_default();
+        let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
+        let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
+        let spec = spec::read_with(path, fallback(if displaced { Drive::Displacement } else { Drive::Angle }))?;
         Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
     }
 

@@ -53,6 +53,7 @@ pub const VERIFY: Table = table(
 
 const NS: Told = ("ns_per_tap", "time of a tap from tuple to outcome, fastest run");
 const NS_MEDIAN: Told = ("ns_per_tap_median", "the same, median run");
+const SPREAD: Told = ("spread", "slowest less fastest of the repeats, over their median");
 const GFLOPS: &str = "gflops";
 const GBYTES: &str = "gbytes_per_s";
 
@@ -78,6 +79,7 @@ pub const WORK: Table = table(
         ("strain_error_median", "strain error against the reference, as in verify.csv, median"),
         ("strain_error_p99", "the same, 99th percentile"),
         ("strain_error_max", "the same, largest"),
+        SPREAD,
     ],
 );
 
@@ -102,6 +104,7 @@ pub const SCALING: Table = table(
         ("seconds_median", "the same, median run"),
         ("taps_per_second", "taps/seconds"),
         ("ns_per_tap", "seconds/taps"),
+        SPREAD,
     ],
 );
 
@@ -118,6 +121,7 @@ pub const THREADS: Table = table(
         NS,
         NS_MEDIAN,
         ("speedup", "time on one thread over time on these"),
+        SPREAD,
     ],
 );
 
@@ -161,5 +165,6 @@ pub const ROOFLINE: Table = table(
         (GBYTES, "bytes of taps and solutions"),
         ("share_of_peak_flops", "share of the peak of peaks.csv"),
         ("share_of_peak_bytes", "share of the peak of peaks.csv"),
+        SPREAD,
     ],
 );

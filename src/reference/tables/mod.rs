@@ -166,10 +166,13 @@ const ROWS: Table = table(
 const LOCATED: Table = table(
     "locate",
     "located.csv",
-    "A row is a reading; on a stream the same columns on stdout.",
+    "A row is a reading. The file's own columns stand after line, one with a name from below as given_…; drive and signal under their own names \
+     follow where the file has others. On a stream: the same without line, zero and other columns.",
     &[
+        ("line", "number of the line in the file"),
         DRIVE,
-        ("strain or reading", "the signal; tension positive"),
+        ("strain or reading", "the signal as recorded; tension positive"),
+        ("zero", "what was subtracted from it; empty where no zero is known"),
         ("distance_mm", "distance â"),
         ("sigma_mm", "standard deviation of â: noise, calibration and bias (docs/calibration.md)"),
         STATUS,
