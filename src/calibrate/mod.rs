@@ -118,7 +118,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let winner = winner::winner(&results);
+    let winner = winner::winner(&results, rig.known);
     warnings.extend(remarks(data, &taps, &results, winner, rig.known));
     let used = results.iter().map(|s| s.used).sum();
     let calibration = Calibration {

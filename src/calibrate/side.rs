@@ -171,6 +171,9 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     };
     let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
     record.end_stop = end_stop(ask);
+    let reached = cells.iter().flat_map(|c| &c.taps).map(|k| ask.taps[*k].drive);
+    let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
+    record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
     let mut held = Vec::new();
     let allowed = |e: &&'static dyn Estimator| {
         (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))

@@ -15,14 +15,15 @@ const ENOUGH: usize = 20;
 
 /// The winner. Candidates are compared on the held-out taps that all of them answer, those far worse than the best left out; where these
 /// are too few, on all, a tap without an answer counting as an error of half the range. Of those that the data cannot tell apart the
-/// preferred one is taken.
-pub fn winner(sides: &[SideResult]) -> &'static dyn Estimator {
+/// preferred one is taken: the fewest numbers first, but what guesses at a whisker that is not `known` last.
+pub fn winner(sides: &[SideResult], known: bool) -> &'static dyn Estimator {
+    let order = |e: &&'static dyn Estimator| (!known && e.needs_whisker(true), e.preference());
     let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e) && s.held_out(*e).is_some());
-    let mut known: Vec<&'static dyn Estimator> = ALL.into_iter().filter(everywhere).collect();
-    known.sort_by_key(|e| e.preference());
-    let overall: Vec<f64> = known.iter().map(|e| rms(sides, *e)).collect();
+    let mut candidates: Vec<&'static dyn Estimator> = ALL.into_iter().filter(everywhere).collect();
+    candidates.sort_by_key(order);
+    let overall: Vec<f64> = candidates.iter().map(|e| rms(sides, *e)).collect();
     let least = overall.iter().copied().fold(f64::INFINITY, f64::min);
-    let near = known.iter().zip(&overall).filter(|(_, rms)| **rms <= FAR_WORSE * least);
+    let near = candidates.iter().zip(&overall).filter(|(_, rms)| **rms <= FAR_WORSE * least);
     let candidates: Vec<&'static dyn Estimator> = near.map(|(e, _)| *e).collect();
     let used: usize = sides.iter().map(|s| s.used).sum();
     let common: usize =
@@ -37,7 +38,7 @@ pub fn winner(sides: &[SideResult]) -> &'static dyn Estimator {
     let Some(best) = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b))) else {
         let calibrated = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e));
         let mut any: Vec<&'static dyn Estimator> = ALL.into_iter().filter(calibrated).collect();
-        any.sort_by_key(|e| e.preference());
+        any.sort_by_key(order);
         return any.first().copied().unwrap_or(PAPER);
     };
     let as_good = |k: &usize| *k == best || !worse(&squares[*k], &squares[best]);

@@ -62,16 +62,17 @@ impl Estimator for Smooth {
     }
 
     fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
-        let curve = Polynomial::choose(&points(side, Some(distance)), BEYOND[1])?;
+        // The form is that of all positions: what is judged is what will be used.
+        let form = Polynomial::choose(&points(side, None))?;
+        let curve = Polynomial::through(&points(side, Some(distance)), form, BEYOND[1])?;
         Some(Box::new(move |_, drive, signal| curve.find(drive, signal)))
     }
 
     fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
-        record.curve = Polynomial::choose(&points(side, None), BEYOND[0]).map(|fit| SmoothRecord {
-            held_out_rms_mm: judged.rms_mm,
-            bias_mm: judged.bias_mm,
-            fit,
-        });
+        let all = points(side, None);
+        let fit = Polynomial::choose(&all).and_then(|form| Polynomial::through(&all, form, BEYOND[0]));
+        record.curve =
+            fit.map(|fit| SmoothRecord { held_out_rms_mm: judged.rms_mm, bias_mm: judged.bias_mm, fit });
     }
 
     fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {

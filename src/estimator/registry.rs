@@ -26,8 +26,11 @@ macro_rules! registry {
             pub gauge_side: String,
             /// Smallest and largest calibrated distance.
             pub distances_mm: [f64; 2],
-            /// Calibrated drives, ascending.
+            /// Calibrated drives, ascending: of each that was reached with jitter the mean.
             pub drives: Vec<f64>,
+            /// Smallest and largest drive among the taps, where that is not the first and the last of these.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub drive_ends: Option<[f64; 2]>,
             /// |signal| at which the sensor stands still, where the data show one.
             pub end_stop: Option<f64>,
             $($(#[$what])* #[serde(skip_serializing_if = "Option::is_none")] pub $section: Option<$record>,)*
@@ -37,7 +40,7 @@ macro_rules! registry {
             /// Of a side of which no estimator is calibrated yet; distances in mm, `drives` ascending.
             pub fn new(sign: i8, gauge: Side, distances_mm: [f64; 2], drives: Vec<f64>) -> Self {
                 let gauge_side = if gauge == Side::Far { "far" } else { "contact" }.to_owned();
-                Self { sign, gauge_side, distances_mm, drives, end_stop: None, $($section: None),* }
+                Self { sign, gauge_side, distances_mm, drives, drive_ends: None, end_stop: None, $($section: None),* }
             }
         }
     };
@@ -69,7 +72,8 @@ impl SideRecord {
 
     /// Smallest and largest calibrated drive.
     pub fn ends(&self) -> [f64; 2] {
-        [self.drives[0], self.drives[self.drives.len() - 1]]
+        let [first, last] = [self.drives[0], self.drives[self.drives.len() - 1]];
+        self.drive_ends.map_or([first, last], |[lo, hi]| [lo.min(first), hi.max(last)])
     }
 
     /// Refuses values that contradict each other.
@@ -81,6 +85,9 @@ impl SideRecord {
         let [lo, hi] = self.distances_mm;
         if self.drives.is_empty() || !positive(&self.drives) || !ascending(&self.drives) {
             return fault("drives", "these are no drives", "ascending, > 0");
+        }
+        if self.drive_ends.is_some_and(|ends| !positive(&ends)) {
+            return fault("drive_ends", "these are no drives", "> 0");
         }
         if !positive(&[lo, hi]) || lo >= hi {
             return fault("distances_mm", "this is no range of distances", "0 < smallest < largest, mm");

@@ -23,7 +23,8 @@ impl Rig {
         let table: Table = text.parse().unwrap_or_default();
         let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
         let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
-        let spec = spec::read_with(path, fallback(if displaced { Drive::Displacement } else { Drive::Angle }))?;
+        let spec =
+            spec::read_with(path, fallback(if displaced { Drive::Displacement } else { Drive::Angle }))?;
         Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
     }
 

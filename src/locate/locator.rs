@@ -5,7 +5,7 @@ use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
 use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{SAME, between, bracket};
+use crate::estimator::model::{SAME, between};
 use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
@@ -53,6 +53,8 @@ struct Opened {
     /// Distances within which a second one is ambiguous.
     interest: [f64; 2],
     drives: Vec<f64>,
+    /// Smallest and largest drive that is answered.
+    ends: [f64; 2],
     answers: Box<dyn Answers>,
     /// Per drive, mm.
     bias: Vec<f64>,
@@ -63,6 +65,11 @@ struct Opened {
 }
 
 impl Opened {
+    /// Whether `drive` is among the calibrated ones.
+    fn admits(&self, drive: f64) -> bool {
+        drive >= self.ends[0] * (1.0 - SAME) && drive <= self.ends[1] * (1.0 + SAME)
+    }
+
     /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
     fn new(estimator: &dyn Estimator, of: &Opening<'_>) -> Result<Option<Self>, Error> {
         let Opening { rig, record, side, .. } = *of;
@@ -76,6 +83,7 @@ impl Opened {
             distances: record.distances_mm,
             interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
             drives: record.drives.clone(),
+            ends: record.ends(),
             answers,
             bias: bias.to_vec(),
             factor: record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(f64::NAN),
@@ -188,7 +196,7 @@ impl Locator {
             return Located::nothing(Status::OUTSIDE_CALIBRATION | self.limit(signal, f64::NAN));
         };
         let mut status = self.limit(signal, side.factor);
-        if bracket(&side.drives, drive).is_none() {
+        if !side.admits(drive) {
             return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
         }
         if signal.abs() >= side.end_stop * (1.0 - SAME) {
@@ -221,7 +229,7 @@ impl Locator {
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
-        if bracket(&side.drives, drive).is_none() || !a.is_finite() {
+        if !side.admits(drive) || !a.is_finite() {
             return f64::NAN;
         }
         sign * side.answers.expected(a, drive)

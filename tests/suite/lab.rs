@@ -268,3 +268,106 @@ fn names_of_columns_are_checked() {
     let e = read("a=dost").unwrap_err();
     assert!(e.message.contains("dist"), "{e}");
 }
+
+/// What labs do to a table: an offset, a drift, drives that jitter, microstrain, semicolons, decimal commas, two wrong labels.
+fn spoilt(table: &str, wrong: &[usize]) -> String {
+    let comma = |x: f64| x.to_string().replace('.', ",");
+    let mut out = String::from("nr;dist;ang;ch1;remark\n");
+    let rows = data(table).rows;
+    let far = rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+    for (k, row) in rows.iter().enumerate() {
+        let signal = 1e6 * (row.value + OFFSET + 3e-8 * k as f64);
+        let a = if wrong.contains(&k) { if row.a < 30.0 { far } else { 21.0 } } else { row.a };
+        let a = if a.is_finite() { comma(a) } else { String::new() };
+        out += &format!("{k};{a};{};{};\"x; y\"\n", comma(row.drive), comma(signal));
+    }
+    out
+}
+
+/// Taps whose drive is up to half a hundredth of a degree off what is wanted, each recorded as it was.
+fn jittering(seed: u64, a: &str) -> String {
+    let mut out = String::from("a_mm,theta_deg,strain\n");
+    for (k, jitter) in [-0.005, 0.0, 0.005].into_iter().enumerate() {
+        let drives =
+            [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0].map(|d: f64| (d + jitter).to_string()).join(", ");
+        let tap = format!("[tap]\na = {a}\ntheta = [{drives}]\n");
+        let spec = prototype(10.0, &["noise_strain = 1e-5\n", &tap, REAL]);
+        let settings =
+            Settings { noise: NOISE, zero_every: Some(15), seed: seed + k as u64, ..Settings::default() };
+        out.extend(table(&spec, &settings).lines().skip(1).map(|l| {
+            let f: Vec<&str> = l.split(',').collect();
+            format!("{},{},{}\n", f[0], f[1], f[2])
+        }));
+    }
+    out
+}
+
+#[test]
+fn a_round_trip_through_a_real_lab_is_as_good_as_through_a_clean_one() {
+    let desk = Desk::new(&spec());
+    let (measured, asked) = (
+        jittering(1, "{ from = 21, to = 48, step = 3 }"),
+        jittering(11, "{ min = 22, max = 47, samples = 70, sampler = \"random\", seed = 5 }"),
+    );
+    desk.write("clean.csv", &measured);
+    desk.write("clean_readings.csv", &asked);
+    desk.write("lab.csv", spoilt(&measured, &[40, 171]));
+    desk.write("lab_readings.csv", spoilt(&asked, &[]));
+    desk.run(&["calibrate", "clean.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.run(&["locate", "cal/calibration.toml", "clean_readings.csv", "--out", "loc"]).exits(0);
+    let columns = "a=dist,theta=ang,microstrain=ch1";
+    let found = desk.run(&[
+        "calibrate",
+        "lab.csv",
+        "--whisker",
+        "spec.toml",
+        "--columns",
+        columns,
+        "--out",
+        "lab",
+        "--json",
+    ]);
+    let result = found.exits(0).json()["result"].clone();
+    let suspects: Vec<_> =
+        result["suspects"].as_array().unwrap().iter().map(|s| s["line"].as_u64().unwrap()).collect();
+    assert_eq!(suspects, [42, 173], "{result}");
+    let columns = "theta=ang,microstrain=ch1";
+    desk.run(&["locate", "lab/calibration.toml", "lab_readings.csv", "--columns", columns, "--out", "there"])
+        .exits(0);
+    let error = |folder: &str, column: &str| {
+        let table = Table::read(&desk.path(&format!("{folder}/located.csv")));
+        let number = |r: &Row, c: &str| r[c].parse::<f64>().ok();
+        let off = |r: &Row| Some([number(r, "distance_mm")? - number(r, column)?, number(r, "sigma_mm")?]);
+        let all: Vec<[f64; 2]> = table.rows.iter().filter_map(off).collect();
+        assert!(all.len() > 1500, "{folder}: {}", all.len());
+        let n = all.len() as f64;
+        let share = |k: f64| all.iter().filter(|[e, s]| e.abs() <= k * s).count() as f64 / n;
+        ((all.iter().map(|[e, _]| e * e).sum::<f64>() / n).sqrt(), share(1.0), 1.0 - share(3.0))
+    };
+    let (clean, lab) = (error("loc", "a_mm"), error("there", "dist"));
+    assert!(lab.0 < 1.3 * clean.0, "{lab:?} {clean:?}");
+    for (_, within, beyond) in [clean, lab] {
+        assert!((0.60..0.76).contains(&within) && beyond <= 0.015, "{lab:?} {clean:?}");
+    }
+}
+
+/// σ of every estimator on 200 fresh positions of a rig, as `calibrate` chose it and for those that know the data alone.
+#[test]
+fn sigma_covers_the_errors_of_a_curve_and_of_a_table() {
+    let found = calibrated(&table(&spec(), &Settings { repeats: 5, ..noisy(1) }), &spec(), &[]);
+    let taps = table(&fresh(&spec(), [21.5, 47.5], 250), &Settings { repeats: 1, ..noisy(9) });
+    for estimator in [None, Some(CURVE)] {
+        let located = locator(&found, estimator);
+        let (mut within, mut beyond, mut n) = (0.0, 0.0, 0.0);
+        for row in data(&taps).rows.iter().filter(|r| r.drive > 0.0) {
+            let at = located.locate(row.drive, row.value);
+            let ratio = (at.distance - row.a).abs() / at.sigma;
+            assert!(ratio.is_finite(), "{row:?} {at:?}");
+            within += f64::from(u8::from(ratio <= 1.0));
+            beyond += f64::from(u8::from(ratio > 3.0));
+            n += 1.0;
+        }
+        let (within, beyond) = (within / n, beyond / n);
+        assert!((0.60..=0.76).contains(&within) && beyond <= 0.015, "{estimator:?}: {within} {beyond}");
+    }
+}

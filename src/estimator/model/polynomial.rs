@@ -67,9 +67,8 @@ struct Moments {
 }
 
 impl Polynomial {
-    /// The curve through `points` whose order does best at positions left out; `None` where none is monotone, or too few points are there.
-    /// `beyond`: share of the last step between positions to which it answers beyond them.
-    pub fn choose(points: &[Point], beyond: f64) -> Option<Self> {
+    /// The form that does best at positions left out; `None` where none is monotone, or too few points are there.
+    pub fn choose(points: &[Point]) -> Option<Form> {
         let mut positions: Vec<usize> = points.iter().map(|p| p.position).collect();
         positions.sort_unstable();
         positions.dedup();
@@ -93,8 +92,13 @@ impl Polynomial {
             let error = worse.sd().unwrap_or(0.0) / (worse.n as f64).sqrt();
             worse.mean().unwrap_or(0.0) <= error
         };
-        let form = tried.iter().find(as_good)?.0;
-        Self::fit(points, &ranges, form, beyond)
+        Some(tried.iter().find(as_good)?.0)
+    }
+
+    /// The curve of `form` through `points`; `None` where it is not monotone. `beyond`: share of the last step between positions to which
+    /// it answers beyond them.
+    pub fn through(points: &[Point], form: Form, beyond: f64) -> Option<Self> {
+        Self::fit(points, &ranges(points), form, beyond)
     }
 
     /// Scales of ln signal and the drive.

@@ -157,9 +157,10 @@ impl Table {
         self.drives.iter().copied().zip(&self.curves)
     }
 
-    /// The curves about `drive` and the weight of the second; `None` outside the drives of the table.
+    /// The curves about `drive` and the weight of the second; beyond the drives of the table, where jitter leads, the nearest one.
     fn around(&self, drive: f64) -> Option<(&Curve, &Curve, f64)> {
-        let (j, w) = super::bracket(&self.drives, drive)?;
+        let (first, last) = (*self.drives.first()?, *self.drives.last()?);
+        let (j, w) = super::bracket(&self.drives, drive.clamp(first, last))?;
         Some((&self.curves[j], &self.curves[(j + 1).min(self.curves.len() - 1)], w))
     }
 
