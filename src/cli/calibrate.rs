@@ -74,7 +74,12 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
-    exported(args, &found.calibration, &options, &label, &mut folder)?;
+    if !args.export.is_empty() {
+        let calibration = found.calibration.clone().sealed();
+        let asked = |e| Locator::new(&calibration, &label, Some(e), &opener(&options));
+        let asked = args.estimator.map(asked).transpose()?;
+        exported(args, &calibration, asked.as_ref().unwrap_or(&locator), &mut folder)?;
+    }
     let result = report::result(&found, &rig);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
@@ -107,20 +112,14 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     Ok(reply.removing(&written.removed))
 }
 
-/// Writes the files of `--export`.
+/// Writes the files of `--export`: `calibration` as `locator` answers.
 fn exported(
     args: &Calibrate,
     calibration: &Calibration,
-    options: &RunOptions,
-    label: &str,
+    locator: &Locator,
     folder: &mut Folder,
 ) -> Result<(), Error> {
-    if args.export.is_empty() {
-        return Ok(());
-    }
-    let calibration = calibration.clone().sealed();
-    let locator = Locator::new(&calibration, label, args.estimator, &opener(options))?;
-    let export = Export::new(&locator, &calibration)?;
+    let export = Export::new(locator, calibration)?;
     for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
         let mut file = folder.file(language.file())?;
         file.write(export.text(language).as_bytes())?;

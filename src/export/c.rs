@@ -32,11 +32,17 @@ const POLYNOMIAL: &str = "typedef struct {
 } polynomial_F;
 ";
 
+/// Functions that end with the suffix of their number type.
+const SHARED: [&str; 6] = ["exp", "fabs", "floor", "log", "sqrt", "vibrissa_locate"];
+
 /// A number type of C.
 #[derive(Clone, Copy)]
 struct Real {
     name: &'static str,
+    /// What its functions of <math.h>, its numbers and the function that answers end with.
     suffix: &'static str,
+    /// What all other names end with.
+    own: &'static str,
     /// Relative slack of drives.
     same: f64,
     /// Width of an interval of −1 … 1 that is not worth halving.
@@ -44,8 +50,8 @@ struct Real {
 }
 
 const REALS: [Real; 2] = [
-    Real { name: "double", suffix: "", same: SAME, small: 4e-16 },
-    Real { name: "float", suffix: "f", same: 1e-7, small: 1e-7 },
+    Real { name: "double", suffix: "", own: "_d", same: SAME, small: 4e-16 },
+    Real { name: "float", suffix: "f", own: "_f", same: 1e-7, small: 1e-7 },
 ];
 
 impl Real {
@@ -64,17 +70,11 @@ impl Real {
     fn list(self, all: impl IntoIterator<Item = f64>) -> String {
         wrapped(all.into_iter().map(|x| self.number(x)), "    ")
     }
+}
 
-    fn array(self, name: &str, rows: &str) -> String {
-        let kind =
-            if name.ends_with("numbers") || name == "drives" || name == "bias" { self.name } else { "" };
-        let kind = if kind.is_empty() {
-            format!("{}{}", name.trim_end_matches('s'), self.suffix)
-        } else {
-            kind.to_owned()
-        };
-        format!("static const {kind} {name}{}[] = {{\n{rows}\n}};\n", self.suffix)
-    }
+/// An array of `kind`, REAL or a name of the file.
+fn array(kind: &str, name: &str, rows: &str) -> String {
+    format!("\nstatic const {kind} {name}_F[] = {{\n{rows}\n}};\n")
 }
 
 /// The tables of the file, as they grow.
@@ -153,16 +153,17 @@ impl Tables {
         if !self.polynomials.is_empty() {
             out += POLYNOMIAL;
         }
-        let rows = [("pieces", &self.pieces), ("strips", &self.strips), ("polynomials", &self.polynomials)];
-        for (name, rows) in rows.into_iter().chain([("sides", &self.sides)]) {
-            if !rows.is_empty() {
-                out += "\n";
-                out += &real.array(name, &rows.join("\n"));
-            }
+        let rows = [
+            ("piece_F", "pieces", &self.pieces),
+            ("strip_F", "strips", &self.strips),
+            ("polynomial_F", "polynomials", &self.polynomials),
+            ("side_F", "sides", &self.sides),
+        ];
+        for (kind, name, rows) in rows.into_iter().filter(|r| !r.2.is_empty()) {
+            out += &array(kind, name, &rows.join("\n"));
         }
         for (name, all) in [("drives", &self.drives), ("bias", &self.bias), ("numbers", &self.numbers)] {
-            out += "\n";
-            out += &real.array(name, &real.list(all.iter().copied()));
+            out += &array("REAL", name, &real.list(all.iter().copied()));
         }
         out.trim_end().to_owned()
     }
@@ -206,7 +207,8 @@ impl Export<'_> {
             strain.as_str(),
             LOCATE,
         ];
-        code.concat()
+        let code = code
+            .concat()
             .replace("@PREPARE", &self.c_prepare(real))
             .replace("@FIND", find)
             .replace("@SIDES", &self.sides.len().to_string())
@@ -217,8 +219,11 @@ impl Export<'_> {
             .replace("@BEYOND", &real.number(BEYOND))
             .replace("@NOISE", &real.number(self.locator.noise()))
             .replace("@LIMIT", &real.number(self.limit(f64::NAN)))
-            .replace("REAL", real.name)
-            .replace("_F", real.suffix)
+            .replace("REAL", real.name);
+        let code = SHARED
+            .iter()
+            .fold(code, |text, f| text.replace(&format!("{f}_F("), &format!("{f}{}(", real.suffix)));
+        code.replace("_F", real.own)
     }
 
     /// What makes a strain of a recorded value, where that is not linear.

@@ -31,7 +31,7 @@ pub(super) fn wrapped(parts: impl IntoIterator<Item = String>, indent: &str) -> 
 
 /// A name from outside, as it can stand in any comment.
 fn harmless(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._- ".contains(c) { c } else { '_' }).collect()
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-/ ".contains(c) { c } else { '_' }).collect()
 }
 
 impl Export<'_> {
@@ -110,7 +110,7 @@ impl Export<'_> {
         match self.error() {
             0.0 => format!("the calibrated polynomial itself; rounding only{float}"),
             error => {
-                format!("at most {error:.1e} mm to `vibrissa locate` among the calibrated distances{float}")
+                format!("up to {error:.1e} mm to `vibrissa locate` among the calibrated distances{float}")
             }
         }
     }
