@@ -107,6 +107,12 @@ impl<'a> Export<'a> {
         Ok(Self { locator, calibration, sides })
     }
 
+    /// Whether there is a side that is inverted, and one that is a polynomial.
+    fn kinds(&self) -> [bool; 2] {
+        let inverted = |s: &Side<'_>| matches!(s.form, Form::Inverted { .. });
+        [self.sides.iter().any(inverted), !self.sides.iter().all(inverted)]
+    }
+
     /// The file in `language`.
     pub fn text(&self, language: Language) -> String {
         match language {

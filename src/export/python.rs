@@ -76,9 +76,7 @@ fn polynomial(p: &Polynomial) -> String {
 impl Export<'_> {
     /// The file in Python.
     pub(super) fn python(&self) -> String {
-        let inverted = |s: &Side<'_>| matches!(s.form, Form::Inverted { .. });
-        let pieces = self.sides.iter().any(inverted);
-        let direct = !self.sides.iter().all(inverted);
+        let [pieces, direct] = self.kinds();
         let find = match (pieces, direct) {
             (true, true) => "(by_pieces if \"strips\" in side else direct)(side, drive, size)",
             (true, false) => "by_pieces(side, drive, size)",

@@ -14,6 +14,8 @@ use vibrissa::status::Status;
 const READINGS: usize = 10_000;
 /// Largest difference of a distance, mm.
 const APART: f64 = 1e-4;
+/// Largest relative difference of a standard deviation.
+const SIGMA: f64 = 0.01;
 /// Numbers between 0 and 1 (splitmix64).
 struct Random(u64);
 
@@ -73,7 +75,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
         let signal = if signal.is_finite() { signal } else { sign * middle.abs() };
         let signal = locator.unit.value(if signal.is_finite() { signal } else { sign * 0.01 }, factor);
         match k {
-            _ if k % 200 == 0 => [drive, 0.0, 0.0],
+            _ if k.is_multiple_of(200) => [drive, 0.0, 0.0],
             _ if k % 400 == 101 => [drive, f64::NAN, 0.0],
             _ if k % 400 == 301 => [drive, f64::INFINITY, 0.0],
             // Counts of 16 bits, whose zero may lie anywhere.
@@ -81,7 +83,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
                 let zero = random.between(0.0, 65536.0).floor();
                 [drive, (signal + zero).round().rem_euclid(65536.0), zero]
             }
-            _ if k % 2 == 0 => {
+            _ if k.is_multiple_of(2) => {
                 let zero = float(0.05 * signal * random.between(-1.0, 1.0));
                 [drive, float(signal + zero), zero]
             }
@@ -104,9 +106,12 @@ fn located(locator: &Locator, [drive, signal, zero]: Reading, share: f64) -> Ans
 #[derive(Debug, Default)]
 struct Compared {
     distances: usize,
-    /// Largest difference where both say ok, and wherever both have a distance, mm.
-    apart: [f64; 2],
+    /// Largest difference, without and with those next to the peak, mm.
+    largest: [f64; 2],
+    /// Largest relative difference of sigma, without those.
     sigma: f64,
+    /// Readings next to the peak of the signal, where their last digits move the distance.
+    at_peak: usize,
     /// Readings next to where the status changes.
     boundary: usize,
 }
@@ -129,18 +134,22 @@ fn compare(locator: &Locator, all: &[Reading], answers: &[Answer], rounding: f64
             assert!(want.0.is_nan() || beyond, "{what} {reading:?}: {got:?}, not {want:?}");
             continue;
         }
-        let apart = (got.0 - want.0).abs();
-        let sigma = (got.1 / want.1 - 1.0).abs();
+        // Next to the peak the rounding of the reading itself moves the distance farther than that.
+        let spread = |f: &dyn Fn(&Answer) -> f64| beside().iter().map(f).fold(0.0, f64::max);
+        let [apart, sigma] = [(got.0 - want.0).abs(), (got.1 / want.1 - 1.0).abs()];
         done.distances += 1;
-        done.apart[1] = done.apart[1].max(apart);
-        if want.2.is_empty() || want.2 == "strain_limit" {
-            done.apart[0] = done.apart[0].max(apart);
-            done.sigma = done.sigma.max(sigma);
-            assert!(apart <= APART && sigma <= 0.01, "{what} {reading:?}: {got:?}, not {want:?}");
+        done.largest[1] = done.largest[1].max(apart);
+        if apart > APART || sigma > SIGMA {
+            done.at_peak += 1;
+            let none = beside().iter().any(|b| b.0.is_nan());
+            let far = spread(&|b| (b.0 - want.0).abs());
+            let unsure = spread(&|b| (b.1 / want.1 - 1.0).abs());
+            // Without a distance beside it, it is at the peak itself.
+            let close = apart <= APART.max(far) && (none || sigma <= SIGMA.max(unsure));
+            assert!(close, "{what} {reading:?}: {got:?}, not {want:?}");
         } else {
-            // Next to the peak the rounding of the reading itself moves the distance farther than that.
-            let spread = beside().iter().map(|b| (b.0 - want.0).abs()).fold(0.0, f64::max);
-            assert!(apart <= APART.max(spread), "{what} {reading:?}: {got:?}, not {want:?}");
+            done.largest[0] = done.largest[0].max(apart);
+            done.sigma = done.sigma.max(sigma);
         }
     }
     done
@@ -181,7 +190,8 @@ fn check(name: &str, calibration: &Calibration, asked: Option<&'static dyn Estim
         let what = format!("{name} {who} {kind}");
         let done = compare(&locator, &all, &answers, rounding, &what);
         println!("{what}: {done:?}, bytes {sizes:?}, export says {:.1e} mm", export.error());
-        assert!(done.distances > READINGS / 2 && done.boundary < READINGS / 50, "{what}: {done:?}");
+        assert!(done.distances > READINGS / 2 && done.boundary < READINGS / 1000, "{what}: {done:?}");
+        assert!(done.at_peak < READINGS / 200, "{what}: {done:?}");
     }
 }
 

@@ -99,19 +99,20 @@ static int by_pieces_F(const side_F *side, REAL drive, REAL signal, found_F *fou
         y0 = 1;
         e0 = series_F(c, p->rows, y0, &d0) - target;
         if (i == 0) {
-            weak = e0 > 0;
+            below = e0 <= 0;
+            weak = !below;
             if (weak && side->cut) {
                 return side->if_weak;
             }
-        } else if (below != (e0 <= 0)) {
-            n = keep_F(p, c, z, y0, n, found);
         }
         for (k = 1; k <= p->looks && n < 2; k++) {
             y1 = 1 - 2 * (REAL)k / p->looks;
             e1 = series_F(c, p->rows, y1, &d1) - target;
-            if ((e0 <= 0) != (e1 <= 0)) {
-                n = keep_F(p, c, z, root_F(c, p->rows, target, y1, y0), n, found);
-            } else if (e0 < 0 && d0 < 0 && d1 > 0) {
+            if (below != (e1 <= 0)) {
+                /* Where rounding puts the end of one piece on another side than the next one's, the root is there. */
+                n = keep_F(p, c, z, below == (e0 <= 0) ? root_F(c, p->rows, target, y1, y0) : y0, n, found);
+                below = e1 <= 0;
+            } else if (below && e0 < 0 && d0 < 0 && d1 > 0) {
                 top = peak_F(c, p->rows, y1, y0);
                 if (series_F(c, p->rows, top, &ignored) >= target) {
                     n = keep_F(p, c, z, root_F(c, p->rows, target, top, y0), n, found);
@@ -122,7 +123,6 @@ static int by_pieces_F(const side_F *side, REAL drive, REAL signal, found_F *fou
             e0 = e1;
             d0 = d1;
         }
-        below = e0 <= 0;
     }
     if (n == 0) {
         return weak ? side->if_weak : side->if_strong;

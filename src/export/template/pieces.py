@@ -53,19 +53,20 @@ def by_pieces(side, drive, signal):
         y0 = 1.0
         e0, d0 = series(c, y0)
         if i == 0:
-            weak = e0 > target
+            below = e0 <= target
+            weak = not below
             if weak and side["cut"]:
                 return side["if_weak"], 0.0, 0.0, 0.0, 0.0
-        elif below != (e0 <= target):
-            keep(y0)
         for k in range(1, looks + 1):
             if len(found) >= 2:
                 break
             y1 = 1.0 - 2.0 * k / looks
             e1, d1 = series(c, y1)
-            if (e0 <= target) != (e1 <= target):
-                keep(root(c, target, y1, y0))
-            elif e0 < target and d0 < 0.0 < d1:
+            if below != (e1 <= target):
+                # Where rounding puts the end of one piece on another side than the next one's, the root is there.
+                keep(root(c, target, y1, y0) if below == (e0 <= target) else y0)
+                below = e1 <= target
+            elif below and e0 < target and d0 < 0.0 < d1:
                 top = peak(c, y1, y0)
                 if series(c, top)[0] >= target:
                     keep(root(c, target, top, y0))
@@ -73,7 +74,6 @@ def by_pieces(side, drive, signal):
             y0, e0, d0 = y1, e1, d1
         if len(found) >= 2:
             break
-        below = e0 <= target
     if not found:
         return side["if_weak"] if weak else side["if_strong"], 0.0, 0.0, 0.0, 0.0
     a, y, half, c, variance = found[0]
