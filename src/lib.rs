@@ -4,7 +4,7 @@
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`smooth`] spares it most taps. [`explain`] compares the effects of a model, [`verify`]
 //! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
-//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`simulate`] makes synthetic ones.
+//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C or Python, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
 //! `docs/architecture.md` says where a thing belongs.
 
@@ -21,6 +21,7 @@ pub mod calibrate;
 pub mod estimator;
 pub mod evaluate;
 pub mod explain;
+pub mod export;
 #[cfg(feature = "files")]
 pub mod files;
 pub mod locate;

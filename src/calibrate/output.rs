@@ -1,4 +1,4 @@
-//! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json.
+//! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and what is exported.
 
 use serde_json::Value;
 
@@ -14,8 +14,9 @@ use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
 use crate::status::Status;
 
-/// Names of the files beside run.json.
-pub const FILES: [&str; 5] = ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv"];
+/// Names of the files that there may be beside run.json.
+pub const FILES: [&str; 7] =
+    ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", "locate.c", "locate.py"];
 
 /// Writes all files; `run` is run.json, `locator` answers with the estimator that won.
 ///

@@ -93,8 +93,7 @@ pub fn prepare(
         let cells = noise::of_side(rig, &taps, *sign);
         let found = match super::extent(rig, &taps, *sign, *gauge) {
             Some(at) => {
-                let task =
-                    Task { rig: rig, at, cells: &cells, noise: scatter.signal, zero: Taring::Sought, open };
+                let task = Task { rig, at, cells: &cells, noise: scatter.signal, zero: Taring::Sought, open };
                 constant::of_fit(&task.fit(&options.fit)?, &cells, *sign)
             }
             None => None,

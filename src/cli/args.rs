@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
+use vibrissa::export::Language;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 
@@ -135,6 +136,12 @@ pub struct Calibrate {
     /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
+    /// Write what answers readings as a program of one file for a robot too, comma between
+    #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
+    pub export: Vec<Language>,
+    /// Estimator that is exported [default: the one that won on distances left out]
+    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]
+    pub estimator: Option<&'static dyn Estimator>,
     #[command(flatten)]
     pub common: Common,
 }

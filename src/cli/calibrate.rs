@@ -5,7 +5,8 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::calibrate::{self, Options, output, report};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::{Locator, locator::opener};
+use vibrissa::export::{Export, Language};
+use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Drive, Output, RunOptions, Setup, Space, Spec, Study};
 use vibrissa::sink::folder::{Folder, Question, hash};
@@ -56,10 +57,10 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "group": args.group });
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
     question.inputs.push(args.data.clone());
-    let folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
+    let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let asked = Options {
         drive: args.theta.or(args.delta),
         group: widths(args)?,
@@ -73,6 +74,12 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
+    if !args.export.is_empty() {
+        let calibration = found.calibration.clone().sealed();
+        let asked = |e| Locator::new(&calibration, &label, Some(e), &opener(&options));
+        let asked = args.estimator.map(asked).transpose()?;
+        exported(args, &calibration, asked.as_ref().unwrap_or(&locator), &mut folder)?;
+    }
     let result = report::result(&found, &rig, &locator);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
@@ -103,6 +110,27 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         ..Reply::default()
     };
     Ok(reply.removing(&written.removed))
+}
+
+/// Writes the files of `--export`: `calibration` as `locator` answers.
+fn exported(
+    args: &Calibrate,
+    calibration: &Calibration,
+    locator: &Locator,
+    folder: &mut Folder,
+) -> Result<(), Error> {
+    let export = Export::new(locator, calibration)?;
+    for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
+        let mut file = folder.file(language.file())?;
+        file.write(export.text(language).as_bytes())?;
+        file.close()?;
+    }
+    Ok(())
+}
+
+/// Languages of `--export`, by their words.
+fn export_names(args: &Calibrate) -> Vec<&'static str> {
+    Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)).map(|l| l.0).collect()
 }
 
 /// The whisker of `--whisker`, or one of which nothing is known.

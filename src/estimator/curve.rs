@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, positive};
+use super::{Answers, Estimator, Fault, Judged, Opening, Shape, SideRecord, Unseen, positive};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
@@ -115,5 +115,9 @@ impl Answers for Polynomial {
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
         self.expected(a, drive)
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape::Direct(self)
     }
 }

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen};
+use super::{Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen};
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
@@ -226,5 +226,23 @@ impl Answers for Inverted {
     fn expected(&self, a: f64, drive: f64) -> f64 {
         let [near, far] = self.exact.reach();
         if (near..=far).contains(&a) { self.exact.expected(a, drive) } else { f64::NAN }
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape::Inverted(&self.exact)
+    }
+}
+
+impl Forward for Exact {
+    fn knots(&self, _: f64) -> Vec<f64> {
+        self.knots()
+    }
+
+    fn expected(&self, a: f64, drive: f64) -> f64 {
+        self.expected(a, drive)
+    }
+
+    fn variance(&self, a: f64, drive: f64) -> f64 {
+        self.variance(a, drive)
     }
 }

@@ -12,6 +12,7 @@ pub mod model;
 pub mod paper;
 pub mod reason;
 pub mod registry;
+pub mod shape;
 pub mod singular;
 pub mod table;
 pub mod taps;
@@ -27,6 +28,7 @@ use crate::status::Status;
 use model::Found;
 use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
+pub use shape::{Forward, Shape};
 
 /// The paper's own: its K̄ and its errors stand in the tables of every calibration.
 pub const PAPER: &dyn Estimator = &paper::PAPER;
@@ -54,6 +56,9 @@ pub trait Answers: Send + Sync {
 
     /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
     fn expected(&self, a: f64, drive: f64) -> f64;
+
+    /// What it is made of.
+    fn shape(&self) -> Shape<'_>;
 }
 
 /// What answers readings of taps that are left out: by place of the cell, drive and |signal|.

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, known, positive};
+use super::{
+    Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen, known, positive,
+};
 use crate::design::amount;
 use crate::error::Error;
 use crate::estimator::cells::Cell;
@@ -154,5 +156,27 @@ impl Answers for Paper {
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
         self.expected(a, drive)
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape::Inverted(self)
+    }
+}
+
+impl Forward for Paper {
+    fn knots(&self, _: f64) -> Vec<f64> {
+        self.knots()
+    }
+
+    fn expected(&self, a: f64, drive: f64) -> f64 {
+        self.expected(a, drive)
+    }
+
+    fn variance(&self, a: f64, drive: f64) -> f64 {
+        self.variance(a, drive)
+    }
+
+    fn near_is_ambiguous(&self) -> bool {
+        true
     }
 }

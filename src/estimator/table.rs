@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, Opening, SideRecord, Unseen, ascending, known, positive};
+use super::{
+    Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen, ascending, known,
+    positive,
+};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
@@ -142,5 +145,23 @@ impl Answers for Table {
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
         self.expected(a, drive)
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape::Inverted(self)
+    }
+}
+
+impl Forward for Table {
+    fn knots(&self, drive: f64) -> Vec<f64> {
+        self.knots(drive)
+    }
+
+    fn expected(&self, a: f64, drive: f64) -> f64 {
+        self.expected(a, drive)
+    }
+
+    fn variance(&self, a: f64, drive: f64) -> f64 {
+        self.variance(a, drive)
     }
 }

@@ -75,6 +75,12 @@ impl Calibration<Table> {
 }
 
 impl Calibration {
+    /// The same with the checksum that its file has.
+    pub fn sealed(self) -> Self {
+        let checksum = self.clone().with(self.rig.to_table()).sum();
+        Self { checksum, ..self }
+    }
+
     /// The file's text, with its checksum.
     pub fn to_text(&self) -> String {
         let written = self.clone().with(self.rig.to_table());

@@ -15,7 +15,7 @@ use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use crate::status::Status;
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
-const BEYOND: f64 = 3.0;
+pub(crate) const BEYOND: f64 = 3.0;
 
 /// A distance, what it is worth, and why not.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,21 +47,21 @@ pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method, Error> 
 }
 
 /// One side of the whisker.
-struct Opened {
-    sign: f64,
-    distances: [f64; 2],
+pub(crate) struct Opened {
+    pub(crate) sign: f64,
+    pub(crate) distances: [f64; 2],
     /// Distances within which a second one is ambiguous.
-    interest: [f64; 2],
-    drives: Vec<f64>,
+    pub(crate) interest: [f64; 2],
+    pub(crate) drives: Vec<f64>,
     /// Smallest and largest drive that is answered.
-    ends: [f64; 2],
-    answers: Box<dyn Answers>,
+    pub(crate) ends: [f64; 2],
+    pub(crate) answers: Box<dyn Answers>,
     /// Per drive, mm.
-    bias: Vec<f64>,
+    pub(crate) bias: Vec<f64>,
     /// Reading per strain, where it is known.
-    factor: f64,
+    pub(crate) factor: f64,
     /// |signal| at which the sensor stands still.
-    end_stop: f64,
+    pub(crate) end_stop: f64,
 }
 
 impl Opened {
@@ -169,6 +169,11 @@ impl Locator {
         let mut drives = self.sides.iter().flat_map(|s| &s.drives).copied();
         let first = drives.next()?;
         drives.all(|d| d == first).then_some(first)
+    }
+
+    /// What answers each side.
+    pub(crate) fn sides(&self) -> &[Opened] {
+        &self.sides
     }
 
     /// Standard deviation of one reading, strain or the unit of the reading.

@@ -11,6 +11,7 @@ mod counted;
 mod curve;
 mod effects;
 mod explain;
+mod export;
 mod folders;
 mod garbage;
 mod hard;

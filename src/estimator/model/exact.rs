@@ -175,6 +175,11 @@ impl Exact {
         self.surface.reach.map(|a| a - self.values[2])
     }
 
+    /// Distances covered, and those between where the curve has a kink, mm, as labelled.
+    pub fn knots(&self) -> Vec<f64> {
+        self.surface.knots().into_iter().map(|a| a - self.values[2]).collect()
+    }
+
     /// Error of the interpolation of the model, relative to the strain.
     pub fn error(&self) -> f64 {
         self.surface.error

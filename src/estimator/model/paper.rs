@@ -6,6 +6,9 @@ use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::Theory;
 
+/// Share of a length that is left out where the strain vanishes.
+const INSIDE: f64 = 0.02;
+
 /// K̄ over the calibrated drives.
 #[derive(Debug, Clone)]
 pub struct Factors {
@@ -42,6 +45,20 @@ impl Paper {
         // A distance on the near side alone may belong to one beyond the calibration.
         let near = roots.near.or(roots.only_near.then_some(roots.far));
         Some(Found { a: roots.far, near, slope, variance: reading * reading * variance })
+    }
+
+    /// Ends of the distances at which the theory has a strain, and the far end of the gauge, where it has a kink, mm.
+    pub fn knots(&self) -> Vec<f64> {
+        let curve = self.inverse.curve();
+        let [x1, x2] = curve.gauge;
+        let tau = curve.taper.tau;
+        // At the gauge's near end, and at the apex, there is no strain.
+        vec![x1 + INSIDE * x2, x2, if tau > 0.0 { (1.0 - INSIDE) / tau } else { f64::INFINITY }]
+    }
+
+    /// Variance of the expected reading that the noise of the calibration leaves.
+    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+        self.expected(a, drive).powi(2) * between(&self.drives, &self.factors.variance, drive)
     }
 
     /// Reading that the theory expects at a, mm.

@@ -267,22 +267,22 @@ impl Polynomial {
 
     /// Signal of a tap at a (mm) by `drive`; NaN beyond the reach.
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
-        let [mid, half] = self.scale[0];
-        // Twice the range of the data, cut where the curve turns.
-        let (mut lo, mut hi) = (mid - half, mid + half);
-        let step = half / LOOKS as f64;
-        let turns = |x: f64| self.at(x, drive).slope.signum() != self.sign;
-        while lo > mid - 3.0 * half && !turns(lo - step) {
-            lo -= step;
-        }
-        while hi < mid + 3.0 * half && !turns(hi + step) {
-            hi += step;
-        }
-        let miss = |x: f64| self.at(x, drive).a - a;
-        if miss(lo) * miss(hi) > 0.0 || !(self.reach[0]..=self.reach[1]).contains(&a) {
+        if !(self.reach[0]..=self.reach[1]).contains(&a) {
             return f64::NAN;
         }
-        bracketed(miss, lo, hi).exp()
+        // Half as far again as the signals of all drives, where the curve runs as it does among the data.
+        let [mid, half] = self.scale[0];
+        let place = |k: usize| mid + 1.5 * half * (k as f64 / LOOKS as f64 - 1.0);
+        let at = |k: usize| {
+            let here = self.at(place(k), drive);
+            (here.a - a, here.slope.signum() == self.sign)
+        };
+        let crossed = (0..2 * LOOKS).find(|&k| {
+            let ((p, runs), (q, on)) = (at(k), at(k + 1));
+            runs && on && (p <= 0.0) != (q <= 0.0)
+        });
+        let miss = |x: f64| self.at(x, drive).a - a;
+        crossed.map_or(f64::NAN, |k| bracketed(miss, place(k), place(k + 1)).exp())
     }
 }
 

@@ -123,6 +123,13 @@ impl Surface {
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
+    /// Ends of the reach, and the far end of the gauge where it lies between them, mm.
+    pub fn knots(&self) -> Vec<f64> {
+        let [near, far] = self.reach;
+        let edge = Some(self.curve.gauge[1]).filter(|x| (near..far).contains(x) && *x > near);
+        std::iter::once(near).chain(edge).chain([far]).collect()
+    }
+
     fn strip(&self, drive: f64) -> &Strip {
         self.strips.iter().find(|s| drive <= s.drives[1]).unwrap_or(&self.strips[self.strips.len() - 1])
     }

@@ -164,6 +164,30 @@ impl Table {
         Some((&self.curves[j], &self.curves[(j + 1).min(self.curves.len() - 1)], w))
     }
 
+    /// ln a of the knots of both curves, and of the ends of what both answer, from the far end.
+    fn shared(&self, p: &Curve, q: &Curve) -> Vec<f64> {
+        let ([p0, p1], [q0, q1]) = (p.reach(self.beyond), q.reach(self.beyond));
+        let (from, to) = (p0.max(q0), p1.min(q1));
+        let inside = p.x.iter().chain(&q.x).copied().filter(|x| *x > from && *x < to);
+        let mut knots: Vec<f64> = inside.chain([from, to]).collect();
+        knots.sort_by(|x, y| y.total_cmp(x));
+        knots.dedup();
+        knots
+    }
+
+    /// Knots at drives near `drive`, and ends of what is answered there, ascending, mm.
+    pub fn knots(&self, drive: f64) -> Vec<f64> {
+        let Some((p, q, _)) = self.around(drive) else { return Vec::new() };
+        self.shared(p, q).into_iter().rev().map(f64::exp).collect()
+    }
+
+    /// Variance of the expected reading that the noise of the calibration leaves.
+    pub fn variance(&self, a: f64, drive: f64) -> f64 {
+        let Some((p, q, w)) = self.around(drive) else { return f64::NAN };
+        let x = a.ln();
+        self.expected(a, drive).powi(2) * ((1.0 - w).powi(2) * p.at(x).2 + w * w * q.at(x).2)
+    }
+
     /// Distance at which the data give `reading` > 0 at `drive`.
     pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
         let (p, q, w) = self.around(drive)?;
@@ -173,13 +197,7 @@ impl Table {
             let mix = |s: f64, t: f64| if w == 0.0 { s } else { s + w * (t - s) };
             (mix(s.0, t.0), mix(s.1, t.1), (1.0 - w).powi(2) * s.2 + w * w * t.2)
         };
-        let ([p0, p1], [q0, q1]) = (p.reach(self.beyond), q.reach(self.beyond));
-        let (from, to) = (p0.max(q0), p1.min(q1));
-        // Knots of both curves, from the far end.
-        let inside = p.x.iter().chain(&q.x).copied().filter(|x| *x > from && *x < to);
-        let mut knots: Vec<f64> = inside.chain([from, to]).collect();
-        knots.sort_by(|x, y| y.total_cmp(x));
-        knots.dedup();
+        let knots = self.shared(p, q);
         let mut found = [None; 2];
         let mut n = 0;
         let mut last: Option<(f64, f64)> = None;

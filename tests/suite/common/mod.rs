@@ -6,6 +6,7 @@ pub mod pool;
 pub mod program;
 pub mod quadrature;
 pub mod recount;
+pub mod robot;
 pub mod scan;
 pub mod searching;
 pub mod specs;

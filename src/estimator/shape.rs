@@ -1,0 +1,29 @@
+//! What an estimator is made of, for whoever writes it down in another form.
+
+use super::model::polynomial::Polynomial;
+
+/// What answers one side.
+pub enum Shape<'a> {
+    /// Distance as a polynomial of signal and drive.
+    Direct(&'a Polynomial),
+    /// Signal as a function of distance and drive, read backwards.
+    Inverted(&'a dyn Forward),
+}
+
+/// The signal that an estimator expects, and where that is smooth.
+pub trait Forward {
+    /// Distances, ascending, mm, between which [`Self::expected`] is smooth at drives near `drive`. The first and the last are the ends of
+    /// what is answered; the last may be infinite.
+    fn knots(&self, drive: f64) -> Vec<f64>;
+
+    /// |signal| expected of a tap at a (mm) by `drive`.
+    fn expected(&self, a: f64, drive: f64) -> f64;
+
+    /// Its variance, which the noise of the calibration leaves.
+    fn variance(&self, a: f64, drive: f64) -> f64;
+
+    /// Whether a distance on the near side of the peak is ambiguous also where there is no other one.
+    fn near_is_ambiguous(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,145 @@
+//! A calibration as a program for a robot: one file without dependencies, in C or Python, that answers as `locate` does.
+//!
+//! What the file holds is made by asking the estimator ([`Shape`]): a polynomial as it is, a signal over distance and drive as Chebyshev
+//! series on rectangles, read backwards by the file itself. It knows distances up to somewhat beyond the range and the whisker.
+
+mod c;
+mod pieces;
+mod python;
+mod signal;
+mod text;
+
+use crate::error::{Error, InputError};
+use crate::estimator::Shape;
+use crate::estimator::model::polynomial::Polynomial;
+use crate::locate::locator::Opened;
+use crate::locate::{Calibration, Locator};
+use crate::status::Status;
+use pieces::{Hole, Pieces};
+use signal::Signal;
+
+/// Largest error that an export may have, mm.
+const LARGEST: f64 = 5e-5;
+
+/// What is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Language {
+    /// C99, for float and double.
+    C,
+    /// Python 3, its standard library only.
+    Python,
+}
+
+impl Language {
+    /// All, by the word users know.
+    pub const ALL: [(&'static str, Self, &'static str); 2] = [
+        ("c", Self::C, "locate.c: C99, float and double, needs <math.h> only"),
+        ("python", Self::Python, "locate.py: needs its standard library only"),
+    ];
+
+    /// Name of the file.
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::C => "locate.c",
+            Self::Python => "locate.py",
+        }
+    }
+}
+
+/// What answers one side.
+enum Form<'a> {
+    Direct(&'a Polynomial),
+    Inverted {
+        pieces: Pieces,
+        /// Whether there is more beyond the farthest distance.
+        cut: bool,
+        near_is_ambiguous: bool,
+        /// What is said where there is no distance: below the signal of the farthest one, and otherwise.
+        without: [Status; 2],
+    },
+}
+
+/// One side of the whisker.
+struct Side<'a> {
+    of: &'a Opened,
+    form: Form<'a>,
+}
+
+/// A calibration, ready to be written.
+pub struct Export<'a> {
+    locator: &'a Locator,
+    calibration: &'a Calibration,
+    sides: Vec<Side<'a>>,
+}
+
+impl<'a> Export<'a> {
+    /// Of what `locator` answers, which was made of `calibration`.
+    ///
+    /// # Errors
+    /// An estimator that is not smooth enough, or has no numbers somewhere within its reach.
+    pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
+        let length = if locator.rig.known { locator.rig.design.tuple.L_a } else { 0.0 };
+        let side = |of: &'a Opened| -> Result<Side<'a>, Error> {
+            let inverted = match of.answers.shape() {
+                Shape::Direct(polynomial) => return Ok(Side { of, form: Form::Direct(polynomial) }),
+                Shape::Inverted(forward) => forward,
+            };
+            let signal = Signal::new(inverted, of, locator.noise(), length);
+            let pieces = Pieces::new(&signal).map_err(|Hole(a, drive)| {
+                refused(locator, format!("it expects no signal at a = {a} mm, {} = {drive}", column(locator)))
+            })?;
+            if pieces.error > LARGEST {
+                return Err(
+                    refused(locator, format!("it would be wrong by up to {:.1e} mm", pieces.error)).into()
+                );
+            }
+            let middle = of.drives[of.drives.len() / 2];
+            let why = |signal: f64, otherwise| of.answers.find(middle, signal).err().unwrap_or(otherwise);
+            let form = Form::Inverted {
+                pieces,
+                cut: signal.cut.is_finite(),
+                near_is_ambiguous: inverted.near_is_ambiguous(),
+                without: [why(1e-150, Status::OUTSIDE_CALIBRATION), why(1e150, Status::NO_ROOT)],
+            };
+            Ok(Side { of, form })
+        };
+        let sides = locator.sides().iter().map(side).collect::<Result<_, _>>()?;
+        Ok(Self { locator, calibration, sides })
+    }
+
+    /// Whether there is a side that is inverted, and one that is a polynomial.
+    fn kinds(&self) -> [bool; 2] {
+        let inverted = |s: &Side<'_>| matches!(s.form, Form::Inverted { .. });
+        [self.sides.iter().any(inverted), !self.sides.iter().all(inverted)]
+    }
+
+    /// The file in `language`.
+    pub fn text(&self, language: Language) -> String {
+        match language {
+            Language::C => self.c(),
+            Language::Python => self.python(),
+        }
+    }
+
+    /// Largest difference to `locate` at double precision among the calibrated distances, on the far side of the peak, mm; 0 where the
+    /// file holds the estimator's own polynomial.
+    pub fn error(&self) -> f64 {
+        let of = |side: &Side<'_>| match &side.form {
+            Form::Direct(_) => 0.0,
+            Form::Inverted { pieces, .. } => pieces.error,
+        };
+        self.sides.iter().map(of).fold(0.0, f64::max)
+    }
+}
+
+fn column(locator: &Locator) -> &'static str {
+    if locator.drive_recorded { locator.rig.setup.drive.column() } else { "drive" }
+}
+
+fn refused(locator: &Locator, why: String) -> InputError {
+    let name = locator.estimator.name();
+    InputError::new(format!("{name} cannot be written as a table: {why}"))
+        .key("--export")
+        .value(name)
+        .allowed("another estimator (--estimator)")
+}

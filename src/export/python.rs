@@ -1,0 +1,158 @@
+//! The file in Python.
+
+use super::pieces::{Piece, Pieces};
+use super::text::{code, number, short, wrapped};
+use super::{Export, Form, Side};
+use crate::estimate::WIDENING;
+use crate::estimator::model::SAME;
+use crate::estimator::model::polynomial::Polynomial;
+use crate::locate::locator::BEYOND;
+use crate::measure::Unit;
+
+const WHOLE: &str = include_str!("template/locate.py");
+const PIECES: &str = include_str!("template/pieces.py");
+const DIRECT: &str = include_str!("template/direct.py");
+
+/// A list of numbers.
+fn list(all: &[f64]) -> String {
+    format!("[{}]", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
+}
+
+/// A list of lists, broken where lines end.
+fn rows(all: &[Vec<f64>]) -> String {
+    let one = |row: &Vec<f64>| list(row);
+    format!("[\n{}\n            ]", wrapped(all.iter().map(one), "                "))
+}
+
+fn word(b: bool) -> &'static str {
+    if b { "True" } else { "False" }
+}
+
+fn piece(p: &Piece) -> String {
+    let value: Vec<Vec<f64>> = p.value.iter().map(|r| r.iter().map(|x| short(*x)).collect()).collect();
+    format!(
+        "            ({}, {}, {}, {}, {}, {}),",
+        number((p.a[0] * p.a[1]).sqrt()),
+        number(p.half()),
+        number(p.scale),
+        p.looks,
+        rows(&value),
+        rows(&p.variance)
+    )
+}
+
+fn strips(all: &Pieces) -> String {
+    let one = |s: &super::pieces::Strip| {
+        let pieces: Vec<String> = s.pieces.iter().map(piece).collect();
+        format!(
+            "        ({}, {}, [\n{}\n        ]),",
+            number(s.drives[0]),
+            number(s.drives[1]),
+            pieces.join("\n")
+        )
+    };
+    all.strips.iter().map(one).collect::<Vec<_>>().join("\n")
+}
+
+fn polynomial(p: &Polynomial) -> String {
+    let (f, [[x, dx], [v, dv]]) = (p.form, p.scale);
+    let entries = [
+        ("middle", number(x.exp())),
+        ("half", number(dx)),
+        ("drive_middle", number(v)),
+        ("drive_half", number(dv)),
+        ("reach", list(&p.reach)),
+        ("sign", number(p.sign)),
+        ("degree", f.degree.to_string()),
+        ("drive_degree", f.drive_degree.to_string()),
+        ("log_a", word(f.log_a).to_owned()),
+        ("log_drive", word(f.log_drive).to_owned()),
+        ("coefficients", list(&p.coefficients)),
+        ("covariance", rows(&p.covariance)),
+    ];
+    entries.map(|(key, value)| format!("        \"{key}\": {value},")).join("\n")
+}
+
+impl Export<'_> {
+    /// The file in Python.
+    pub(super) fn python(&self) -> String {
+        let [pieces, direct] = self.kinds();
+        let find = match (pieces, direct) {
+            (true, true) => "(by_pieces if \"strips\" in side else direct)(side, drive, size)",
+            (true, false) => "by_pieces(side, drive, size)",
+            _ => "direct(side, drive, size)",
+        };
+        let finders = [if pieces { PIECES } else { "" }, if direct { DIRECT } else { "" }].concat();
+        let prepare = match self.locator.drive_recorded {
+            true => "",
+            false => "    drive = 1.0  # it was not recorded when the whisker was calibrated",
+        };
+        let [strain, above] = self.arithmetic();
+        let sides: Vec<String> = self.sides.iter().map(|s| self.side(s)).collect();
+        let limit = self.limit(f64::NAN);
+        let limit = if limit.is_finite() { number(limit) } else { "inf".to_owned() };
+        WHOLE
+            .replace("@COMMENT", &self.comment(""))
+            .replace("@TABLES", &format!("SIDES = [\n{}\n]", sides.join("\n")))
+            .replace("@FINDERS", &finders)
+            .replace("@PREPARE\n", &if prepare.is_empty() { String::new() } else { format!("{prepare}\n") })
+            .replace("@FIND", find)
+            .replace("@STRAIN", &strain)
+            .replace("@ABOVE", &above)
+            .replace("@ZERO", &number(self.zero()))
+            .replace("@DRIVE", self.drive())
+            .replace("@UNIT", self.unit())
+            .replace("@LIMIT", &limit)
+            .replace("@NOISE", &number(self.locator.noise()))
+            .replace("@BEYOND", &number(BEYOND))
+    }
+
+    /// Strain of `value`, and what `signal` is above `zero`.
+    fn arithmetic(&self) -> [String; 2] {
+        let strain = match self.locator.unit {
+            Unit::Strain | Unit::Reading => "value".to_owned(),
+            Unit::Microstrain => "value * 1e-6".to_owned(),
+            Unit::Bridge => {
+                let factor = number(self.locator.rig.setup.gauge.factor);
+                format!("0.004 * value / ({factor} * (1.0 - 0.002 * value)) if value < 500.0 else inf - inf")
+            }
+        };
+        let above = "strain(signal) - strain(zero)";
+        let above = match self.wraps() {
+            true => format!("({above} + 32768.0) % 65536.0 - 32768.0"),
+            false => above.to_owned(),
+        };
+        [strain, above]
+    }
+
+    fn side(&self, side: &Side<'_>) -> String {
+        let of = side.of;
+        let infinite = |x: f64| if x.is_finite() { number(x) } else { "inf".to_owned() };
+        let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
+        let form = match &side.form {
+            Form::Direct(p) => format!("        \"polynomial\": {{\n{}\n        }},", polynomial(p)),
+            Form::Inverted { pieces, cut, near_is_ambiguous, without: [weak, strong] } => format!(
+                "        \"cut\": {},\n        \"near_is_ambiguous\": {},\n        \"if_weak\": {},\n        \"if_strong\": {},\n        \
+                 # From drive, to drive, and from the farthest on: middle distance, half width of ln a, signal per drive, steps, ln of it, its variance.\n        \
+                 \"strips\": [\n{}\n        ],",
+                word(*cut),
+                word(*near_is_ambiguous),
+                code(*weak),
+                code(*strong),
+                strips(pieces)
+            ),
+        };
+        format!(
+            "    {{\n        \"sign\": {},\n        \"distances\": {},\n        \"interest\": {},\n        \"rounding\": {},\n        \
+             \"limit\": {},\n        \"end_stop\": {},\n        \"drives\": {},\n        \"bias\": {},\n{form}\n    }},",
+            of.sign,
+            list(&of.distances),
+            list(&interest),
+            number(WIDENING * of.distances[1]),
+            infinite(self.limit(of.factor)),
+            infinite(of.end_stop * (1.0 - SAME)),
+            list(&of.drives),
+            list(&of.bias),
+        )
+    }
+}
