@@ -219,7 +219,7 @@ fn remarks(
         ));
     }
     for s in sides {
-        for c in order::contradictions(s) {
+        for c in &s.contradictions {
             all.push(format!(
                 "{}: the signals at a = {} and {} mm are in the wrong order, at {} of {} drives, by {:.1} standard deviations: one of \
                  these positions is not what its label says. Which one the data do not tell; both are used",

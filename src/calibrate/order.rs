@@ -1,6 +1,6 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
-use super::SideResult;
+use crate::estimator::cells::{Cell, Levels};
 
 /// Signals are in the wrong order beyond so many standard deviations of their difference.
 const CERTAIN: f64 = 4.0;
@@ -18,19 +18,19 @@ pub struct Contradiction {
     pub deviations: f64,
 }
 
-/// Contradictions among the positions of `side`. Which of two is wrong the data do not say.
-pub fn contradictions(side: &SideResult) -> Vec<Contradiction> {
+/// Contradictions among the positions of `cells`, whose single readings scatter by `noise`. Which of two is wrong the data do not say.
+pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: f64) -> Vec<Contradiction> {
     let mut found: Vec<Contradiction> = Vec::new();
-    for j in 0..side.drives.len() {
-        let cells: Vec<_> = side.cells.iter().filter(|c| c.j == j).collect();
+    for j in 0..drives.len() {
+        let cells: Vec<_> = cells.iter().filter(|c| c.j == j).collect();
         let strongest = (0..cells.len()).max_by(|&i, &k| cells[i].signal.total_cmp(&cells[k].signal));
         for pair in cells[strongest.unwrap_or(0)..].windows(2) {
             let rise = pair[1].signal - pair[0].signal;
-            let deviation = side.noise * (pair[0].share + pair[1].share).sqrt();
+            let deviation = noise * (pair[0].share + pair[1].share).sqrt();
             if rise <= LEAST * pair[0].signal || rise <= CERTAIN * deviation {
                 continue;
             }
-            let a = [pair[0].i, pair[1].i].map(|i| side.distances.centres[i]);
+            let a = [pair[0].i, pair[1].i].map(|i| distances.centres[i]);
             let deviations = rise / deviation;
             match found.iter_mut().find(|c| c.a == a) {
                 Some(c) => {

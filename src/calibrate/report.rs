@@ -5,7 +5,6 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::coverage::coverage;
-use super::order::contradictions;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
@@ -88,7 +87,7 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
         "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
-        "contradictions": contradictions(s).iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
+        "contradictions": s.contradictions.iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
     })
 }

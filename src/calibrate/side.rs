@@ -1,5 +1,6 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
+use super::order::{Contradiction, contradictions};
 use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
@@ -65,6 +66,8 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
+    /// Positions of which one is not what its label says.
+    pub contradictions: Vec<Contradiction>,
     held: Vec<(&'static dyn Estimator, HeldOut)>,
 }
 
@@ -174,6 +177,9 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let reached = cells.iter().flat_map(|c| &c.taps).map(|k| ask.taps[*k].drive);
     let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
     record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
+    let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
+    // Where positions contradict each other, knots beside a tap say no more of it than distant ones.
+    let share = |e: &dyn Estimator| if contradictions.is_empty() { e.share_of_bias() } else { 1.0 };
     let mut held = Vec::new();
     let allowed = |e: &&'static dyn Estimator| {
         (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
@@ -183,7 +189,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
         let judged = Judged {
             rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
-            bias_mm: bias.into_iter().map(|b| b * e.share_of_bias()).collect(),
+            bias_mm: bias.into_iter().map(|b| b * share(e)).collect(),
         };
         e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
         held.extend(unseen.map(|h| (e, h)));
@@ -202,6 +208,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         fit,
         recorded: ask.recorded,
         noise: ask.noise,
+        contradictions,
         held,
     })
 }
