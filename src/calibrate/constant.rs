@@ -17,8 +17,8 @@ const STEPS: usize = 60;
 const DETERMINED: f64 = 0.02;
 /// And is there where it is more than so many standard errors.
 const THERE: f64 = 5.0;
-/// And, without theory, more than this share of what half of the taps give: what the form does not follow may be as large.
-const FORM: f64 = 0.03;
+/// Without theory this share of what half of the taps give is uncertain: a whisker does not follow the form better.
+const FORM: f64 = 0.01;
 
 /// A constant of the signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -163,9 +163,9 @@ pub fn without_theory(taps: &[&Tap]) -> Option<Constant> {
     let value = x[0] * typical;
     let mut sizes: Vec<f64> = taps.iter().map(|t| (t.signal - value).abs()).collect();
     let size = crate::reduce::median(&mut sizes);
-    let error = covariance[(0, 0)].sqrt() * typical;
+    let error = (covariance[(0, 0)].sqrt() * typical).hypot(FORM * size);
     let found = Constant { value, error, size };
-    (found.is_there() && value.abs() > FORM * size).then_some(found)
+    found.is_there().then_some(found)
 }
 
 /// A value beyond all signals of `taps`, on the side from which the drive leads away, where they have both signs although they are of one
@@ -198,5 +198,8 @@ pub fn of_fit(fit: &Fit, cells: &[Cell], sign: f64) -> Option<Constant> {
     let at = fit.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
     let size = crate::reduce::median(&mut cells.iter().map(|c| c.signal).collect::<Vec<_>>());
     let value = sign * fit.exact.values[Parameter::Zero as usize];
-    Some(Constant { value, error: fit.exact.covariance[at][at].sqrt(), size })
+    // What the model leaves goes with distance and drive as a constant may: it counts in full.
+    let n = cells.len() as f64;
+    let left = (fit.residuals.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
+    Some(Constant { value, error: fit.exact.covariance[at][at].sqrt().hypot(left), size })
 }

@@ -121,6 +121,10 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let winner = winner::winner(&results, rig.known);
     warnings.extend(remarks(data, &taps, &results, winner, rig.known));
     let used = results.iter().map(|s| s.used).sum();
+    if !data.unit.is_strain() {
+        // Noise of a reading is none of a strain; the calibration itself says it.
+        rig.setup.gauge.noise_strain = None;
+    }
     let calibration = Calibration {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -64,9 +64,12 @@ pub fn prepare(
     let read = zero.count > 0;
     if !read && data.drive.is_some() {
         let usable: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
-        if let Some(found) = constant::without_theory(&usable) {
+        // A whisker that is known tells a constant better than straight lines do, but for one so large that signs change.
+        let turned = constant::reference(&usable);
+        let plain = (turned.is_some() || !rig.known).then(|| constant::without_theory(&usable)).flatten();
+        if let Some(found) = plain {
             tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
-        } else if let Some(value) = constant::reference(&usable).filter(|_| !data.unit.is_strain()) {
+        } else if let Some(value) = turned.filter(|_| !data.unit.is_strain()) {
             tare(&mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
         }
     }
@@ -106,6 +109,12 @@ pub fn prepare(
         }
     }
     warnings.extend(untared(data, rig, &tared, sure));
+    for a in sides.iter().flat_map(|s| &s.2.positions) {
+        warnings.push(format!(
+            "{}: nearly all rows at a = {a} mm contradict the other positions: is this label right? They are used",
+            data.file
+        ));
+    }
     Ok(Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded })
 }
 
@@ -146,7 +155,7 @@ fn tare(taps: &mut [Tap], tared: &mut Tared, from: TaredBy, [value, error]: [f64
         tap.zero += value;
         tap.signal -= value;
     }
-    *tared = Tared { from, value: tared.value + value, error, wraps: tared.wraps };
+    *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
 }
 
 /// What to say of a zero that nobody read; `sure`: the data say what it is, or that there is none.
@@ -154,8 +163,8 @@ fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool) -> Option<String> 
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
-            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted \
-             and is from readings without a zero of their own",
+            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
+             as it will be from readings without a zero of their own",
             data.file, tared.value, tared.error
         )),
         TaredBy::Reference => Some(format!(

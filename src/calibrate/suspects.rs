@@ -20,10 +20,12 @@ const LEAST: f64 = 0.01;
 const NORMAL: f64 = 1.4826;
 
 /// Scatter about the smooth surface, in the unit of the signal.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scatter {
     /// Standard deviation of one reading, if the surface leaves nothing else.
     pub signal: f64,
+    /// Whole positions off the surface, mm: their rows are used.
+    pub positions: Vec<f64>,
 }
 
 /// What a model without any fit expects at (a, drive).
@@ -241,8 +243,21 @@ fn surface(taps: &mut [Tap], all: &[Cell], levels: [&Levels; 2], models: &[&Expe
     let good = || judged.iter().zip(off).filter(|((c, _), _)| !flagged.contains(&c.taps[0]));
     let freedom = good().count().saturating_sub(smooth.terms.len());
     let squares: f64 = good().map(|((c, _), (_, e))| e * e * c.n()).sum();
+    let positions = whole(taps, all, levels[0], &flags);
+    let kept = |k: usize| positions.contains(&taps[k].group[0]);
+    flags.retain(|(k, reason)| matches!(reason, Reason::Unit(_)) || !kept(*k));
     flags.into_iter().for_each(|(k, reason)| taps[k].reason = Some(reason));
-    Scatter { signal: if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 } }
+    Scatter { signal: if freedom > 0 { (squares / freedom as f64).sqrt() } else { 0.0 }, positions }
+}
+
+/// Positions of which nearly all rows are flagged, three at least: not the rows are wrong but the label, or the rig was another. To leave them
+/// out would shrink the range without a word.
+fn whole(taps: &[Tap], all: &[Cell], distances: &Levels, flags: &[(usize, Reason)]) -> Vec<f64> {
+    let at = |i: usize| all.iter().filter(move |c| c.i == i).flat_map(|c| c.taps.iter().copied());
+    let flagged = |i: usize| at(i).filter(|k| flags.iter().any(|f| f.0 == *k)).count();
+    let whole = |i: &usize| flagged(*i) >= 3 && 5 * flagged(*i) >= 4 * at(*i).count();
+    let places = (0..distances.len()).filter(whole);
+    places.filter_map(|i| at(i).next()).map(|k| taps[k].group[0]).collect()
 }
 
 /// What a cell off the surface by `r` (of ln signal) most likely is.

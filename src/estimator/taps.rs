@@ -144,7 +144,10 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     readings.iter().for_each(|r| spread.push(r.1));
     let error = spread.sd().map_or(0.0, |sd| sd / (readings.len() as f64).sqrt());
     let from = if readings.is_empty() { TaredBy::None } else { from };
-    let tared = Tared { from, value: spread.mean().unwrap_or(0.0), error, wraps: turn.is_some() };
+    let drives =
+        data.rows.iter().enumerate().filter(|(i, r)| rest[*i] && r.drive < 0.0).map(|(_, r)| r.drive);
+    let until = drives.reduce(f64::max);
+    let tared = Tared { from, value: spread.mean().unwrap_or(0.0), error, until, wraps: turn.is_some() };
     let lowest = data.rows.iter().enumerate().filter(|(i, _)| rest[*i]).map(|(_, r)| -r.drive);
     let before = lowest.fold(0.0, f64::max);
     Sorted { taps, zeros, zero, tared, groups, before }

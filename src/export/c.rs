@@ -259,10 +259,10 @@ impl Export<'_> {
             Unit::Microstrain => format!("    signal = (signal - zero) * {};", real.number(1e-6)),
             Unit::Bridge => "    signal = strain_F(signal) - strain_F(zero);".to_owned(),
         });
-        if self.wraps() {
-            let [half, turn] = [32768.0, 65536.0].map(|x| real.number(x));
+        if let Some(below) = self.wraps() {
+            let [below, turn] = [below, 65536.0].map(|x| real.number(x));
             lines.push(format!(
-                "    signal -= {turn} * floor_F((signal + {half}) / {turn}); /* counts of 16 bits begin anew */"
+                "    signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
             ));
         }
         lines.join("\n")

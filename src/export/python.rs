@@ -119,8 +119,8 @@ impl Export<'_> {
         };
         let above = "strain(signal) - strain(zero)";
         let above = match self.wraps() {
-            true => format!("({above} + 32768.0) % 65536.0 - 32768.0"),
-            false => above.to_owned(),
+            Some(below) => format!("({above} + {below:?}) % 65536.0 - {below:?}"),
+            None => above.to_owned(),
         };
         [strain, above]
     }

@@ -62,9 +62,11 @@ impl Export<'_> {
         self.locator.unit.value(strain, self.locator.rig.setup.gauge.factor)
     }
 
-    /// Whether signals are counts that begin anew beyond their range.
-    pub(super) fn wraps(&self) -> bool {
-        self.locator.tared.as_ref().is_some_and(|t| t.wraps)
+    /// Where signals are counts that begin anew beyond their range: how far differences may lie below zero.
+    pub(super) fn wraps(&self) -> Option<f64> {
+        let wraps = self.locator.tared.as_ref().is_some_and(|t| t.wraps);
+        let lean = if let [one] = self.locator.sides() { one.sign } else { 0.0 };
+        wraps.then_some((0.5 - 0.4 * lean) * 65536.0)
     }
 
     /// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.

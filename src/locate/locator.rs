@@ -52,9 +52,10 @@ pub(crate) struct Opened {
     pub(crate) distances: [f64; 2],
     /// Distances within which a second one is ambiguous.
     pub(crate) interest: [f64; 2],
+    /// Calibrated drives, and beyond the means of the first and the last how far jitter led.
     pub(crate) drives: Vec<f64>,
-    /// Smallest and largest drive that is answered.
-    pub(crate) ends: [f64; 2],
+    /// The one calibrated drive, where there are no others.
+    only: Option<f64>,
     pub(crate) answers: Box<dyn Answers>,
     /// Per drive, mm.
     pub(crate) bias: Vec<f64>,
@@ -67,7 +68,7 @@ pub(crate) struct Opened {
 impl Opened {
     /// Whether `drive` is among the calibrated ones.
     fn admits(&self, drive: f64) -> bool {
-        drive >= self.ends[0] * (1.0 - SAME) && drive <= self.ends[1] * (1.0 + SAME)
+        drive >= self.drives[0] * (1.0 - SAME) && drive <= self.drives[self.drives.len() - 1] * (1.0 + SAME)
     }
 
     /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
@@ -76,16 +77,26 @@ impl Opened {
         let (Some(answers), Some(bias)) = (estimator.open(of)?, estimator.bias_mm(record)) else {
             return Ok(None);
         };
+        let (mut drives, mut bias) = (record.drives.clone(), bias.to_vec());
+        let [first, last] = record.ends();
+        if first < drives[0] {
+            drives.insert(0, first);
+            bias.insert(0, bias[0]);
+        }
+        if last > drives[drives.len() - 1] {
+            drives.push(last);
+            bias.push(bias[bias.len() - 1]);
+        }
         let calibrated = side == record.gauge();
         let sign = f64::from(record.sign);
         Ok(Some(Self {
             sign: if calibrated { sign } else { -sign },
             distances: record.distances_mm,
             interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
-            drives: record.drives.clone(),
-            ends: record.ends(),
+            drives,
+            only: Some(record.drives[0]).filter(|_| record.drives.len() == 1),
             answers,
-            bias: bias.to_vec(),
+            bias,
             factor: record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(f64::NAN),
             end_stop: record.end_stop.filter(|_| calibrated).unwrap_or(f64::INFINITY),
         }))
@@ -166,14 +177,18 @@ impl Locator {
 
     /// The only calibrated drive, if there is one: it need not be said with a reading.
     pub fn only_drive(&self) -> Option<f64> {
-        let mut drives = self.sides.iter().flat_map(|s| &s.drives).copied();
-        let first = drives.next()?;
-        drives.all(|d| d == first).then_some(first)
+        let first = self.sides.first()?.only?;
+        self.sides.iter().all(|s| s.only == Some(first)).then_some(first)
     }
 
     /// What answers each side.
     pub(crate) fn sides(&self) -> &[Opened] {
         &self.sides
+    }
+
+    /// Whether a reading of this drive is one of the zero.
+    pub fn rests(&self, drive: f64) -> bool {
+        self.drive_recorded && self.tared.as_ref().map_or(drive == 0.0, |t| t.rests(drive))
     }
 
     /// Standard deviation of one reading, strain or the unit of the reading.
@@ -190,7 +205,8 @@ impl Locator {
     /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading.
     pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
         let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
-        let signal = if wraps { wrapped(signal - zero) } else { signal - zero };
+        let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
+        let signal = if wraps { wrapped(signal - zero, lean) } else { signal - zero };
         if !drive.is_finite() || !signal.is_finite() {
             return Located::nothing(Status::BAD_INPUT);
         }

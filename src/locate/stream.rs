@@ -58,7 +58,7 @@ pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero
     let (mut readings, mut numbers, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
     while let Some(line) = source.next(&mut lines)? {
         match line.text.and_then(|t| lines.parse(t)) {
-            Some((drive, signal)) if locator.drive_recorded && drive == 0.0 && signal.is_finite() => {
+            Some((drive, signal)) if locator.rests(drive) && signal.is_finite() => {
                 readings.push((line.place, signal));
                 numbers.push(line.number);
             }
@@ -128,7 +128,7 @@ pub fn answer(
         let read = line.text.and_then(|t| lines.parse(t));
         let (drive, signal) = read.unwrap_or((f64::NAN, f64::NAN));
         let finite = drive.is_finite() && signal.is_finite();
-        let is_zero = finite && locator.drive_recorded && drive == 0.0;
+        let is_zero = finite && locator.rests(drive);
         let mut zero = None;
         let located = if is_zero {
             counts.zeros += 1;

@@ -3,9 +3,11 @@
 /// Counts of the whole range.
 const TURN: f64 = 65536.0;
 
-/// The difference of two counts, by the shorter way around.
-pub fn wrapped(difference: f64) -> f64 {
-    (difference + 0.5 * TURN).rem_euclid(TURN) - 0.5 * TURN
+/// The difference of two counts: by the shorter way around, or, where differences of one sign are expected, `lean` = ±1, by the way that
+/// leaves nine tenths of the range to that sign.
+pub fn wrapped(difference: f64, lean: f64) -> f64 {
+    let below = (0.5 - 0.4 * lean) * TURN;
+    (difference + below).rem_euclid(TURN) - below
 }
 
 /// Where `values` are counts of 16 bits of which some have begun anew: the largest of those. A quarter of the range is then empty, and
@@ -38,8 +40,9 @@ mod tests {
         for x in &signal {
             assert_eq!(unwrapped(counted(x), at), *x);
         }
-        assert_eq!(wrapped(300.0 - 65000.0), 836.0);
-        assert_eq!(wrapped(-12.0), -12.0);
+        assert_eq!(wrapped(300.0 - 65000.0, 0.0), 836.0);
+        assert_eq!([wrapped(-12.0, 0.0), wrapped(-12.0, 1.0), wrapped(12.0, -1.0)], [-12.0, -12.0, 12.0]);
+        assert_eq!([wrapped(58_000.0, 1.0), wrapped(7_536.0, -1.0)], [58_000.0, -58_000.0]);
         // Two sides of a sensor, a range that is filled, numbers that are no counts.
         assert_eq!(turn([10_000.0, 25_000.0, 41_000.0, 55_000.0].into_iter()), None);
         assert_eq!(turn((0..60).map(|k| 1000.0 * f64::from(k))), None);

@@ -28,8 +28,18 @@ pub struct Tared {
     pub value: f64,
     /// Its standard error, in the same unit.
     pub error: f64,
+    /// Largest drive of the rows before contact, where these are not at drive 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
     /// Whether readings are counts of 16 bits that begin anew beyond their range.
     pub wraps: bool,
+}
+
+impl Tared {
+    /// Whether a row with this drive is a zero reading.
+    pub fn rests(&self, drive: f64) -> bool {
+        drive == 0.0 || self.until.is_some_and(|until| drive <= until)
+    }
 }
 
 /// Zero readings of a file.

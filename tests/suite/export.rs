@@ -260,7 +260,7 @@ fn every_unit_is_taken_as_it_was_recorded() {
         let calibration = Calibration::read(&desk.path(&format!("{unit}/calibration.toml")), false).unwrap();
         check(unit, &calibration, Some(estimator::TABLE));
         if unit == "reading" {
-            let zero = Tared { from: TaredBy::Fitted, value: 5.0, error: 0.0, wraps: true };
+            let zero = Tared { from: TaredBy::Fitted, value: 5.0, error: 0.0, until: None, wraps: true };
             let mut counts = Calibration { zero: Some(zero), ..calibration };
             counts.sides[0].end_stop = Some(1100.0);
             check("counts", &counts, Some(estimator::TABLE));

@@ -37,7 +37,10 @@ impl Extent {
     pub fn around(rig: &Rig, side: Side, distances: [f64; 2], drives: [f64; 2], ahead: f64) -> Self {
         let [lo, hi] = distances;
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
-        let reach = [lo - margin, (hi + margin).max(1.1 * rig.design.tuple.L_a)];
+        // Short of the apex of the cone, where there is no whisker to tap.
+        let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
+        let room = if tau > 0.0 { length + 0.4 * (1.0 / tau - length).max(0.0) } else { f64::INFINITY };
+        let reach = [lo - margin, (hi + margin).max(1.1 * length).min(room.max(hi))];
         let [first, last] = drives;
         let drives = match first < last || ahead > 0.0 {
             true => [0.02 * first, last + first.max(0.1 * last).max(ahead)],
