@@ -64,10 +64,9 @@ pub fn prepare(
     let read = zero.count > 0;
     if !read && data.drive.is_some() {
         let usable: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
-        // A whisker that is known tells a constant better than straight lines do, but for one so large that signs change.
+        // Without theory first, for signs and suspects; the model of a whisker that is known then says the rest.
         let turned = constant::reference(&usable);
-        let plain = (turned.is_some() || !rig.known).then(|| constant::without_theory(&usable)).flatten();
-        if let Some(found) = plain {
+        if let Some(found) = constant::without_theory(&usable) {
             tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
         } else if let Some(value) = turned.filter(|_| !data.unit.is_strain()) {
             tare(&mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
@@ -102,7 +101,8 @@ pub fn prepare(
             None => None,
         };
         sure |= found.is_some();
-        if let Some(found) = found.filter(|c| c.is_there()) {
+        let begun = tared.from == TaredBy::Fitted;
+        if let Some(found) = found.filter(|c| c.is_there() || (begun && c.determined())) {
             taps = unflagged;
             tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
             sides = flagged(data, rig, &mut taps, &signs, modelled, open)?;
