@@ -66,7 +66,7 @@ impl Export<'_> {
     pub(super) fn wraps(&self) -> Option<f64> {
         let wraps = self.locator.tared.as_ref().is_some_and(|t| t.wraps);
         let lean = if let [one] = self.locator.sides() { one.sign } else { 0.0 };
-        wraps.then_some((0.5 - 0.4 * lean) * 65536.0)
+        wraps.then(|| crate::measure::counts::below(lean))
     }
 
     /// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.

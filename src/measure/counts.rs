@@ -3,10 +3,15 @@
 /// Counts of the whole range.
 const TURN: f64 = 65536.0;
 
+/// How far below zero differences are taken to lie where `lean` is expected of them, a whole number of counts.
+pub fn below(lean: f64) -> f64 {
+    ((0.5 - 0.4 * lean) * TURN).round()
+}
+
 /// The difference of two counts: by the shorter way around, or, where differences of one sign are expected, `lean` = ±1, by the way that
 /// leaves nine tenths of the range to that sign.
 pub fn wrapped(difference: f64, lean: f64) -> f64 {
-    let below = (0.5 - 0.4 * lean) * TURN;
+    let below = below(lean);
     (difference + below).rem_euclid(TURN) - below
 }
 
