@@ -4,15 +4,17 @@
 //! distances share. Lines of different slopes b meet in one point, which is the zero and the drive at which contact begins. With a whisker:
 //! factor and drive offset of its model and the constant, by least squares.
 
-use nalgebra::{DMatrix, DVector};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
 
+use super::drift::Trend;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
 use crate::estimator::model::exact::Parameter;
+use crate::estimator::normal;
 use crate::estimator::taps::Tap;
 
-/// Steps of Gauss and Newton at most.
-const STEPS: usize = 60;
 /// A constant is determined where its standard error is below this share of what half of the taps give.
 const DETERMINED: f64 = 0.02;
 /// And is there where it is more than so many standard errors.
@@ -27,6 +29,8 @@ pub struct Constant {
     pub value: f64,
     /// Its standard error.
     pub error: f64,
+    /// The same if nothing drifts.
+    pub steady: f64,
     /// What half of the taps give above it.
     pub size: f64,
 }
@@ -34,73 +38,70 @@ pub struct Constant {
 impl Constant {
     /// Whether the data say what it is.
     pub fn determined(&self) -> bool {
-        self.error < DETERMINED * self.size
+        self.steady < DETERMINED * self.size
     }
 
     /// Whether it is certainly not zero.
     pub fn is_there(&self) -> bool {
-        self.determined() && self.value.abs() > THERE * self.error
+        self.determined() && self.value.abs() > THERE * self.steady
     }
 }
 
-/// One row of a least-squares problem: residual and its derivatives.
-type Row = (f64, Vec<f64>);
+/// Signals above a constant that go with the drive as b (u + κ u²), u = drive + offset, b that of their distance: in units of the travel of
+/// the drive and of the range of signals.
+struct Lines {
+    /// Number of the distance, drive and signal of each tap.
+    taps: Vec<(usize, f64, f64)>,
+    /// Constant, offset, κ, and b of each distance.
+    x: DVector<f64>,
+}
 
-/// Minimises the squares of what `rows` gives, from `start`; parameters and their covariance for the scatter that is left. `None`
-/// where the data do not determine them.
-fn least_squares(
-    start: Vec<f64>,
-    rows: &dyn Fn(&[f64]) -> Option<Vec<Row>>,
-) -> Option<(Vec<f64>, DMatrix<f64>)> {
-    let sum = |rows: &[Row]| rows.iter().map(|r| r.0 * r.0).sum::<f64>();
-    let mut x = start;
-    let mut now = rows(&x)?;
-    let m = x.len();
-    let mut damping = 1e-3;
-    for _ in 0..STEPS {
-        let mut n = DMatrix::<f64>::zeros(m, m);
-        let mut b = DVector::<f64>::zeros(m);
-        for (r, d) in &now {
-            let d = DVector::from_column_slice(d);
-            n.ger(1.0, &d, &d, 1.0);
-            b.axpy(-r, &d, 1.0);
-        }
-        let mut better = None;
-        while damping < 1e12 {
-            let damped = DMatrix::from_fn(m, m, |i, k| n[(i, k)] * if i == k { 1.0 + damping } else { 1.0 });
-            let step = damped.cholesky().map(|c| c.solve(&b));
-            let next: Option<Vec<f64>> = step.map(|s| x.iter().zip(s.iter()).map(|(x, s)| x + s).collect());
-            let tried = next.and_then(|next| rows(&next).map(|r| (next, r)));
-            match tried {
-                Some((next, r)) if sum(&r) <= sum(&now) => {
-                    better = Some((next, r));
-                    break;
-                }
-                _ => damping *= 10.0,
-            }
-        }
-        let Some((next, r)) = better else { break };
-        let gained = sum(&now) - sum(&r);
-        let done = gained <= 1e-12 * sum(&now);
-        (x, now) = (next, r);
-        damping = (damping * 0.1).max(1e-12);
-        if done {
-            break;
-        }
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Lines {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.x.copy_from(x);
     }
-    let mut n = DMatrix::<f64>::zeros(m, m);
-    for (_, d) in &now {
-        let d = DVector::from_column_slice(d);
-        n.ger(1.0, &d, &d, 1.0);
+
+    fn params(&self) -> DVector<f64> {
+        self.x.clone()
     }
-    let scale: Vec<f64> = (0..m).map(|i| n[(i, i)].sqrt()).collect();
-    if now.len() <= m || !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
-        return None;
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let (zero, offset, curve) = (self.x[0], self.x[1], self.x[2]);
+        let of_tap = |(i, drive, signal): &(usize, f64, f64)| {
+            let u = drive + offset;
+            zero + self.x[3 + i] * (u + curve * u * u) - signal
+        };
+        let r = DVector::from_iterator(self.taps.len(), self.taps.iter().map(of_tap));
+        r.iter().all(|r| r.is_finite()).then_some(r)
     }
-    let inverse = DMatrix::from_fn(m, m, |i, k| n[(i, k)] / (scale[i] * scale[k])).cholesky()?.inverse();
-    let variance = sum(&now) / (now.len() - m) as f64;
-    let covariance = DMatrix::from_fn(m, m, |i, k| variance * inverse[(i, k)] / (scale[i] * scale[k]));
-    covariance.iter().all(|c| c.is_finite()).then_some((x, covariance))
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let (offset, curve) = (self.x[1], self.x[2]);
+        let mut j = DMatrix::zeros(self.taps.len(), self.x.len());
+        for (k, (i, drive, _)) in self.taps.iter().enumerate() {
+            let (u, b) = (drive + offset, self.x[3 + i]);
+            j[(k, 0)] = 1.0;
+            j[(k, 1)] = b * (1.0 + 2.0 * curve * u);
+            j[(k, 2)] = b * u * u;
+            j[(k, 3 + i)] = u + curve * u * u;
+        }
+        j.iter().all(|x| x.is_finite()).then_some(j)
+    }
+}
+
+impl Lines {
+    /// The constant and its standard error for the scatter that is left; `None` where the data do not determine the lines.
+    fn constant(self) -> Option<[f64; 2]> {
+        let (fitted, _) = LevenbergMarquardt::new().with_patience(60).minimize(self);
+        let (r, j) = (fitted.residuals()?, fitted.jacobian()?);
+        let freedom = r.len().checked_sub(fitted.x.len()).filter(|n| *n > 0)? as f64;
+        let (_, inverse) = normal::solve(&(j.transpose() * &j), &(j.transpose() * &r))?;
+        Some([fitted.x[0], (r.norm_squared() / freedom * inverse[(0, 0)]).sqrt()])
+    }
 }
 
 /// The constant of `taps` as recorded, without theory; three drives at three distances are needed.
@@ -125,23 +126,6 @@ pub fn without_theory(taps: &[&Tap]) -> Option<Constant> {
     if !(travel > 0.0 && typical > 0.0) {
         return None;
     }
-    // Parameters in units of travel and of the range of signals: constant, drive offset, κ, and b of each distance.
-    let rows = |x: &[f64]| -> Option<Vec<Row>> {
-        let (zero, offset, curve) = (x[0], x[1], x[2]);
-        let row = |t: &&Tap| {
-            let (i, u) = (place(t), t.drive / travel + offset);
-            let b = x[3 + i];
-            let h = u + curve * u * u;
-            let mut d = vec![0.0; x.len()];
-            d[0] = 1.0;
-            d[1] = b * (1.0 + 2.0 * curve * u);
-            d[2] = b * u * u;
-            d[3 + i] = h;
-            (zero + b * h - t.signal / typical, d)
-        };
-        let rows: Vec<Row> = taps.iter().map(row).collect();
-        rows.iter().all(|r| r.0.is_finite()).then_some(rows)
-    };
     // From straight lines through the drive's own zero.
     let slope = |i: usize| {
         let here = || taps.iter().filter(move |t| place(t) == i);
@@ -159,12 +143,13 @@ pub fn without_theory(taps: &[&Tap]) -> Option<Constant> {
     let lines: Vec<(f64, f64, f64)> = (0..distances.len()).map(slope).collect();
     let mut start = vec![lines.iter().map(|(b, y, u)| y - b * u).sum::<f64>() / lines.len() as f64, 0.0, 0.0];
     start.extend(lines.iter().map(|l| l.0));
-    let (x, covariance) = least_squares(start, &rows)?;
-    let value = x[0] * typical;
+    let taps_in_units = taps.iter().map(|t| (place(t), t.drive / travel, t.signal / typical)).collect();
+    let lines = Lines { taps: taps_in_units, x: DVector::from_vec(start) };
+    let [value, scatter] = lines.constant()?.map(|x| x * typical);
     let mut sizes: Vec<f64> = taps.iter().map(|t| (t.signal - value).abs()).collect();
     let size = crate::reduce::median(&mut sizes);
-    let error = (covariance[(0, 0)].sqrt() * typical).hypot(FORM * size);
-    let found = Constant { value, error, size };
+    let error = scatter.hypot(FORM * size);
+    let found = Constant { value, error, steady: error, size };
     found.is_there().then_some(found)
 }
 
@@ -194,12 +179,16 @@ pub fn reference(taps: &[&Tap]) -> Option<f64> {
 
 /// The constant that the fit of the model has found beside everything else, of a side whose signals have `sign`; `None` where the data do
 /// not determine it.
-pub fn of_fit(fit: &Fit, cells: &[Cell], sign: f64) -> Option<Constant> {
+pub fn of_fit(fit: &Fit, cells: &[Cell], sign: f64, trend: Option<Trend>) -> Option<Constant> {
     let at = fit.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
     let size = crate::reduce::median(&mut cells.iter().map(|c| c.signal).collect::<Vec<_>>());
     let value = sign * fit.exact.values[Parameter::Zero as usize];
     // What the model leaves goes with distance and drive as a constant may: it counts in full.
-    let n = cells.len() as f64;
+    let n = fit.residuals.len() as f64;
     let left = (fit.residuals.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
-    Some(Constant { value, error: fit.exact.covariance[at][at].sqrt().hypot(left), size })
+    let steady = fit.exact.covariance[at][at].sqrt().hypot(left);
+    // A straight drift takes up some of it; one that is certain is off by all that it does.
+    let [shift, error] = trend.map_or([0.0; 2], |t| t.constant);
+    let shift = if trend.is_some_and(|t| t.is_there()) { shift } else { 0.0 };
+    Some(Constant { value, error: steady.max(error).hypot(shift), steady, size })
 }

@@ -1,9 +1,11 @@
-//! Whether σ keeps its word: errors at positions left out, against the σ that `locate` gives there.
+//! Whether σ keeps its word: errors at positions left out, against the σ that `locate` gives there. Positions to which an estimator
+//! extrapolates when they are left out say nothing of it.
 
 use serde::Serialize;
 
 use super::Calibrated;
 use super::output::side_name;
+use crate::estimator::judged;
 use crate::locate::Locator;
 
 /// How many errors of one position lie within 1 σ and beyond 3 σ.
@@ -35,24 +37,35 @@ impl Coverage {
     }
 }
 
-/// Of the estimator that won, by position, and over all of them.
-pub fn coverage(found: &Calibrated, locator: &Locator) -> (Vec<Coverage>, Option<Coverage>) {
-    let (mut each, mut all) = (Vec::new(), Vec::new());
+/// Of the estimator that won.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Covered {
+    /// By position.
+    pub positions: Vec<Coverage>,
+    /// Over all positions; `None` without answers.
+    pub all: Option<Coverage>,
+}
+
+/// How errors on distances left out compare with the σ of `locator`.
+pub fn coverage(found: &Calibrated, locator: &Locator) -> Covered {
+    let (mut positions, mut all) = (Vec::new(), Vec::new());
     for side in &found.sides {
         let Some(held) = side.held_out(found.winner) else { continue };
-        for (i, a) in side.distances.centres.iter().enumerate() {
+        let judged = judged(found.winner, side.distances.len());
+        for (i, a) in side.distances.centres.iter().enumerate().filter(|(i, _)| judged.contains(i)) {
             let taps = side.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
             let ratio = |k: &usize| {
                 let tap = &found.taps[*k];
-                (held.taps[*k] / locator.locate(tap.drive, tap.signal).sigma).abs()
+                let drive = tap.drive + locator.drive_origin;
+                (held.taps[*k] / locator.locate_above(drive, tap.signal, 0.0, tap.zero_share()).sigma).abs()
             };
             let ratios: Vec<f64> = taps.map(ratio).filter(|r| r.is_finite()).collect();
             if !ratios.is_empty() {
-                each.push(Coverage::new(side_name(side.gauge), *a, &ratios));
+                positions.push(Coverage::new(side_name(side.gauge), *a, &ratios));
                 all.extend(ratios);
             }
         }
     }
-    let over_all = (!all.is_empty()).then(|| Coverage::new("", f64::NAN, &all));
-    (each, over_all)
+    let all = (!all.is_empty()).then(|| Coverage::new("", f64::NAN, &all));
+    Covered { positions, all }
 }

@@ -1,6 +1,11 @@
-//! A zero that drifts and was never read: repeats of the same tap tell how fast.
+//! A zero that drifts and was never read: repeats of the same tap tell how fast; without them what a model leaves tells that it does.
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::estimator::cells::{Cell, Levels, cells};
+use crate::estimator::fit::Fit;
+use crate::estimator::model::exact::Parameter;
+use crate::estimator::normal;
 use crate::estimator::taps::Tap;
 use crate::measure::Rig;
 use crate::reduce::median;
@@ -67,10 +72,55 @@ fn find(taps: &[Tap], all: &[Cell]) -> Option<Drift> {
     certain.then_some(Drift { slope, error, least: NAMED * noise })
 }
 
-/// Takes the drift off every tap; the first row of the file is taken as right.
-pub fn remove(taps: &mut [Tap], drift: &Drift) {
+/// Takes the drift off every tap, whose signal is `above` it; the first row of the file is taken as right.
+pub fn remove(taps: &mut [Tap], drift: &Drift, above: impl Fn(f64, f64) -> f64) {
     for tap in taps {
         tap.drift = drift.slope * tap.place as f64;
-        tap.signal -= tap.drift;
+        tap.signal = above(tap.signal, tap.drift);
+    }
+}
+
+/// How what a fit leaves goes with the order of the rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trend {
+    /// Change of the signal over the file.
+    pub carried: f64,
+    /// Its standard error, with all parameters of the fit free.
+    pub error: f64,
+    /// By how much another constant goes with it, and the standard error of the constant with it.
+    pub constant: [f64; 2],
+}
+
+impl Trend {
+    /// Of a fit to `cells` of `taps`, in a file of so many rows; `None` where the rows go with what is fitted.
+    pub fn of(fit: &Fit, cells: &[Cell], taps: &[Tap], rows: usize) -> Option<Self> {
+        let m = fit.slopes.ncols();
+        let one = |(c, k): (usize, usize)| {
+            let deviation = fit.deviations[c] * cells[fit.cells[c]].n().sqrt();
+            let tap = &taps[k];
+            let left = (tap.signal.abs() - fit.exact.expected(tap.a, tap.drive)) / deviation;
+            let place = tap.signal.signum() * tap.place as f64 / rows as f64;
+            let row: Vec<f64> =
+                fit.slopes.row(c).iter().copied().chain([place]).map(|x| x / deviation).collect();
+            (row, left)
+        };
+        let places =
+            fit.cells.iter().enumerate().flat_map(|(c, &at)| cells[at].taps.iter().map(move |k| (c, *k)));
+        let (design, left): (Vec<Vec<f64>>, Vec<f64>) =
+            places.map(one).filter(|(_, left)| left.is_finite()).unzip();
+        let design = DMatrix::from_row_iterator(left.len(), m + 1, design.into_iter().flatten());
+        let left = DVector::from_vec(left);
+        let freedom = left.len().checked_sub(m + 2)? as f64;
+        let (step, inverse) = normal::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
+        let scatter = ((left - &design * &step).norm_squared() / freedom).max(1.0);
+        let error = |i: usize| (scatter * inverse[(i, i)]).sqrt();
+        let zero = fit.exact.fitted.iter().position(|p| *p == Parameter::Zero);
+        let constant = zero.map_or([0.0; 2], |i| [step[i], error(i)]);
+        Some(Self { carried: step[m], error: error(m), constant })
+    }
+
+    /// Whether it is certain.
+    pub fn is_there(&self) -> bool {
+        self.carried.abs() > CERTAIN * self.error
     }
 }

@@ -35,7 +35,9 @@ use crate::estimator::{EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
+use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
+use crate::measure::text::plain;
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use prepare::Prepared;
@@ -70,6 +72,8 @@ pub struct Calibrated {
     pub groups: [Groups; 2],
     /// The drift that was subtracted for want of zero readings.
     pub drift: Option<drift::Drift>,
+    /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
+    pub unread: f64,
     /// One for each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
@@ -87,15 +91,24 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let mut warnings = Vec::new();
     check(data, &rig, options)?;
     if let Some(k) = rig.setup.estimate.k.take() {
-        warnings.push(format!("estimate.K = {k} of the spec has no meaning here: K̄ comes from the data"));
+        warnings.push(format!(
+            "estimate.K = {} of the spec has no meaning here: K̄ comes from the data",
+            plain(k)
+        ));
     }
     if !data.ignored.is_empty() {
-        warnings.push(format!("{}: ignored columns {}", data.file, data.ignored.join(", ")));
+        let mut text = format!("{}: ignored columns {}", data.file, data.ignored.join(", "));
+        if let Some(name) = data.ignored.iter().find(|n| data.drive.is_none() && may_drive(n)) {
+            text += &format!(
+                "; if {name} is the drive, --columns theta={name} (degrees) or delta={name} (mm) takes it as such"
+            );
+        }
+        warnings.push(text);
     }
     let open = opener(&options.run);
-    let Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded } =
+    let Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
-    let modelled = recorded && rig.known;
+    let modelled = recorded && rig.known && no_exact.is_none();
     let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
     let (noise, noise_from) = match found {
         Some(found) => found,
@@ -113,6 +126,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             gauge,
             noise,
             recorded,
+            no_exact: no_exact.as_deref(),
             zero: zero_known,
             fit: &options.fit,
         };
@@ -132,6 +146,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         estimator: winner.name().to_owned(),
         signal: data.unit.column().to_owned(),
         drive_recorded: recorded,
+        drive_origin: origin,
         noise,
         noise_from,
         zero: Some(tared),
@@ -145,7 +160,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    Ok(Calibrated { calibration, taps, zeros, zero, groups, drift, sides: results, winner, warnings })
+    Ok(Calibrated { calibration, taps, zeros, zero, groups, drift, unread, sides: results, winner, warnings })
 }
 
 /// Refuses data and options that do not belong together.
@@ -161,7 +176,10 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     }
     if let (Some(_), Some(x)) = (data.drive, options.drive) {
         let message = format!("the data have a column {}", kind.column());
-        return Err(InputError::new(message).key(flag).value(x).allowed("nothing: the column says it"));
+        return Err(InputError::new(message)
+            .key(flag)
+            .value(plain(x))
+            .allowed("nothing: the column says it"));
     }
     if let Some(x) = options.drive {
         let (good, allowed) = match kind {
@@ -169,7 +187,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
             Drive::Displacement => (x > 0.0 && x.is_finite(), "> 0 mm"),
         };
         if !good {
-            return Err(InputError::new("this is no drive").key(flag).value(x).allowed(allowed));
+            return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
         }
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
@@ -223,6 +241,17 @@ fn remarks(
         ));
     }
     for s in sides {
+        if let Some(why) = &s.record.no_exact {
+            all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
+        }
+        let unsolved = s.fit.as_ref().map_or(0, |f| s.cells.len() - f.cells.len());
+        if unsolved > 0 {
+            all.push(format!(
+                "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
+                data.file,
+                s.cells.len()
+            ));
+        }
         for c in &s.contradictions {
             all.push(format!(
                 "{}: the signals at a = {} and {} mm are in the wrong order, at {} of {} drives, by {:.1} standard deviations: one of \

@@ -4,6 +4,7 @@ use super::suspects::Scatter;
 use crate::error::Error;
 use crate::estimator::cells::{Cell, Levels, cells, repeatability};
 use crate::estimator::fit::{Taring, Task};
+use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::Opener;
 use crate::estimator::taps::Tap;
 use crate::locate::Parameter;
@@ -67,9 +68,10 @@ pub fn scatter(
     for (sign, gauge, _) in sides {
         let cells = of_side(rig, taps, *sign);
         let Some(at) = super::extent(rig, taps, *sign, *gauge).filter(|_| recorded) else { continue };
-        let fit = Task { rig, at, cells: &cells, noise: 0.0, zero: Taring::Known, open }.fit(fit)?;
-        squares += fit.residuals.iter().zip(&cells).map(|(e, c)| e * e / c.share).sum::<f64>();
-        freedom += cells.len() as f64 - fit.exact.fitted.len() as f64;
+        let task = Task { rig, at, cells: &cells, noise: 0.0, zero: Taring::Known, open };
+        let Some(fit) = ModelError::of_run(task.fit(fit))? else { continue };
+        squares += fit.residuals.iter().zip(&fit.cells).map(|(e, k)| e * e / cells[*k].share).sum::<f64>();
+        freedom += fit.cells.len() as f64 - fit.exact.fitted.len() as f64;
     }
     let left = (squares / freedom).sqrt();
     if freedom > 0.0 && left < smooth {

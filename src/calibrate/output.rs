@@ -185,9 +185,9 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
     let zero_row = |text: &mut Text, z: &crate::estimator::taps::ZeroReading| {
         let r = &data.rows[z.place];
         let mut row = vec![Field::Count(r.line as u64)];
-        row.extend(
-            [r.a, 0.0, r.value, found.zero.at(z.place), z.signal - found.zero.at(z.place)].map(Field::Number),
-        );
+        let zero = found.zero.at(z.place);
+        let signal = data.unit.above(z.signal, zero, locator.rig.setup.gauge.factor);
+        row.extend([r.a, r.drive, r.value, zero, signal].map(Field::Number));
         row.extend([f64::NAN; 6].map(Field::Number));
         let (word, why) = match &z.reason {
             Some(reason) => ("suspect", reason.text(kind)),
@@ -199,11 +199,12 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
         while let Some(z) = zeros.next_if(|z| z.place < tap.place) {
             zero_row(&mut text, z)?;
         }
-        let expected = locator.expected(tap.a, tap.drive, tap.signal.signum());
-        let at = locator.locate(tap.drive, tap.signal);
+        let recorded = tap.recorded(data);
+        let expected = locator.expected(tap.a, recorded, tap.signal.signum());
+        let at = locator.locate_above(recorded, tap.signal, 0.0, tap.zero_share());
         row.push(Field::Count(tap.line as u64));
         let drive =
-            if data.drive.is_some() || found.calibration.drive_recorded { tap.drive } else { f64::NAN };
+            if data.drive.is_some() || found.calibration.drive_recorded { recorded } else { f64::NAN };
         let numbers = [
             tap.a,
             drive,

@@ -2,12 +2,13 @@
 
 use super::suspects::{self, Scatter};
 use super::{Options, Reason, constant, drift, noise};
-use crate::error::{Error, InputError, SolveError};
+use crate::error::{Error, InputError};
 use crate::estimator::fit::{Taring, Task};
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::locate::ModelError;
 use crate::measure::group::Groups;
+use crate::measure::text::plain;
 use crate::measure::zero::{Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Side, Theory};
@@ -16,6 +17,9 @@ use crate::scene::{Drive, Side, Theory};
 const MINORITY: f64 = 0.1;
 /// Strains above this are no strains.
 const ABSURD: f64 = 0.5;
+
+/// An offset that is uncertain by this share of it may be something else.
+const UNCERTAIN: f64 = 0.2;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
@@ -37,6 +41,12 @@ pub struct Prepared {
     pub sure: bool,
     /// Whether the drive of the taps is known.
     pub recorded: bool,
+    /// The drive that counts as 0.
+    pub origin: f64,
+    /// Standard error of a zero that nobody read, which may have drifted.
+    pub unread: f64,
+    /// Why the model of the spec cannot be fitted, where whisker and drives are known.
+    pub no_exact: Option<String>,
 }
 
 /// Sorts, tares and judges the rows of `data`; what `rig` learns of its drive is put there.
@@ -51,13 +61,20 @@ pub fn prepare(
     warnings: &mut Vec<String>,
 ) -> Result<Prepared, Error> {
     let said = Said { drive: options.drive, group: options.group };
-    let Sorted { mut taps, zeros, zero, mut tared, groups, before } =
+    let Sorted { mut taps, zeros, zero, mut tared, groups, before, origin } =
         crate::estimator::taps::taps(data, rig, &said);
     rig.before = before;
     let rig = &*rig;
     warnings.extend(joined(&groups, rig.setup.drive));
     if tared.wraps {
         warnings.push(format!("{}: counts of 16 bits begin anew; they were joined", data.file));
+    }
+    if origin != 0.0 {
+        warnings.push(format!(
+            "{}: there is contact at drives ≤ 0, and none up to {}: drives are counted from there, those of readings too",
+            data.file,
+            plain(origin)
+        ));
     }
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
@@ -67,15 +84,15 @@ pub fn prepare(
         // Without theory first, for signs and suspects; the model of a whisker that is known then says the rest.
         let turned = constant::reference(&usable);
         if let Some(found) = constant::without_theory(&usable) {
-            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
+            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
         } else if let Some(value) = turned.filter(|_| !data.unit.is_strain()) {
-            tare(&mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
+            tare((data, rig), &mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
         }
     }
     let signs = signs(data, &mut taps)?;
     let drift = if !read { drift::of_all(rig, &taps, &signs) } else { None };
     if let Some(d) = &drift {
-        drift::remove(&mut taps, d);
+        drift::remove(&mut taps, d, |signal, drift| data.unit.above(signal, drift, rig.setup.gauge.factor));
         let carried = d.slope * data.rows.len() as f64;
         warnings.push(format!(
             "{}: no zero was read, and repeats show that it drifts by {:.3e} ± {:.1e} a row, {carried:.3e} over the file; a straight \
@@ -86,39 +103,49 @@ pub fn prepare(
             rig.setup.drive.column()
         ));
     }
+    let mut no_exact = None;
     let modelled = recorded && rig.known;
     let unflagged = taps.clone();
-    let mut sides = flagged(data, rig, &mut taps, &signs, modelled, open)?;
+    let mut sides = flagged(data, rig, &mut taps, &signs, modelled, open, &mut no_exact)?;
     let mut sure = read || tared.from == TaredBy::Fitted;
-    if !read && modelled && tared.from != TaredBy::Reference {
+    let mut unread = if tared.from == TaredBy::Fitted { tared.error } else { 0.0 };
+    if !read && modelled && no_exact.is_none() && tared.from != TaredBy::Reference {
         let (sign, gauge, scatter) = &sides[0];
         let cells = noise::of_side(rig, &taps, *sign);
         let found = match super::extent(rig, &taps, *sign, *gauge) {
             Some(at) => {
                 let task = Task { rig, at, cells: &cells, noise: scatter.signal, zero: Taring::Sought, open };
-                constant::of_fit(&task.fit(&options.fit)?, &cells, *sign)
+                ModelError::of_run(task.fit(&options.fit))?.and_then(|fit| {
+                    let trend = drift::Trend::of(&fit, &cells, &taps, data.rows.len());
+                    warnings.extend(trend.filter(drift::Trend::is_there).map(|t| trending(data, rig, &t)));
+                    constant::of_fit(&fit, &cells, *sign, trend)
+                })
             }
             None => None,
         };
         sure |= found.is_some();
+        if let Some(found) = found {
+            unread = found.error;
+            tared.error = found.steady;
+        }
         let begun = tared.from == TaredBy::Fitted;
         if let Some(found) = found.filter(|c| c.is_there() || (begun && c.determined())) {
             taps = unflagged;
-            tare(&mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
-            sides = flagged(data, rig, &mut taps, &signs, modelled, open)?;
+            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [found.value, found.steady]);
+            sides = flagged(data, rig, &mut taps, &signs, modelled, open, &mut no_exact)?;
         }
     }
-    warnings.extend(untared(data, rig, &tared, sure));
+    warnings.extend(untared(data, rig, &tared, sure, unread));
     for a in sides.iter().flat_map(|s| &s.2.positions) {
         warnings.push(format!(
             "{}: nearly all rows at a = {a} mm contradict the other positions: is this label right? They are used",
             data.file
         ));
     }
-    Ok(Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded })
+    Ok(Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded, origin, unread, no_exact })
 }
 
-/// Sets suspects aside, side by side.
+/// Sets suspects aside, side by side; `no_exact` is told why there is no model to compare with.
 fn flagged(
     data: &Data,
     rig: &Rig,
@@ -126,6 +153,7 @@ fn flagged(
     signs: &[f64],
     modelled: bool,
     open: Opener<'_>,
+    no_exact: &mut Option<String>,
 ) -> Result<Vec<(f64, Side, Scatter)>, Error> {
     let kind = rig.setup.drive;
     let mut sides = Vec::new();
@@ -134,7 +162,10 @@ fn flagged(
         let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.setup.hub));
         let [plain, sheared] =
             closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
-        let model = if modelled { spec_model(data, rig, taps, sign, gauge, open)? } else { None };
+        let model = match modelled && no_exact.is_none() {
+            true => spec_model(data, rig, taps, sign, gauge, open)?.map_err(|why| *no_exact = Some(why)).ok(),
+            false => None,
+        };
         let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
         let mut models: Vec<&suspects::Expected<'_>> = vec![&plain];
         if rig.known {
@@ -150,22 +181,49 @@ fn flagged(
 }
 
 /// Takes a constant off every tap.
-fn tare(taps: &mut [Tap], tared: &mut Tared, from: TaredBy, [value, error]: [f64; 2]) {
+fn tare(
+    (data, rig): (&Data, &Rig),
+    taps: &mut [Tap],
+    tared: &mut Tared,
+    from: TaredBy,
+    [value, error]: [f64; 2],
+) {
     for tap in taps {
         tap.zero += value;
-        tap.signal -= value;
+        tap.signal = data.unit.above(tap.signal, value, rig.setup.gauge.factor);
     }
     *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
 }
 
+/// What to say of a drift that only the residuals of the model show.
+fn trending(data: &Data, rig: &Rig, trend: &drift::Trend) -> String {
+    format!(
+        "{}: no zero was read, and what the model leaves goes with the order of the lines, as if the zero drifted by {:.2e} ± {:.1e} {} over \
+         the file. Neither can be told from the other here, so nothing was subtracted for it: read the zero now and then (rows with {} = 0)",
+        data.file,
+        trend.carried,
+        trend.error,
+        data.unit.common(),
+        rig.setup.drive.column()
+    )
+}
+
 /// What to say of a zero that nobody read; `sure`: the data say what it is, or that there is none.
-fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool) -> Option<String> {
+fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool, unread: f64) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
-             as it will be from readings without a zero of their own",
-            data.file, tared.value, tared.error
+             as it will be from readings without a zero of their own{}",
+            data.file,
+            tared.value,
+            unread,
+            match unread > UNCERTAIN * tared.value.abs() {
+                true => format!(
+                    ". A drift of the zero would do much of that: rows with {kind} = 0 now and then would tell"
+                ),
+                false => String::new(),
+            }
         )),
         TaredBy::Reference => Some(format!(
             "{}: no zero was read, and the signal changes its sign with the drive: its zero is not known. {:.4e} {unit} stands in for it, \
@@ -239,7 +297,7 @@ fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
         return Err(InputError::new(message)
             .at(&data.file, None)
             .key("a_mm")
-            .value(a)
+            .value(plain(a))
             .allowed("two distances or more"));
     }
     let both = count(least) as f64 >= MINORITY * count(most) as f64 && distances(least) >= 2;
@@ -263,7 +321,7 @@ fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
     }
 }
 
-/// The model of the spec where the data are; an error that names the row of the largest drive where the rod has no such taps.
+/// The model of the spec where the data are; else why there is none: of the row of the largest drive where the rod has no such taps.
 fn spec_model(
     data: &Data,
     rig: &Rig,
@@ -271,21 +329,23 @@ fn spec_model(
     sign: f64,
     gauge: Side,
     open: Opener<'_>,
-) -> Result<Option<Exact>, Error> {
-    let Some(at) = super::extent(rig, taps, sign, gauge) else { return Ok(None) };
+) -> Result<Result<Exact, String>, Error> {
+    let Some(at) = super::extent(rig, taps, sign, gauge) else {
+        return Ok(Err("no tap is usable".to_owned()));
+    };
     let at = Extent { hard: HARD, ..at };
-    let model = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open);
     let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
-    match (model, usable.max_by(|s, t| s.drive.total_cmp(&t.drive))) {
-        (Err(why @ ModelError::Solve(SolveError::TooHard)), Some(last)) => Err(InputError::new(format!(
-            "{why} at distances of {} … {} mm and drives up to this one: is it what was measured?",
-            at.reach[0], at.reach[1]
-        ))
-        .at(&data.file, Some(last.line))
-        .key(rig.setup.drive.column())
-        .value(last.drive)
-        .allowed("drives that the whisker of the spec can follow; another row's decimal comma makes two fields of one number")
-        .into()),
-        (model, _) => Ok(Some(model?)),
+    let last = usable.max_by(|s, t| s.drive.total_cmp(&t.drive));
+    match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {
+        Ok(model) => Ok(Ok(model)),
+        Err(why) if why.is_of_whisker() => Ok(Err(format!(
+            "{why} at distances of {:.4} … {:.4} mm and drives up to {} = {} (line {})",
+            at.reach[0],
+            at.reach[1],
+            rig.setup.drive.column(),
+            plain(last.map_or(f64::NAN, |t| t.recorded(data))),
+            last.map_or(0, |t| t.line),
+        ))),
+        Err(why) => Err(why.into()),
     }
 }

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::coverage::coverage;
+use super::coverage::Covered;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
-use crate::estimator::{ALL, Estimator};
-use crate::locate::{Locator, Parameter};
+use crate::estimator::{ALL, EXACT, Estimator};
+use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::Drive;
 
@@ -17,10 +17,11 @@ use crate::scene::Drive;
 const LISTED: usize = 100;
 
 /// The result object.
-pub fn result(found: &Calibrated, rig: &Rig, locator: &Locator) -> Value {
-    let (by_position, over_all) = coverage(found, locator);
+pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
+    let Covered { positions, all } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
+    let zero = found.unread;
     let suspect: Vec<Value> = found
         .taps
         .iter()
@@ -35,13 +36,14 @@ pub fn result(found: &Calibrated, rig: &Rig, locator: &Locator) -> Value {
         "signal": c.signal,
         "drive_recorded": c.drive_recorded,
         "zero": { "from": c.zero.as_ref().map(|z| z.from), "value": c.zero.as_ref().map(|z| z.value),
+                  "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
                   "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
         "suspects": suspect,
-        "sides": found.sides.iter().map(|s| side(s, rig)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "width": g.width })),
-        "coverage": { "all": over_all.map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
-                      "positions": by_position },
+        "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
+                      "positions": positions },
         "warnings": found.warnings,
     })
 }
@@ -61,7 +63,7 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, rig: &Rig) -> Value {
+fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
     let one = |e: &dyn Estimator| {
         let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
@@ -70,7 +72,8 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
         let shared = s.answered_by_all(&candidates);
         let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
         let asked = s.used;
-        json!({ "calibrated": s.has(e), "held_out_rms_mm": rms, "answered": answered, "asked": asked,
+        let why = s.record.no_exact.as_ref().filter(|_| *e == *EXACT);
+        json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": asked,
                 "held_out_rms_common_mm": common, "common": n })
     };
     let estimators: serde_json::Map<String, Value> =
@@ -88,7 +91,7 @@ fn side(s: &SideResult, rig: &Rig) -> Value {
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "contradictions": s.contradictions.iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
-        "parameters": s.fit.as_ref().map(|f| parameters(f, kind)),
+        "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
     })
 }
 
@@ -186,8 +189,10 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
     t.levels[0].centres.iter().enumerate().map(row).collect()
 }
 
-fn parameters(f: &crate::estimator::fit::Fit, kind: Drive) -> Value {
+/// Parameters of a fit to a signal whose zero has a standard error.
+fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
+    let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
     let fitted: Vec<Value> = e
         .fitted
@@ -201,7 +206,7 @@ fn parameters(f: &crate::estimator::fit::Fit, kind: Drive) -> Value {
                 .collect();
             let [lo, hi] = p.domain();
             let value = e.values[*p as usize];
-            json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": error(i),
+            json!({ "name": p.name(kind), "unit": p.unit(kind), "value": value, "standard_error": errors[i],
                     "correlations": correlations, "at_bound": value == lo || value == hi })
         })
         .collect();
@@ -215,7 +220,7 @@ fn parameters(f: &crate::estimator::fit::Fit, kind: Drive) -> Value {
 }
 
 /// A few lines for people.
-pub fn text(found: &Calibrated, data: &Data, rig: &Rig, locator: &Locator) -> String {
+pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> String {
     let mut t = String::new();
     let kind = rig.setup.drive;
     let (symbol, degree) = crate::sink::table::drive_unit(kind);
@@ -262,9 +267,13 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, locator: &Locator) -> St
             let _ =
                 writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
         }
+        if let Some(why) = &s.record.no_exact {
+            let _ = writeln!(t, "  {:<13} not calibrated: {why}", EXACT.name());
+        }
         if let Some(f) = &s.fit {
-            for (i, p) in f.exact.fitted.iter().enumerate() {
-                let (value, error) = (f.exact.values[*p as usize], f.exact.covariance[i][i].sqrt());
+            let errors = f.errors(found.unread);
+            for (p, error) in f.exact.fitted.iter().zip(errors) {
+                let value = f.exact.values[*p as usize];
                 let _ = writeln!(t, "  {:<13} {value:.6} ± {error:.1e} {}", p.name(kind), p.unit(kind));
             }
             for p in &f.undetermined {
@@ -293,7 +302,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, locator: &Locator) -> St
             );
         }
     }
-    if let (_, Some(c)) = coverage(found, locator) {
+    if let Some(c) = &covered.all {
         let percent = |x: f64| (100.0 * x).round();
         let _ = writeln!(
             t,

@@ -9,7 +9,7 @@ use crate::estimator::fit::{Fit, Taring, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
-use crate::estimator::{ALL, Estimator, Judged, SideRecord};
+use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -33,6 +33,8 @@ pub struct Ask<'a> {
     pub noise: f64,
     /// Whether the drive is known.
     pub recorded: bool,
+    /// Why the model cannot be fitted, where whisker and drives are known.
+    pub no_exact: Option<&'a str>,
     /// What is known of the zero of the signal.
     pub zero: Taring,
     /// Parameters to fit on request.
@@ -145,7 +147,8 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
     let with_suspects = ask.taps.iter().any(changed).then(|| {
         // As recorded: neither rows nor drift taken out.
-        let back = |t: &Tap| Tap { signal: t.signal + t.drift, ..t.clone() };
+        let factor = ask.rig.setup.gauge.factor;
+        let back = |t: &Tap| Tap { signal: ask.data.unit.above(t.signal, -t.drift, factor), ..t.clone() };
         let all: Vec<Tap> = ask.taps.iter().map(back).collect();
         KTable::new(&Ask { taps: &all, ..*ask }, |t| signal(t) && labelled(t))
     });
@@ -162,18 +165,20 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     };
     let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
     let several = drives.len() > 1;
-    let fit = match ask.recorded && ask.rig.known {
-        true => {
-            let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-            Some(
-                Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: ask.zero, open }
-                    .fit(ask.fit)?,
-            )
+    let mut no_exact = ask.no_exact.map(str::to_owned);
+    let mut fit = None;
+    if ask.recorded && ask.rig.known && no_exact.is_none() {
+        let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
+        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: ask.zero, open };
+        match task.fit(ask.fit) {
+            Ok(found) => fit = Some(found),
+            Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
+            Err(why) => return Err(why.into()),
         }
-        false => None,
-    };
+    }
     let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
     record.end_stop = end_stop(ask);
+    record.no_exact = no_exact;
     let reached = cells.iter().flat_map(|c| &c.taps).map(|k| ask.taps[*k].drive);
     let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
     record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
@@ -186,7 +191,8 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     };
     for e in ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
-        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len()));
+        let of = judged(e, distances.len());
+        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
         let judged = Judged {
             rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
             bias_mm: bias.into_iter().map(|b| b * share(e)).collect(),

@@ -4,6 +4,8 @@
 //! through all others. The surface is ln(signal/expected) as a low polynomial of 1/a
 //! and the drive, fitted by iterated weights (Tukey's biweight from an L1 start); scales are medians.
 
+use std::collections::HashSet;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::Reason;
@@ -167,7 +169,7 @@ impl Smooth {
 struct Compared<'a> {
     smooth: Smooth,
     expected: &'a Expected<'a>,
-    /// Of each cell, what it is off: of ln signal, and in the unit of the signal.
+    /// Of each cell, what it is off: of ln signal, and in the unit of the signal; NaN where the model has no such tap.
     off: Vec<(f64, f64)>,
     /// Robust standard deviations of both.
     scale: [f64; 2],
@@ -175,21 +177,25 @@ struct Compared<'a> {
 
 impl<'a> Compared<'a> {
     fn new(signals: &[(&Cell, f64)], levels: [&Levels; 2], expected: &'a Expected<'a>) -> Option<Self> {
-        let cells: Vec<Cell> = signals.iter().map(|(c, _)| (*c).clone()).collect();
-        let mut smooth = Smooth::new(&cells, levels);
-        let places: Vec<(f64, f64)> = signals.iter().map(|(c, _)| (c.a, c.drive)).collect();
-        let r: Vec<f64> = signals.iter().map(|(c, s)| (s / expected(c.a, c.drive)).ln()).collect();
-        if r.iter().any(|r| !r.is_finite()) {
+        let ratio = |(c, s): &(&Cell, f64)| (s / expected(c.a, c.drive)).ln();
+        let known: Vec<(&Cell, f64)> = signals.iter().filter(|s| ratio(s).is_finite()).copied().collect();
+        if known.len() < 4 || 2 * known.len() < signals.len() {
             return None;
         }
-        smooth.fit(&places, &r);
-        let miss = |((c, s), r): (&(&Cell, f64), &f64)| {
-            let left = r - smooth.at(c.a, c.drive);
-            (left, s * -(-left).exp_m1())
+        let cells: Vec<Cell> = known.iter().map(|(c, _)| (*c).clone()).collect();
+        let mut smooth = Smooth::new(&cells, levels);
+        let places: Vec<(f64, f64)> = known.iter().map(|(c, _)| (c.a, c.drive)).collect();
+        smooth.fit(&places, &known.iter().map(ratio).collect::<Vec<_>>());
+        let miss = |signal: &(&Cell, f64)| {
+            let (c, s) = *signal;
+            let left = ratio(signal) - smooth.at(c.a, c.drive);
+            if left.is_finite() { (left, s * -(-left).exp_m1()) } else { (f64::NAN, f64::NAN) }
         };
-        let off: Vec<(f64, f64)> = signals.iter().zip(&r).map(miss).collect();
+        let off: Vec<(f64, f64)> = signals.iter().map(miss).collect();
         let scale = |f: fn(&(f64, f64)) -> f64| {
-            NORMAL * median(&mut off.iter().map(|o| f(o).abs()).collect::<Vec<_>>())
+            let mut sizes: Vec<f64> = off.iter().map(|o| f(o).abs()).collect();
+            sizes.retain(|x| x.is_finite());
+            NORMAL * median(&mut sizes)
         };
         let scale = [scale(|o| o.0), scale(|o| o.1)];
         Some(Self { smooth, expected, off, scale })
@@ -239,11 +245,12 @@ fn surface(taps: &mut [Tap], all: &[Cell], levels: [&Levels; 2], models: &[&Expe
             flags.push((k, at));
         }
     }
-    let flagged: std::collections::HashSet<usize> = flags.iter().map(|f| f.0).collect();
-    let good = || judged.iter().zip(off).filter(|((c, _), _)| !flagged.contains(&c.taps[0]));
+    let flagged: HashSet<usize> = flags.iter().map(|f| f.0).collect();
+    let good =
+        || judged.iter().zip(off).filter(|((c, _), (_, e))| e.is_finite() && !flagged.contains(&c.taps[0]));
     let freedom = good().count().saturating_sub(smooth.terms.len());
     let squares: f64 = good().map(|((c, _), (_, e))| e * e * c.n()).sum();
-    let positions = whole(taps, all, levels[0], &flags);
+    let positions = whole(taps, all, levels[0], &flagged);
     let kept = |k: usize| positions.contains(&taps[k].group[0]);
     flags.retain(|(k, reason)| matches!(reason, Reason::Unit(_)) || !kept(*k));
     flags.into_iter().for_each(|(k, reason)| taps[k].reason = Some(reason));
@@ -252,9 +259,9 @@ fn surface(taps: &mut [Tap], all: &[Cell], levels: [&Levels; 2], models: &[&Expe
 
 /// Positions of which nearly all rows are flagged, three at least: not the rows are wrong but the label, or the rig was another. To leave them
 /// out would shrink the range without a word.
-fn whole(taps: &[Tap], all: &[Cell], distances: &Levels, flags: &[(usize, Reason)]) -> Vec<f64> {
+fn whole(taps: &[Tap], all: &[Cell], distances: &Levels, flags: &HashSet<usize>) -> Vec<f64> {
     let at = |i: usize| all.iter().filter(move |c| c.i == i).flat_map(|c| c.taps.iter().copied());
-    let flagged = |i: usize| at(i).filter(|k| flags.iter().any(|f| f.0 == *k)).count();
+    let flagged = |i: usize| at(i).filter(|k| flags.contains(k)).count();
     let whole = |i: &usize| flagged(*i) >= 3 && 5 * flagged(*i) >= 4 * at(*i).count();
     let places = (0..distances.len()).filter(whole);
     places.filter_map(|i| at(i).next()).map(|k| taps[k].group[0]).collect()

@@ -8,7 +8,7 @@ use crate::estimator::{ALL, Estimator, PAPER};
 /// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
 const TOLD_APART: f64 = 2.0;
 
-/// A candidate whose error is so many times the smallest has no say in which taps are compared, and cannot win.
+/// A candidate whose error is so many times the smallest, on all taps, has no say in which are compared; such a one cannot win.
 const FAR_WORSE: f64 = 3.0;
 /// So many common taps, or half of all, are enough to compare on.
 const ENOUGH: usize = 20;
@@ -41,7 +41,9 @@ pub fn winner(sides: &[SideResult], known: bool) -> &'static dyn Estimator {
         any.sort_by_key(order);
         return any.first().copied().unwrap_or(PAPER);
     };
-    let as_good = |k: &usize| *k == best || !worse(&squares[*k], &squares[best]);
+    let as_good = |k: &usize| {
+        *k == best || (mean(*k) <= FAR_WORSE.powi(2) * mean(best) && !worse(&squares[*k], &squares[best]))
+    };
     (0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k])
 }
 

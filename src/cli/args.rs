@@ -40,6 +40,8 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
+    /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
+    Chart(Chart),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
     Verify(Verify),
@@ -65,6 +67,7 @@ impl Command {
             Self::Simulate(_) => "simulate",
             Self::Optimise(_) => "optimise",
             Self::Tap(_) => "tap",
+            Self::Chart(_) => "chart",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Devices(_) => "devices",
@@ -83,6 +86,7 @@ impl Command {
             Self::Simulate(s) => Some(&s.common),
             Self::Optimise(o) => Some(&o.common),
             Self::Tap(t) => Some(&t.common),
+            Self::Chart(c) => Some(&c.common),
             Self::Verify(v) => Some(&v.common),
             Self::Bench(b) => Some(&b.common),
             Self::Devices(c) => Some(c),
@@ -166,6 +170,16 @@ pub struct Locate {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Charts of a spec's model over its ranges.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa chart sweeps/practical.toml")]
+pub struct Chart {
+    /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
+    pub spec: PathBuf,
     #[command(flatten)]
     pub common: Common,
 }

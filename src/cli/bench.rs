@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -59,7 +59,9 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let folder = bench::open(&settings, &places, &out, force)?;
     let (begun, steps) = (Instant::now(), settings.steps(&places));
     let (settings, places) = (Arc::new(settings), Arc::new(places));
-    let (measured, done) = measured(&settings, &places, &Steps::new(steps as u64, quiet))?;
+    let scratch = folder.scratch()?;
+    let (measured, done) = measured(&settings, &places, scratch.path(), &Steps::new(steps as u64, quiet))?;
+    drop(scratch);
     let stopped = (done < steps).then_some([done, steps]);
     let kept = stopped.is_none() || (!measured.is_empty() && (force || !kept::is_whole(folder.older())));
     let noise = Noise::of(&measured, &places);
@@ -92,10 +94,10 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
 fn measured(
     settings: &Arc<Settings>,
     places: &Arc<Vec<Place>>,
+    scratch: &Path,
     shown: &Steps,
 ) -> Result<(Measured, usize), Error> {
-    let scratch = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
-    let (stop, path) = (interrupt::stop_and_keep(), scratch.path().to_owned());
+    let (stop, path) = (interrupt::stop_and_keep(), scratch.to_owned());
     let (mut measured, mut done, of) = (Measured::default(), 0, settings.steps(places));
     let (settings, places, steps) = (Arc::clone(settings), Arc::clone(places), shown.clone());
     let work = move |tell: &mut dyn FnMut(News)| {

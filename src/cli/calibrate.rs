@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::calibrate::{self, Options, output, report};
+use vibrissa::calibrate::{self, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::{Export, Language};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
@@ -80,7 +80,8 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         let asked = args.estimator.map(asked).transpose()?;
         exported(args, &calibration, asked.as_ref().unwrap_or(&locator), &mut folder)?;
     }
-    let result = report::result(&found, &rig, &locator);
+    let covered = coverage::coverage(&found, &locator);
+    let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = run_json::document(
@@ -90,13 +91,14 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
             "data": { "file": data.file, "hash": asked.hash },
             "in_force": run_json::in_force(&spec),
             "material_fit": run_json::material_fit(&spec, None),
+            "warnings": spec.warnings,
             "counts": counts,
             "seconds": seconds,
             "result": result,
         }),
     );
     let written = output::write(&found, &data, &locator, &document, folder)?;
-    let mut text = report::text(&found, &data, &rig, &locator);
+    let mut text = report::text(&found, &data, &rig, &covered);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
     let reply = Reply {
         text,

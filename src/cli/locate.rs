@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
-use vibrissa::measure::{Names, zero::Zero};
+use vibrissa::measure::{Names, text::plain, zero::Zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
@@ -36,6 +36,9 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
         say::warning(format_args!("{label} was written by version {} of this program", calibration.version));
+    }
+    if !args.common.quiet {
+        calibration.rig.warnings.iter().for_each(say::warning);
     }
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     if options.plan == Some(true) {
@@ -139,7 +142,8 @@ impl Source {
 fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<Zero, Error> {
     let (zero, wrong) = stream::zeros(locator, Patient(open(path)?), ask)?;
     if let (Some(x), true) = (ask.zero, zero.count > 0) {
-        let error = InputError::new("these readings have zero readings of their own").key("--zero").value(x);
+        let error =
+            InputError::new("these readings have zero readings of their own").key("--zero").value(plain(x));
         return Err(error.allowed(format!("nothing: {} rows say it", zero.count)).into());
     }
     if !wrong.is_empty() {

@@ -5,6 +5,7 @@ mod args;
 mod bench;
 mod best;
 mod calibrate;
+mod chart;
 mod devices;
 mod explain;
 mod faults;
@@ -67,6 +68,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(simulate) => simulate::run(simulate),
         Command::Optimise(optimise) => optimise::run(optimise),
         Command::Tap(tap) => tap::run(tap),
+        Command::Chart(chart) => chart::run(chart),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, Opening, Shape, SideRecord, Unseen, positive};
+use super::{Answers, Estimator, Fault, Judged, LeaveOut, Opening, Shape, SideRecord, positive};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
@@ -61,11 +61,17 @@ impl Estimator for Smooth {
         35
     }
 
-    fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
-        // The form is that of all positions: what is judged is what will be used.
-        let form = Polynomial::choose(&points(side, None))?;
-        let curve = Polynomial::through(&points(side, Some(distance)), form, BEYOND[1])?;
-        Some(Box::new(move |_, drive, signal| curve.find(drive, signal)))
+    fn extrapolates(&self) -> bool {
+        true
+    }
+
+    /// The form is that of all positions: what is judged is what will be used.
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
+        let form = Polynomial::choose(&points(side, None));
+        Box::new(move |distance| {
+            let curve = Polynomial::through(&points(side, Some(distance)), form?, BEYOND[1])?;
+            Some(Box::new(move |_, drive, signal| curve.find(drive, signal)))
+        })
     }
 
     fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {

@@ -1,12 +1,13 @@
 //! `exact`: the configured model with fitted parameters, inverted.
 
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen};
+use super::{Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, normal};
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
@@ -90,11 +91,15 @@ impl Estimator for Model {
         true
     }
 
-    fn without<'a>(&self, side: &Measured<'a>, fit: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
-        let fit = fit?;
-        // The model keeps its parameters; the reading is moved by what the step would do to it.
-        let shift = &fit.slopes * step_without(side, fit, distance)?;
-        Some(Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift[k])))
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, fit: Option<&'a Fit>) -> LeaveOut<'a> {
+        Box::new(move |distance| {
+            let fit = fit?;
+            // The model keeps its parameters; the reading is moved by what the step would do to it.
+            let step = step_without(side, fit, distance)?;
+            let shift: HashMap<usize, f64> =
+                fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect();
+            Some(Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift.get(&k)?)))
+        })
     }
 
     fn calibrate(&self, side: &Measured<'_>, fit: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
@@ -180,21 +185,12 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
 fn step_without(side: &Measured<'_>, fit: &Fit, g: usize) -> Option<DVector<f64>> {
     let m = fit.slopes.ncols();
     let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
-    let mut scale = DVector::<f64>::repeat(m, 0.0);
-    for k in (0..side.cells.len()).filter(|&k| side.cells[k].i != g) {
+    for (k, _) in fit.cells.iter().enumerate().filter(|(_, cell)| side.cells[**cell].i != g) {
         let row = fit.slopes.row(k) / fit.deviations[k];
         n += row.transpose() * &row;
         b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
     }
-    for i in 0..m {
-        scale[i] = n[(i, i)].sqrt();
-        if scale[i] == 0.0 {
-            return None;
-        }
-    }
-    let scaled = DMatrix::from_fn(m, m, |i, j| n[(i, j)] / (scale[i] * scale[j]));
-    let solved = scaled.cholesky()?.solve(&b.component_div(&scale));
-    Some(solved.component_div(&scale))
+    Some(normal::solve(&n, &b)?.0)
 }
 
 /// The model, and its curve at the drive that was asked for last: a stream mostly stays at one.

@@ -6,7 +6,8 @@ use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::cells::Cell;
-use crate::error::{Error, InputError};
+use crate::error::InputError;
+use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use crate::measure::Rig;
 
@@ -16,6 +17,10 @@ const DETERMINED: f64 = 0.1;
 const MODEL: f64 = 1e-7;
 /// And where, with no more error than [`MODEL`], it would be below this share.
 const SOLVABLE: f64 = 2e-3;
+/// A cell counts where the model also follows drives larger by this share of the largest: an offset leads there.
+const ROOM: f64 = 0.02;
+/// Share of the cells for which the model must have solutions.
+const ENOUGH: f64 = 0.5;
 
 /// A fit.
 #[derive(Debug, Clone)]
@@ -28,12 +33,26 @@ pub struct Fit {
     pub misfit: f64,
     /// χ² per degree of freedom with noise alone; NaN without noise or freedom.
     pub chi2: f64,
-    /// d reading/dp of each cell.
+    /// Places of the cells that were fitted: those for which the model has solutions.
+    pub cells: Vec<usize>,
+    /// d reading/dp of each of these.
     pub slopes: DMatrix<f64>,
-    /// measured − expected of each cell.
+    /// measured − expected of each.
     pub residuals: DVector<f64>,
-    /// Standard deviation of each cell.
+    /// Standard deviation of each.
     pub deviations: DVector<f64>,
+}
+
+impl Fit {
+    /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all
+    /// were fitted together.
+    pub fn errors(&self, zero: f64) -> Vec<f64> {
+        let weights = self.deviations.map(|d| 1.0 / (d * d));
+        let pulled = self.slopes.tr_mul(&weights);
+        let c = &self.exact.covariance;
+        let shift = |i: usize| zero * c[i].iter().zip(pulled.iter()).map(|(c, p)| c * p).sum::<f64>();
+        (0..c.len()).map(|i| c[i][i].max(0.0).sqrt().hypot(shift(i))).collect()
+    }
 }
 
 /// What is known of the zero of the signal.
@@ -100,20 +119,29 @@ fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 
 }
 
 impl Task<'_> {
-    /// Fits factor, drive offset and whatever is `asked`.
+    /// Fits factor, drive offset and whatever is `asked` to the cells for which the model has solutions.
     ///
     /// # Errors
-    /// A backend that fails.
-    pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, Error> {
+    /// Too few such cells; a backend that fails.
+    pub fn fit(&self, asked: &[Parameter]) -> Result<Fit, ModelError> {
         let mut start = spec_values(&self.rig.setup);
         let exact = Exact::new(self.rig, start, Vec::new(), Vec::new(), self.at, self.open)?;
-        let mut ratios: Vec<f64> =
-            self.cells.iter().map(|c| c.signal / exact.expected(c.a, c.drive)).collect();
-        ratios.retain(|r| r.is_finite());
-        start[0] = crate::reduce::median(&mut ratios);
-        if !start[0].is_finite() {
-            return Err(Error::Run("the model has no strain at any measured tap".to_owned()));
+        let room = ROOM * self.at.drives[1];
+        let ratio = |c: &Cell| c.signal / exact.expected(c.a, c.drive);
+        let known = |c: &Cell| ratio(c).is_finite() && exact.expected(c.a, c.drive + room).is_finite();
+        let places: Vec<usize> = (0..self.cells.len()).filter(|&k| known(&self.cells[k])).collect();
+        let cells: Vec<Cell> = places.iter().map(|&k| self.cells[k].clone()).collect();
+        let one_distance = cells.windows(2).all(|w| w[0].i == w[1].i);
+        if one_distance || (cells.len() as f64) < ENOUGH * self.cells.len() as f64 {
+            return Err(ModelError::FewTaps { found: cells.len(), of: self.cells.len() });
         }
+        start[0] = crate::reduce::median(&mut cells.iter().map(ratio).collect::<Vec<_>>());
+        let fit = Task { cells: &cells, ..*self }.fit_from(start, asked)?;
+        Ok(Fit { cells: places, ..fit })
+    }
+
+    /// Fits all cells, from the factor and the parameters `start`.
+    fn fit_from(&self, start: Values, asked: &[Parameter]) -> Result<Fit, ModelError> {
         let mut free = vec![Parameter::Factor];
         free.extend((self.zero != Taring::Unknown).then_some(Parameter::DriveOffset));
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
@@ -180,7 +208,7 @@ impl Task<'_> {
     }
 
     /// Sets `free` by least squares, starting from `values`.
-    fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, Error> {
+    fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
         let drives = self.at.drives;
         let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.sizes())).collect();
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
@@ -246,7 +274,7 @@ impl Task<'_> {
         free: Vec<Parameter>,
         undetermined: Vec<Parameter>,
         misfit: f64,
-    ) -> Result<Fit, Error> {
+    ) -> Result<Fit, ModelError> {
         let noise_only = self.noise.max(0.0);
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
         let m = free.len();
@@ -268,7 +296,8 @@ impl Task<'_> {
             .sum();
         let chi2 = if freedom > 0.0 && noise_only > 0.0 { chi2 / freedom } else { f64::NAN };
         let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
-        Ok(Fit { exact, undetermined, misfit, chi2, slopes, residuals, deviations })
+        let cells = (0..self.cells.len()).collect();
+        Ok(Fit { exact, undetermined, misfit, chi2, cells, slopes, residuals, deviations })
     }
 }
 
@@ -279,7 +308,7 @@ struct Problem<'a> {
     scale: Vec<f64>,
     exact: Exact,
     deviations: Vec<f64>,
-    failed: Option<Error>,
+    failed: Option<ModelError>,
 }
 
 impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
@@ -304,7 +333,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
         let t = &self.task;
         match Exact::new(t.rig, values, self.free.clone(), Vec::new(), t.at, t.open) {
             Ok(exact) => self.exact = exact,
-            Err(e) => self.failed = Some(e.into()),
+            Err(e) => self.failed = Some(e),
         }
     }
 

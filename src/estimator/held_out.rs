@@ -1,12 +1,14 @@
 //! Leave one distance out: every estimator is calibrated on the other distances and asked for the one it has not seen.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::Estimator;
 use super::cells::Cell;
 use super::fit::Fit;
 use super::model::Found;
 use super::taps::Tap;
+use super::{Estimator, LeaveOut};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -37,12 +39,11 @@ pub struct HeldOut {
 }
 
 impl HeldOut {
-    /// Error beyond what noise explains, per drive, mm; NaN for a drive without an answer.
-    pub fn bias(&self, cells: &[Cell], drives: usize) -> Vec<f64> {
+    /// Error beyond what noise explains at the distances `of`, per drive, mm; for a drive without an answer the largest of the others.
+    pub fn bias(&self, cells: &[Cell], drives: usize, of: &Range<usize>) -> Vec<f64> {
         let bias = |j: usize| {
-            let here = || {
-                cells.iter().zip(&self.cells).filter(|(c, (e, _))| c.j == j && e.is_finite()).map(|x| *x.1)
-            };
+            let wanted = |c: &Cell, e: f64| c.j == j && of.contains(&c.i) && e.is_finite();
+            let here = || cells.iter().zip(&self.cells).filter(|(c, (e, _))| wanted(c, *e)).map(|x| *x.1);
             let n = here().count() as f64;
             let (errors, noise) = here().fold((0.0, 0.0), |(s, v), (e, var)| (s + e * e, v + var));
             if n == 0.0 {
@@ -87,7 +88,8 @@ impl HeldOut {
 /// to all distances.
 pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
     let groups: Vec<usize> = (0..side.distances).collect();
-    let each = |g: &usize| left_out(side, estimator, fit, *g);
+    let leave_out = estimator.leave_out(side, fit);
+    let each = |g: &usize| left_out(side, &leave_out, *g);
     let parts: Vec<Option<Vec<(usize, CellAnswer)>>> = groups.par_iter().map(each).collect();
     if parts.iter().all(Option::is_none) {
         return None;
@@ -111,13 +113,8 @@ struct CellAnswer {
 }
 
 /// Answers for the cells of distance `g`.
-fn left_out(
-    side: &Side<'_>,
-    estimator: &dyn Estimator,
-    fit: Option<&Fit>,
-    g: usize,
-) -> Option<Vec<(usize, CellAnswer)>> {
-    let find = estimator.without(side, fit, g)?;
+fn left_out(side: &Side<'_>, leave_out: &LeaveOut<'_>, g: usize) -> Option<Vec<(usize, CellAnswer)>> {
+    let find = leave_out(g)?;
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         // The other of two distances is no bias: locate says that it is ambiguous.

@@ -9,6 +9,7 @@ pub mod exact;
 pub mod fit;
 pub mod held_out;
 pub mod model;
+pub mod normal;
 pub mod paper;
 pub mod reason;
 pub mod registry;
@@ -29,6 +30,9 @@ use model::Found;
 use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
 pub use shape::{Forward, Shape};
+
+/// Distances of which those between the first and the last are enough to judge by.
+const BETWEEN: usize = 5;
 
 /// The paper's own: its K̄ and its errors stand in the tables of every calibration.
 pub const PAPER: &dyn Estimator = &paper::PAPER;
@@ -63,6 +67,9 @@ pub trait Answers: Send + Sync {
 
 /// What answers readings of taps that are left out: by place of the cell, drive and |signal|.
 pub type Unseen<'a> = Box<dyn Fn(usize, f64, f64) -> Option<Found> + 'a>;
+
+/// Leaves one distance out, by its number: what answers it, calibrated on the others alone; `None` where that is not possible.
+pub type LeaveOut<'a> = Box<dyn Fn(usize) -> Option<Unseen<'a>> + Sync + 'a>;
 
 /// What an estimator is worth on distances it has not seen.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,17 +130,22 @@ pub trait Estimator: Send + Sync {
         1.0
     }
 
+    /// Whether it is extrapolated where the first or the last distance is left out: errors there say nothing of the others.
+    fn extrapolates(&self) -> bool {
+        false
+    }
+
     /// Whether it also answers the side of the gauge that was not calibrated.
     fn answers_both_sides(&self) -> bool {
         false
     }
 
-    /// What answers distance number `distance` of `side`, calibrated on the others alone; `None` where that is not possible.
-    /// `fit` is that of the model to all distances.
-    fn without<'a>(&self, side: &Measured<'a>, fit: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>>;
+    /// What leaves the distances of `side` out, each in turn; what is the same for all of them is done here, once. `fit` is that of the
+    /// model to all distances.
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, fit: Option<&'a Fit>) -> LeaveOut<'a>;
 
     /// Calibrates it on all of `side` and puts its section into `record`, where the data allow it. `fit` as in
-    /// [`Self::without`].
+    /// [`Self::leave_out`].
     fn calibrate(&self, side: &Measured<'_>, fit: Option<&Fit>, judged: Judged, record: &mut SideRecord);
 
     /// Bias per drive of its section, mm; `None` where `record` has no such section.
@@ -167,6 +179,12 @@ impl PartialEq for dyn Estimator + '_ {
     fn eq(&self, other: &Self) -> bool {
         self.name() == other.name()
     }
+}
+
+/// Distances at which `estimator` is judged by what it makes of them unseen: all of so many, or those between the first and the last.
+pub fn judged(estimator: &dyn Estimator, distances: usize) -> std::ops::Range<usize> {
+    let inner = estimator.extrapolates() && distances >= BETWEEN;
+    if inner { 1..distances - 1 } else { 0..distances }
 }
 
 /// Whether all are finite and > 0.

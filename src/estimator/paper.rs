@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen, known, positive,
+    Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, known, positive,
 };
 use crate::design::amount;
 use crate::error::Error;
@@ -110,10 +110,12 @@ impl Estimator for Closed {
         several_drives || self.theory == Theory::Timoshenko
     }
 
-    fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
-        let factors = self.factors(side, |c| c.i != distance)?;
-        let paper = Paper::new(side.rig, self.theory, side.drives, factors);
-        Some(Box::new(move |_, drive, signal| paper.find(drive, signal)))
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
+        Box::new(move |distance| {
+            let factors = self.factors(side, |c| c.i != distance)?;
+            let paper = Paper::new(side.rig, self.theory, side.drives, factors);
+            Some(Box::new(move |_, drive, signal| paper.find(drive, signal)))
+        })
     }
 
     fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {

@@ -33,6 +33,9 @@ macro_rules! registry {
             pub drive_ends: Option<[f64; 2]>,
             /// |signal| at which the sensor stands still, where the data show one.
             pub end_stop: Option<f64>,
+            /// Why `exact` is not there, where the whisker and its drives are known.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub no_exact: Option<String>,
             $($(#[$what])* #[serde(skip_serializing_if = "Option::is_none")] pub $section: Option<$record>,)*
         }
 
@@ -40,7 +43,7 @@ macro_rules! registry {
             /// Of a side of which no estimator is calibrated yet; distances in mm, `drives` ascending.
             pub fn new(sign: i8, gauge: Side, distances_mm: [f64; 2], drives: Vec<f64>) -> Self {
                 let gauge_side = if gauge == Side::Far { "far" } else { "contact" }.to_owned();
-                Self { sign, gauge_side, distances_mm, drives, drive_ends: None, end_stop: None, $($section: None),* }
+                Self { sign, gauge_side, distances_mm, drives, drive_ends: None, end_stop: None, no_exact: None, $($section: None),* }
             }
         }
     };

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Estimator, Fault, Forward, Judged, Opening, Shape, SideRecord, Unseen, ascending, known,
+    Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, ascending, known,
     positive,
 };
 use crate::error::Error;
@@ -101,10 +101,16 @@ impl Estimator for Interpolated {
         0.25
     }
 
-    fn without<'a>(&self, side: &Measured<'a>, _: Option<&'a Fit>, distance: usize) -> Option<Unseen<'a>> {
-        // The one that is left out may be the last: it is then extrapolated to.
-        let table = through(side, |c| c.i != distance)?.reaching(4.0);
-        Some(Box::new(move |_, drive, signal| table.find(drive, signal)))
+    fn extrapolates(&self) -> bool {
+        true
+    }
+
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
+        Box::new(move |distance| {
+            // The one that is left out may be the last: it is then extrapolated to.
+            let table = through(side, |c| c.i != distance)?.reaching(4.0);
+            Some(Box::new(move |_, drive, signal| table.find(drive, signal)))
+        })
     }
 
     fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {

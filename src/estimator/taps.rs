@@ -1,14 +1,12 @@
 //! Rows of a data file as taps: which are zero readings, what is subtracted, which belong to one distance and one drive.
 
 use crate::measure::group::Groups;
+use crate::measure::rest::Rest;
 use crate::measure::zero::{Tared, TaredBy, Zero};
-use crate::measure::{Data, Rig, counts};
+use crate::measure::{Data, Rig, Row, counts};
 use crate::reduce::median;
 
 use super::reason::Reason;
-
-/// Rows before contact agree within this share of what half of all taps give.
-const STILL: f64 = 0.1;
 
 /// A row with a drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +17,7 @@ pub struct Tap {
     pub line: usize,
     /// Contact distance as labelled, mm.
     pub a: f64,
-    /// Drive as labelled, degrees or mm; 1 where it was not recorded.
+    /// Drive, degrees or mm, from the one that counts as 0; 1 where it was not recorded.
     pub drive: f64,
     /// Means of the distances and of the drives that are one with those of this tap.
     pub group: [f64; 2],
@@ -37,6 +35,18 @@ pub struct Tap {
     pub reason: Option<Reason>,
     /// First line with the same text.
     pub twin: Option<usize>,
+}
+
+impl Tap {
+    /// The drive as a locator takes it: that of its row, where `data` have drives.
+    pub fn recorded(&self, data: &Data) -> f64 {
+        if data.drive.is_some() { data.rows[self.place].drive } else { self.drive }
+    }
+
+    /// Variance of the zero that was subtracted, in units of a reading's.
+    pub fn zero_share(&self) -> f64 {
+        self.zeros.iter().map(|(_, weight, share)| weight * weight * share).sum()
+    }
 }
 
 /// A zero reading.
@@ -74,18 +84,26 @@ pub struct Sorted {
     pub groups: [Groups; 2],
     /// How far below its zero the drive was without contact, in its unit; 0 where it was not.
     pub before: f64,
+    /// The drive that counts as 0.
+    pub origin: f64,
 }
 
 /// Sorts the rows of `data` into taps and zero readings. Rows that cannot be taps of this whisker have their reason.
 pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     let factor = rig.setup.gauge.factor;
+    let groups = [
+        Groups::of(data.rows.iter().map(|r| r.a), said.group[0], false),
+        Groups::of(data.rows.iter().map(|r| r.drive), said.group[1], true),
+    ];
+    let count =
+        |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
     let turn = match data.unit.is_strain() {
         true => None,
-        false => counts::turn(data.rows.iter().map(|r| r.value)),
+        false => counts::turn(&data.rows.iter().map(count).collect::<Vec<_>>()),
     };
     let signals: Vec<f64> =
         data.rows.iter().map(|r| data.unit.strain(counts::unwrapped(r.value, turn), factor)).collect();
-    let (rest, from) = resting(data, &signals);
+    let Rest { rest, from, until, origin, step } = Rest::of(data, &signals, &groups[0]);
     let mut zeros = Vec::new();
     let mut taps = Vec::new();
     let mut first_lines = std::collections::HashMap::with_capacity(data.rows.len());
@@ -103,7 +121,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
                 None
             }
         };
-        let drive = if data.drive.is_some() { row.drive } else { said.drive.unwrap_or(1.0) };
+        let drive = if data.drive.is_some() { row.drive - origin } else { said.drive.unwrap_or(1.0) };
         let tap = Tap {
             place,
             line: row.line,
@@ -135,7 +153,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     for tap in &mut taps {
         tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];
         tap.zero = zero.at(tap.place);
-        tap.signal -= tap.zero;
+        tap.signal = data.unit.above(tap.signal, tap.zero, factor);
         let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
         tap.zeros = zero.weights(tap.place).map(share);
         tap.reason = unusable(tap, rig);
@@ -144,45 +162,10 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     readings.iter().for_each(|r| spread.push(r.1));
     let error = spread.sd().map_or(0.0, |sd| sd / (readings.len() as f64).sqrt());
     let from = if readings.is_empty() { TaredBy::None } else { from };
-    let drives =
-        data.rows.iter().enumerate().filter(|(i, r)| rest[*i] && r.drive < 0.0).map(|(_, r)| r.drive);
-    let until = drives.reduce(f64::max);
     let tared = Tared { from, value: spread.mean().unwrap_or(0.0), error, until, wraps: turn.is_some() };
     let lowest = data.rows.iter().enumerate().filter(|(i, _)| rest[*i]).map(|(_, r)| -r.drive);
-    let before = lowest.fold(0.0, f64::max);
-    Sorted { taps, zeros, zero, tared, groups, before }
-}
-
-/// Rows without contact: those whose drive is 0, and, where the drive has a zero of its own, those of negative drives up to where the
-/// signal begins to change. A negative drive that is also there as a positive one is a slip of the sign.
-fn resting(data: &Data, signals: &[f64]) -> (Vec<bool>, TaredBy) {
-    let drive = |i: usize| data.rows[i].drive;
-    let all = 0..signals.len();
-    let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
-    let mut forward: Vec<f64> = all.clone().map(drive).filter(|d| *d > 0.0).collect();
-    forward.sort_by(f64::total_cmp);
-    let slip = |d: f64| {
-        let near = forward.partition_point(|x| *x < -d * (1.0 - 1e-6));
-        forward.get(near).is_some_and(|x| *x <= -d * (1.0 + 1e-6))
-    };
-    let mut before: Vec<usize> =
-        all.clone().filter(|&i| drive(i) < 0.0 && signals[i].is_finite() && !slip(drive(i))).collect();
-    if before.is_empty() {
-        return (all.map(at_zero).collect(), TaredBy::Rows);
-    }
-    before.sort_by(|i, j| drive(*i).total_cmp(&drive(*j)));
-    let lowest = drive(before[0]);
-    let mut still: Vec<f64> = before.iter().filter(|i| drive(**i) == lowest).map(|i| signals[*i]).collect();
-    let base = median(&mut still);
-    let mut sizes: Vec<f64> =
-        all.clone().filter(|&i| drive(i) > 0.0).map(|i| (signals[i] - base).abs()).collect();
-    sizes.retain(|s| s.is_finite());
-    let near = if sizes.is_empty() { 0.0 } else { STILL * median(&mut sizes) };
-    let end = before.iter().find(|i| (signals[**i] - base).abs() > near).map_or(0.0, |i| drive(*i));
-    let still = |i: usize| (signals[i] - base).abs() <= near;
-    let mut rest: Vec<bool> = all.map(|i| at_zero(i) && still(i)).collect();
-    before.iter().for_each(|&i| rest[i] = still(i) && drive(i) < end);
-    (rest, TaredBy::Plateau)
+    let before = if origin == 0.0 { lowest.fold(0.0, f64::max) } else { step };
+    Sorted { taps, zeros, zero, tared, groups, before, origin }
 }
 
 fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {

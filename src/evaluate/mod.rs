@@ -3,18 +3,21 @@
 mod outcome;
 mod solve;
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use rayon::prelude::*;
 
+use crate::chart::reader::Reader;
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::{Rung, Solution, Solver, Tap};
+use crate::physics::onset::Grip;
 use crate::reduce::Sweeps;
 use crate::scene::Layout;
 use crate::scene::{Contact, Geometry, Setup};
 use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
+pub use outcome::told;
 use outcome::{fast, reference};
 use solve::{Solved, frame};
 
@@ -81,6 +84,8 @@ pub struct Evaluator<'a> {
     sweeps: Sweeps,
     /// Taps that may still be left to the reference.
     spare: usize,
+    /// Read in place of solved, where that is enough.
+    reader: Option<Arc<Reader>>,
 }
 
 /// How taps are solved.
@@ -108,7 +113,25 @@ impl<'a> Evaluator<'a> {
             solutions: Vec::new(),
             sweeps: Sweeps::default(),
             spare: usize::MAX,
+            reader: None,
         }
+    }
+
+    /// With `reader` for [`Self::read`].
+    pub fn reading(self, reader: Option<Arc<Reader>>) -> Self {
+        Self { reader, ..self }
+    }
+
+    /// Outcomes of `tasks`, in their order: read from charts where there are any, else as [`Self::run`].
+    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+        let Some(reader) = &self.reader else { return self.run(designs, tasks) };
+        let found = reader.read(self.setup, designs, tasks);
+        let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
+        let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
+        let solved = self.run(designs, &again)?;
+        let mut all: Vec<Outcome> = found.into_iter().map(|o| o.unwrap_or(Outcome::NOTHING)).collect();
+        open.iter().zip(solved).for_each(|(&i, outcome)| all[i] = outcome);
+        Ok(all)
     }
 
     /// Fails with [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
@@ -157,6 +180,22 @@ impl<'a> Evaluator<'a> {
         }
         let solved = self.solutions(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, None)
+    }
+
+    /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them.
+    pub fn run_gripped(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        grip: Grip,
+    ) -> Result<Vec<Outcome>, SolveError> {
+        let solved = self.solve(designs, tasks, &|_| grip)?;
+        solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
+        let (setup, tolerance) = (self.setup, self.tolerance());
+        let read = |(task, s): (&Task, &Option<Solved>)| {
+            fast(setup, tolerance, &designs[task.design as usize], task, s.as_ref())
+        };
+        Ok(tasks.par_iter().zip(&solved).map(read).collect())
     }
 
     /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.

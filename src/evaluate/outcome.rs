@@ -43,6 +43,27 @@ pub(super) fn fast(
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
 }
 
+/// What a chart says of a tap: δ = ε/(θ f) − 1, c/a − 1, P (N) and T/P. `None` of a design that is no whisker.
+pub fn told(
+    setup: &Setup,
+    design: &Design,
+    task: &Task,
+    [strain, arc, normal, friction]: [f64; 4],
+    sticking: bool,
+) -> Option<Outcome> {
+    let shared = design.shared.as_ref()?;
+    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let found = Found {
+        strain: linear + linear * strain,
+        deviation: -strain / (1.0 + strain),
+        normal,
+        tangential: friction * normal,
+        arc: task.a + task.a * arc,
+        sticking,
+    };
+    Some(Outcome { interpolated: true, ..outcome(setup, design, shared, task, linear, found) })
+}
+
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
 fn theories_apart(shared: &Shared, task: &Task) -> f64 {
     let u2 = 1.0 / (task.a * task.a);

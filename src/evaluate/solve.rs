@@ -47,7 +47,7 @@ impl Evaluator<'_> {
     }
 
     /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
-    fn solve(
+    pub(super) fn solve(
         &mut self,
         designs: &[Design],
         tasks: &[Task],

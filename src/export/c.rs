@@ -226,7 +226,7 @@ impl Export<'_> {
             .replace("@SMALL", &real.number(real.small))
             .replace("@SAME", &real.number(real.same))
             .replace("@BEYOND", &real.number(BEYOND))
-            .replace("@NOISE", &real.number(self.locator.noise()))
+            .replace("@NOISE", &real.number(self.locator.spread()))
             .replace("@LIMIT", &real.number(self.limit(f64::NAN)))
             .replace("REAL", real.name);
         let code = SHARED
@@ -254,10 +254,16 @@ impl Export<'_> {
         if !self.locator.drive_recorded {
             lines.push("    drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned());
         }
+        if self.locator.drive_origin != 0.0 {
+            lines.push(format!(
+                "    drive -= {}; /* the drive that counts as 0 */",
+                real.number(self.locator.drive_origin)
+            ));
+        }
         lines.push(match self.locator.unit {
             Unit::Strain | Unit::Reading => "    signal -= zero;".to_owned(),
             Unit::Microstrain => format!("    signal = (signal - zero) * {};", real.number(1e-6)),
-            Unit::Bridge => "    signal = strain_F(signal) - strain_F(zero);".to_owned(),
+            Unit::Bridge => "    signal = strain_F(signal - zero);".to_owned(),
         });
         if let Some(below) = self.wraps() {
             let [below, turn] = [below, 65536.0].map(|x| real.number(x));

@@ -84,7 +84,7 @@ impl<'a> Export<'a> {
                 Shape::Direct(polynomial) => return Ok(Side { of, form: Form::Direct(polynomial) }),
                 Shape::Inverted(forward) => forward,
             };
-            let signal = Signal::new(inverted, of, locator.noise(), length);
+            let signal = Signal::new(inverted, of, locator.spread(), length);
             let pieces = Pieces::new(&signal).map_err(|Hole(a, drive)| {
                 refused(locator, format!("it expects no signal at a = {a} mm, {} = {drive}", column(locator)))
             })?;

@@ -83,9 +83,10 @@ impl Export<'_> {
             _ => "direct(side, drive, size)",
         };
         let finders = [if pieces { PIECES } else { "" }, if direct { DIRECT } else { "" }].concat();
-        let prepare = match self.locator.drive_recorded {
-            true => "",
-            false => "    drive = 1.0  # it was not recorded when the whisker was calibrated",
+        let prepare = match (self.locator.drive_recorded, self.locator.drive_origin) {
+            (true, 0.0) => String::new(),
+            (true, origin) => format!("    drive -= {}  # the drive that counts as 0", number(origin)),
+            (false, _) => "    drive = 1.0  # it was not recorded when the whisker was calibrated".to_owned(),
         };
         let [strain, above] = self.arithmetic();
         let sides: Vec<String> = self.sides.iter().map(|s| self.side(s)).collect();
@@ -103,7 +104,7 @@ impl Export<'_> {
             .replace("@DRIVE", self.drive())
             .replace("@UNIT", self.unit())
             .replace("@LIMIT", &limit)
-            .replace("@NOISE", &number(self.locator.noise()))
+            .replace("@NOISE", &number(self.locator.spread()))
             .replace("@BEYOND", &number(BEYOND))
     }
 
@@ -117,7 +118,7 @@ impl Export<'_> {
                 format!("0.004 * value / ({factor} * (1.0 - 0.002 * value)) if value < 500.0 else inf - inf")
             }
         };
-        let above = "strain(signal) - strain(zero)";
+        let above = "strain(signal - zero)";
         let above = match self.wraps() {
             Some(below) => format!("({above} + {below:?}) % 65536.0 - {below:?}"),
             None => above.to_owned(),

@@ -122,7 +122,8 @@ impl Export<'_> {
         let drives = &side.of.drives;
         let sign = if side.of.sign > 0.0 { "signal > 0  " } else { "signal < 0  " };
         let unit = if self.locator.rig.setup.drive == Drive::Angle { "degrees" } else { "mm" };
-        let ends = format!("{} ... {} {unit}", drives[0], drives[drives.len() - 1]);
+        let origin = self.locator.drive_origin;
+        let ends = format!("{} ... {} {unit}", origin + drives[0], origin + drives[drives.len() - 1]);
         let drives = if self.locator.drive_recorded { format!(", drives {ends}") } else { String::new() };
         let far = match &side.form {
             Form::Inverted { pieces, cut: true, .. } => {

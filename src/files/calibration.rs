@@ -16,7 +16,9 @@ use crate::sink::folder::hash;
 impl<W> Calibration<W> {
     /// The same with the whisker in another form.
     fn with<V>(self, rig: V) -> Calibration<V> {
-        let Self { format, version, checksum, estimator, signal, drive_recorded, noise, .. } = self;
+        let Self {
+            format, version, checksum, estimator, signal, drive_recorded, drive_origin, noise, ..
+        } = self;
         let Self { noise_from, zero, data, sides, .. } = self;
         Calibration {
             format,
@@ -25,6 +27,7 @@ impl<W> Calibration<W> {
             estimator,
             signal,
             drive_recorded,
+            drive_origin,
             noise,
             noise_from,
             zero,
@@ -49,6 +52,9 @@ impl<W> Calibration<W> {
         }
         if !(self.noise >= 0.0 && self.noise.is_finite()) {
             return fault("noise".into(), "this is no standard deviation", "≥ 0");
+        }
+        if !self.drive_origin.is_finite() {
+            return fault("drive_origin".into(), "this is no drive", "a finite number");
         }
         if self.sides.is_empty() || self.sides.len() > 2 {
             return fault("sides".into(), "one or two sides are needed", "1 … 2");

@@ -25,6 +25,9 @@ pub struct Calibration<W = Rig> {
     pub signal: String,
     /// Whether the drive was recorded; where it was not it counts as 1.
     pub drive_recorded: bool,
+    /// The drive, as it is recorded, that counts as 0; drives below are counted from there.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub drive_origin: f64,
     /// Standard deviation of one reading.
     pub noise: f64,
     /// Where that comes from.
@@ -55,4 +58,8 @@ pub struct Source {
     pub used: usize,
     /// Zero readings.
     pub zeros: usize,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }

@@ -24,14 +24,17 @@ impl Kept {
     /// For these lines.
     pub fn new(locator: &Locator, lines: &Lines<'_>) -> Self {
         let own = lines.names();
-        let common = [locator.rig.setup.drive.column(), locator.unit.common()];
+        let common = [lines.drive().column(), locator.unit.common()];
         let taken = |n: &String| n == "line" || ADDED.contains(&n.as_str());
-        let rename = |n: &String| if taken(n) { format!("given_{n}") } else { n.clone() };
-        Self {
-            more: common.map(|c| !own.iter().any(|n| n == c)),
-            names: own.iter().map(rename).collect(),
-            common,
+        let mut names = own.clone();
+        for k in (0..own.len()).filter(|k| taken(&own[*k])) {
+            let mut name = format!("given_{}", own[k]);
+            while names.contains(&name) {
+                name.insert_str(0, "given_");
+            }
+            names[k] = name;
         }
+        Self { more: common.map(|c| !own.iter().any(|n| n == c)), names, common }
     }
 
     /// The names of all columns.

@@ -55,8 +55,7 @@ impl<'a, R: Read> Source<'a, R> {
             return Ok(());
         }
         self.held = self.read()?;
-        self.number += usize::from(self.held.is_some());
-        let at = |e: InputError| e.at(self.label(), Some(1));
+        let at = |e: InputError| e.at(self.label(), Some(self.number));
         let header = match self.held.and_then(|n| text(&self.line, n)) {
             Some(text) => lines.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
             None => false,
@@ -76,10 +75,7 @@ impl<'a, R: Read> Source<'a, R> {
         let length = match self.held.take() {
             Some(length) => length,
             None => match self.read()? {
-                Some(length) => {
-                    self.number += 1;
-                    length
-                }
+                Some(length) => length,
                 None => return Ok(None),
             },
         };
@@ -93,8 +89,16 @@ impl<'a, R: Read> Source<'a, R> {
         }))
     }
 
+    /// The length of the next line that is no comment.
     fn read(&mut self) -> Result<Option<usize>, Error> {
-        read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))
+        loop {
+            let length =
+                read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
+            self.number += usize::from(length.is_some());
+            if length.is_none() || !self.line.starts_with(b"#") {
+                return Ok(length);
+            }
+        }
     }
 }
 

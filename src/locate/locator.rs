@@ -9,7 +9,7 @@ use crate::estimator::model::{SAME, between};
 use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
-use crate::measure::zero::Tared;
+use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use crate::status::Status;
@@ -111,11 +111,15 @@ pub struct Locator {
     pub unit: Unit,
     /// Whether drives mean something.
     pub drive_recorded: bool,
+    /// The drive, as it is recorded, that counts as 0.
+    pub drive_origin: f64,
     /// Estimator in use.
     pub estimator: &'static dyn Estimator,
     /// How the signal of the calibration was tared; `None` where an older program did not say.
     pub tared: Option<Tared>,
     noise: f64,
+    /// Variance of the zero of the calibration: it moves all of it.
+    of_zero: f64,
     sides: Vec<Opened>,
 }
 
@@ -172,13 +176,30 @@ impl Locator {
             }
         }
         let tared = c.zero.clone();
-        Ok(Self { rig, unit, drive_recorded: c.drive_recorded, estimator, tared, noise: c.noise, sides })
+        let of_zero = match &tared {
+            Some(Tared { from: TaredBy::Fitted, error, .. }) => error * error,
+            Some(Tared { from: TaredBy::Rows | TaredBy::Plateau, .. }) if c.data.zeros > 0 => {
+                c.noise * c.noise / c.data.zeros as f64
+            }
+            _ => 0.0,
+        };
+        Ok(Self {
+            rig,
+            unit,
+            drive_recorded: c.drive_recorded,
+            drive_origin: c.drive_origin,
+            estimator,
+            tared,
+            noise: c.noise,
+            of_zero,
+            sides,
+        })
     }
 
     /// The only calibrated drive, if there is one: it need not be said with a reading.
     pub fn only_drive(&self) -> Option<f64> {
         let first = self.sides.first()?.only?;
-        self.sides.iter().all(|s| s.only == Some(first)).then_some(first)
+        self.sides.iter().all(|s| s.only == Some(first)).then_some(first + self.drive_origin)
     }
 
     /// What answers each side.
@@ -188,7 +209,30 @@ impl Locator {
 
     /// Whether a reading of this drive is one of the zero.
     pub fn rests(&self, drive: f64) -> bool {
-        self.drive_recorded && self.tared.as_ref().map_or(drive == 0.0, |t| t.rests(drive))
+        let contact = self.drive_origin != 0.0 && drive > self.drive_origin;
+        !contact && self.tared.as_ref().map_or(drive == 0.0, |t| t.rests(drive))
+    }
+
+    /// A zero reading where `zero` is another one: counts that begin anew are joined.
+    pub(crate) fn beside(&self, zero: f64, value: f64) -> f64 {
+        match &self.tared {
+            Some(t) if t.wraps => zero + wrapped(value - zero, 0.0),
+            _ => value,
+        }
+    }
+
+    /// What a tap in the middle of the calibration gives.
+    pub(crate) fn size(&self) -> f64 {
+        let of = |s: &Opened| {
+            let [first, last] = s.distances;
+            s.answers.expected((first * last).sqrt(), s.drives[s.drives.len() / 2])
+        };
+        self.sides.first().map_or(f64::NAN, of)
+    }
+
+    /// Standard deviation of one reading above a zero that is known, with that of the zero of the calibration.
+    pub(crate) fn spread(&self) -> f64 {
+        self.noise.hypot(self.of_zero.sqrt())
     }
 
     /// Standard deviation of one reading, strain or the unit of the reading.
@@ -202,11 +246,14 @@ impl Locator {
         self.locate_above(drive, signal, 0.0, 0.0)
     }
 
-    /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading.
+    /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading; of a bridge both are the strains
+    /// that [`Unit::strain`] makes of what it shows.
     pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
+        let drive = drive - self.drive_origin;
         let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
         let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
-        let signal = if wraps { wrapped(signal - zero, lean) } else { signal - zero };
+        let signal = self.unit.above(signal, zero, self.rig.setup.gauge.factor);
+        let signal = if wraps { wrapped(signal, lean) } else { signal };
         if !drive.is_finite() || !signal.is_finite() {
             return Located::nothing(Status::BAD_INPUT);
         }
@@ -228,8 +275,8 @@ impl Locator {
             Err(why) => return Located::nothing(status | why),
         };
         let bias = between(&side.drives, &side.bias, drive);
-        let of_reading =
-            (self.noise * self.noise * (1.0 + share) + found.variance) / (found.slope * found.slope);
+        let of_reading = (self.noise * self.noise * (1.0 + share) + self.of_zero + found.variance)
+            / (found.slope * found.slope);
         let sigma = (of_reading + bias * bias).sqrt();
         if !sigma.is_finite() || !found.a.is_finite() {
             return Located::nothing(status | Status::NO_ROOT);
@@ -249,6 +296,7 @@ impl Locator {
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
+        let drive = drive - self.drive_origin;
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         if !side.admits(drive) || !a.is_finite() {
             return f64::NAN;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::Locator;
 use crate::error::InputError;
-use crate::measure::columns::{Columns, Names};
+use crate::measure::columns::{Columns, Names, may_drive};
 use crate::measure::text::{Decimals, fields, separator};
 use crate::measure::{Unit, text};
 use crate::scene::Drive;
@@ -66,14 +66,15 @@ impl<'a> Lines<'a> {
             _ => e,
         })?;
         match columns.drive {
-            Some((drive, place)) if drive != kind => {
+            Some((drive, place)) if drive != kind && locator.drive_recorded => {
                 let error = InputError::new("these readings are driven another way than the calibration");
                 return Err(error.key(&names[place]).allowed(kind.column()));
             }
             None if locator.only_drive().is_none() => {
                 let error = InputError::new(format!("column {} is missing", kind.column()));
                 let role = if kind == Drive::Angle { "theta" } else { "delta" };
-                let allowed = format!("a column with the drive of each tap; or --columns {role}=NAME");
+                let likely = names.iter().find(|n| may_drive(n)).map_or("NAME", |n| n.as_str());
+                let allowed = format!("a column with the drive of each tap; or --columns {role}={likely}");
                 return Err(error.key(kind.column()).value(names.join(",")).allowed(allowed));
             }
             _ => {}
@@ -91,6 +92,12 @@ impl<'a> Lines<'a> {
             Some(header) => header.names.clone(),
             None => vec![self.locator.rig.setup.drive.column().to_owned(), self.unit().column().to_owned()],
         }
+    }
+
+    /// What drives the whisker.
+    pub fn drive(&self) -> Drive {
+        let said = self.header.as_ref().and_then(|h| h.columns.drive);
+        said.map_or(self.locator.rig.setup.drive, |(drive, _)| drive)
     }
 
     /// Unit of the signal.
@@ -111,6 +118,11 @@ impl<'a> Lines<'a> {
     /// Strain, or the reading, of a recorded value.
     pub fn signal(&self, value: f64) -> f64 {
         self.unit().strain(value, self.locator.rig.setup.gauge.factor)
+    }
+
+    /// A signal above its zero, both as [`Self::signal`] gives them.
+    pub fn above(&self, signal: f64, zero: f64) -> f64 {
+        self.unit().above(signal, zero, self.locator.rig.setup.gauge.factor)
     }
 
     /// Drive and signal of a line, NaN where a field is missing or no number; `None` for a line of another shape.

@@ -11,11 +11,17 @@ use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::measure::Names;
+use crate::measure::text::plain;
 use crate::measure::zero::Zero;
 use crate::status::Status;
 
 /// Answers that are kept back at most while more input is waiting, bytes.
 const BATCH: usize = 1 << 16;
+
+/// A drive that was not recorded.
+const UNRECORDED: f64 = 1.0;
+/// Drives that differ by no more than this share are one where the calibration has but one.
+const JITTER: f64 = 0.01;
 
 /// Where answers go: bytes, and whether a reader is waiting for them.
 pub type Write<'a> = &'a mut dyn FnMut(&[u8], bool) -> Result<(), Error>;
@@ -59,7 +65,8 @@ pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero
     while let Some(line) = source.next(&mut lines)? {
         match line.text.and_then(|t| lines.parse(t)) {
             Some((drive, signal)) if locator.rests(drive) && signal.is_finite() => {
-                readings.push((line.place, signal));
+                let last = readings.last().map_or(signal, |(_, zero)| *zero);
+                readings.push((line.place, locator.beside(last, signal)));
                 numbers.push(line.number);
             }
             Some((_, signal)) if signal.is_finite() => sizes.push(signal),
@@ -71,7 +78,7 @@ pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero
         return Ok((Zero::default(), Vec::new()));
     }
     let middle = crate::reduce::median(&mut all);
-    let mut sizes: Vec<f64> = sizes.iter().map(|s| (s - middle).abs()).collect();
+    let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
     let scale = if sizes.is_empty() { f64::INFINITY } else { crate::reduce::median(&mut sizes) };
     let off = Zero::outliers(&readings, scale);
     let wrong = readings.iter().zip(&numbers).filter(|(r, _)| off.contains(&r.0)).map(|(_, n)| *n).collect();
@@ -108,7 +115,7 @@ pub fn answer(
     if said.is_some_and(|z| !z.is_finite()) {
         let error = InputError::new("this is no zero of such a signal").key("--zero");
         return Err(error
-            .value(ask.zero.unwrap_or(f64::NAN))
+            .value(plain(ask.zero.unwrap_or(f64::NAN)))
             .allowed("a number in the unit of the signal")
             .into());
     }
@@ -121,6 +128,7 @@ pub fn answer(
         kept.header(&mut out);
     }
     let (mut asked, mut follows) = (false, false);
+    let mut one = None;
     while let Some(line) = source.next(&mut lines)? {
         if stop.load(Ordering::Relaxed) && !line.whole {
             break;
@@ -132,19 +140,32 @@ pub fn answer(
         let mut zero = None;
         let located = if is_zero {
             counts.zeros += 1;
-            tare.see(signal, follows);
+            if let Some(zero) = ask.zero.filter(|_| counts.zeros == 1) {
+                (ask.warn)(&format!(
+                    "the zero readings from line {} on take the place of --zero {}",
+                    line.number,
+                    plain(zero)
+                ));
+            }
+            if let Some(zero) = tare.see(locator, signal, follows) {
+                (ask.warn)(&format!(
+                    "line {}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it",
+                    line.number
+                ));
+            }
             Located::nothing(Status::NO_STRAIN)
         } else if !finite {
             Located::nothing(Status::BAD_INPUT)
-        } else if !locator.drive_recorded && drive != 1.0 {
+        } else if !locator.drive_recorded && !same(&mut one, drive, locator, ask) {
             Located::nothing(Status::OUTSIDE_CALIBRATION)
         } else {
+            let drive = if locator.drive_recorded { drive } else { UNRECORDED };
             zero = tare.at(line.place);
             if !std::mem::replace(&mut asked, true) {
                 doubt(locator, zero.map(|z| z.0)).iter().for_each(|text| (ask.warn)(text));
             }
             let (value, share) = zero.unwrap_or((0.0, 0.0));
-            locator.locate_above(drive, signal, value, share)
+            locator.locate_above(drive, lines.above(signal, value), 0.0, share)
         };
         follows = is_zero;
         counts.lines += 1;
@@ -157,7 +178,7 @@ pub fn answer(
                 row(&mut out, &answer, located.status);
             }
             None => {
-                let shown = if locator.drive_recorded { drive } else { f64::NAN };
+                let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
                 row(&mut out, &[shown, signal, answer[0], answer[1]], located.status);
             }
         }
@@ -174,6 +195,20 @@ pub fn answer(
     counts.stopped = stop.load(Ordering::Relaxed);
     write(&out, true)?;
     Ok(counts)
+}
+
+/// Whether a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.
+fn same(one: &mut Option<f64>, drive: f64, locator: &Locator, ask: &Ask<'_>) -> bool {
+    if one.is_none() && drive != UNRECORDED {
+        (ask.warn)(&format!(
+            "the drive was not recorded when the whisker was calibrated: {} = {} of the first reading is taken as the same; readings of \
+             another one are outside_calibration",
+            locator.rig.setup.drive.column(),
+            plain(drive)
+        ));
+    }
+    let one = *one.get_or_insert(drive);
+    drive > 0.0 && (drive - one).abs() <= JITTER * one
 }
 
 fn note(counts: &mut Counts, status: Status) {

@@ -6,24 +6,48 @@ use crate::measure::zero::{TaredBy, Zero};
 /// A zero of a calibration without zero readings is worth a word beyond so many standard deviations of a reading.
 const SEEN: f64 = 4.0;
 
+/// A zero reading is off the others beyond this share of a usual signal.
+const OFF: f64 = 0.1;
+/// And beyond so many standard deviations of a reading.
+const CERTAIN: f64 = 8.0;
+
 /// The zero of readings, line by line.
 #[derive(Debug, Clone)]
 pub enum Tare {
     /// Zero readings of a whole file, joined by straight lines in file order.
     File(Zero),
-    /// The last run of zero readings of a stream, or what was said before: its mean, its variance in units of a reading's, and the number of
-    /// readings in it.
-    Held(Option<(f64, f64, usize)>),
+    /// The last run of zero readings of a stream, or what was said before.
+    Held(Option<Held>),
+}
+
+/// What a stream holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Mean of the run.
+    mean: f64,
+    /// Its variance in units of a reading's.
+    share: f64,
+    /// Readings in it; 0 for what was said before.
+    n: usize,
+    /// The last reading, where it was far off: it counts when the next one is like it.
+    aside: Option<f64>,
+}
+
+impl Held {
+    fn of(readings: &[f64]) -> Self {
+        let n = readings.len();
+        Self { mean: readings.iter().sum::<f64>() / n as f64, share: 1.0 / n as f64, n, aside: None }
+    }
 }
 
 impl Tare {
-    /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted.
+    /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted. That brings no
+    /// variance: where it is wrong, what was fitted with it is wrong by as much the other way.
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
         let fitted =
             locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));
-        let share = |error: f64| if error > 0.0 { (error / locator.noise()).powi(2) } else { 0.0 };
-        let known = said.map(|zero| (zero, 0.0)).or(fitted.map(|t| (t.value, share(t.error))));
-        Self::Held(known.map(|(zero, share)| (zero, share, 0)))
+        let known = said.or(fitted.map(|t| t.value));
+        Self::Held(known.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
     }
 
     /// Zero at a place among the lines, and the variance that it brings, in units of a reading's; `None` where it is not known.
@@ -33,20 +57,32 @@ impl Tare {
                 let share = |(run, w): (usize, f64)| w * w / zero.sizes().get(run).map_or(1.0, |n| *n as f64);
                 (zero.count > 0).then(|| (zero.at(place), zero.weights(place).into_iter().map(share).sum()))
             }
-            Self::Held(held) => held.map(|(zero, share, _)| (zero, share)),
+            Self::Held(held) => held.map(|h| (h.mean, h.share)),
         }
     }
 
-    /// Takes a zero reading of a stream; `follows` another one.
-    pub fn see(&mut self, value: f64, follows: bool) {
-        if let Self::Held(held) = self {
-            *held = Some(match *held {
-                Some((mean, _, n)) if follows && n > 0 => {
-                    (mean + (value - mean) / (n + 1) as f64, 1.0 / (n + 1) as f64, n + 1)
-                }
-                _ => (value, 1.0, 1),
-            });
-        }
+    /// Takes a zero reading of a stream; `follows` another one. The zero that it is far off, if it is set aside for that.
+    pub fn see(&mut self, locator: &Locator, value: f64, follows: bool) -> Option<f64> {
+        let Self::Held(held) = self else { return None };
+        let Some(before) = held.filter(|h| h.n > 0) else {
+            *held = Some(Held::of(&[value]));
+            return None;
+        };
+        let value = locator.beside(before.mean, value);
+        let limit = (OFF * locator.size()).max(CERTAIN * locator.noise());
+        let near = |x: f64| (value - x).abs() <= limit;
+        let n = before.n + 1;
+        let now = match before.aside {
+            _ if near(before.mean) && follows => {
+                let mean = before.mean + (value - before.mean) / n as f64;
+                Held { mean, share: 1.0 / n as f64, n, aside: None }
+            }
+            _ if near(before.mean) => Held::of(&[value]),
+            Some(other) if near(other) => Held::of(&[other, value]),
+            _ => Held { aside: Some(value), ..before },
+        };
+        *held = Some(now);
+        now.aside.map(|_| now.mean)
     }
 }
 
@@ -63,6 +99,11 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
         )),
         (None, None) => Some(
             "the calibration does not say whether its signal was tared: if these readings are not in the same state, every distance is wrong"
+                .to_owned(),
+        ),
+        (Some(t), None) if t.from == TaredBy::None && t.error == 0.0 => Some(
+            "no zero was read when the whisker was calibrated, and its data could not tell a constant offset from a tap: where these \
+             readings are not in the same state, every distance is wrong"
                 .to_owned(),
         ),
         (tared, Some(zero)) if tared.as_ref().is_none_or(|t| t.from == TaredBy::None) => {

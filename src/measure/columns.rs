@@ -202,13 +202,42 @@ fn signal_names() -> String {
     Unit::ALL.map(Unit::column).join(", ")
 }
 
+/// Whether one of `words` stands in a name.
+fn has(name: &str, words: &[&str]) -> bool {
+    name.to_lowercase().split(|c: char| !c.is_alphabetic()).any(|part| words.contains(&part))
+}
+
+/// Whether a name that is no column may be that of a drive as well as of anything else.
+pub fn may_drive(name: &str) -> bool {
+    has(name, &["step", "steps", "mm", "position", "pos", "stage", "travel", "stroke", "weg"])
+}
+
+/// `--columns` with the column `name` as `role`, as a shell takes it.
+fn said_as(role: &str, name: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-.:/".contains(c);
+    let quote = if name.chars().all(plain) { "" } else { "'" };
+    format!("--columns {quote}{role}={name}{quote}")
+}
+
+/// The error for a column whose values are like those of a drive.
+pub fn followed(name: &str) -> InputError {
+    let message = "the signal follows the few values of this column as it follows a drive, but no column is one by name";
+    InputError::new(message).key(name).allowed(format!(
+        "theta_deg or delta_mm; or {} (degrees) or delta (mm); or {}",
+        said_as("theta", name),
+        said_as("ignore", name)
+    ))
+}
+
 /// What a name that is no column looks like: a drive, with its likely column; `None` where it may be either.
 fn drive_like(name: &str) -> Option<Option<Drive>> {
-    const ANGLE: [&str; 11] =
-        ["theta", "θ", "angle", "angles", "ang", "rotation", "phi", "deg", "degree", "degrees", "rad"];
-    const DISPLACEMENT: [&str; 7] = ["delta", "δ", "disp", "displ", "displacement", "deflection", "push"];
-    let lower = name.to_lowercase();
-    let has = |words: &[&str]| lower.split(|c: char| !c.is_alphabetic()).any(|part| words.contains(&part));
+    const ANGLE: [&str; 12] = [
+        "theta", "θ", "angle", "angles", "ang", "winkel", "rotation", "phi", "deg", "degree", "degrees",
+        "rad",
+    ];
+    const DISPLACEMENT: [&str; 8] =
+        ["delta", "δ", "disp", "displ", "displacement", "auslenkung", "deflection", "push"];
+    let has = |words: &[&str]| has(name, words);
     let near = crate::error::nearest(name, &["theta_deg", "delta_mm"]);
     match near {
         _ if has(&ANGLE) => Some(Some(Drive::Angle)),
@@ -221,8 +250,7 @@ fn drive_like(name: &str) -> Option<Option<Drive>> {
 
 /// The error for a column that looks like a drive.
 fn unknown_drive(name: &str) -> InputError {
-    let radians =
-        name.to_lowercase().split(|c: char| !c.is_alphabetic()).any(|p| p == "rad" || p == "radians");
+    let radians = has(name, &["rad", "radians"]);
     let (likely, role) = match drive_like(name).flatten() {
         Some(Drive::Angle) => ("theta_deg", "theta"),
         Some(Drive::Displacement) => ("delta_mm", "delta"),
@@ -233,10 +261,12 @@ fn unknown_drive(name: &str) -> InputError {
         false => format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
     };
     let allowed = match radians {
-        true => format!("theta_deg, in degrees; or --columns ignore={name}"),
+        true => format!("theta_deg, in degrees; or {}", said_as("ignore", name)),
         false => format!(
-            "{likely}; or --columns {role}={name} where it is in {}; or --columns ignore={name}",
-            if role == "theta" { "degrees" } else { "mm" }
+            "{likely}; or {} where it is in {}; or {}",
+            said_as(role, name),
+            if role == "theta" { "degrees" } else { "mm" },
+            said_as("ignore", name)
         ),
     };
     InputError::new(message).key(name).allowed(allowed)
@@ -279,6 +309,8 @@ mod tests {
             let e = find(&format!("a_mm,{name},strain"), "").unwrap_err();
             assert!(e.to_string().contains(likely) && e.key.as_deref() == Some(name), "{name}: {e}");
             assert!(find(&format!("a_mm,{name},strain"), &format!("ignore={name}")).is_ok());
+            let hint = e.allowed.unwrap();
+            assert_eq!(name.contains(' '), hint.contains(&format!("'ignore={name}'")), "{hint}");
         }
         for name in ["run", "t_s", "temperature", "operator", "grade", "comment"] {
             assert!(find(&format!("a_mm,{name},strain"), "").is_ok(), "{name}");

@@ -5,27 +5,116 @@ const TURN: f64 = 65536.0;
 
 /// How far below zero differences are taken to lie where `lean` is expected of them, a whole number of counts.
 pub fn below(lean: f64) -> f64 {
-    ((0.5 - 0.4 * lean) * TURN).round()
+    ((0.5 - 0.45 * lean) * TURN).round()
 }
 
 /// The difference of two counts: by the shorter way around, or, where differences of one sign are expected, `lean` = ±1, by the way that
-/// leaves nine tenths of the range to that sign.
+/// leaves nineteen twentieths of the range to that sign.
 pub fn wrapped(difference: f64, lean: f64) -> f64 {
     let below = below(lean);
     (difference + below).rem_euclid(TURN) - below
 }
 
-/// Where `values` are counts of 16 bits of which some have begun anew: the largest of those. A quarter of the range is then empty, and
-/// the way across its end is less than a third of that gap.
-pub fn turn(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut all: Vec<f64> = values.filter(|x| x.is_finite()).collect();
-    all.sort_by(f64::total_cmp);
-    let (first, last) = (*all.first()?, *all.last()?);
+/// Neighbours differ by at most so many times what neighbours of their kind usually do once counts are joined.
+const USUAL: f64 = 4.0;
+/// And by this share of the range where they hardly differ.
+const LITTLE: f64 = 1.0 / 32.0;
+/// And by no more than this share of what they differed by before.
+const CLOSER: f64 = 0.25;
+
+/// So many of the widest gaps may be the one where counts begin anew.
+const GAPS: usize = 32;
+
+/// A count and where it was read: the distance and the drive of its cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Count {
+    /// Distance and drive, those of repeats equal.
+    pub at: [f64; 2],
+    /// What was read.
+    pub value: f64,
+}
+
+/// Where counts of 16 bits, in the order of a file, have in part begun anew: the largest of those. Neighbours that are more than half the range
+/// apart (repeats, the next drive, the next distance) are as close as all others when they are joined. Where there are none, readings without
+/// contact may be that far from the first drive, if a quarter of the range is empty between them and its end is less than a third of that away,
+/// or if the drive leads the signal back to them.
+pub fn turn(all: &[Count]) -> Option<f64> {
+    let mut values: Vec<f64> = all.iter().map(|c| c.value).filter(|x| x.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let (first, last) = (*values.first()?, *values.last()?);
     let counts = (0.0..TURN).contains(&first) && last < TURN || first >= -0.5 * TURN && last < 0.5 * TURN;
-    let widest = all.windows(2).max_by(|v, w| (v[1] - v[0]).total_cmp(&(w[1] - w[0])))?;
-    let gap = widest[1] - widest[0];
-    let across = first + TURN - last;
-    (counts && gap > 0.25 * TURN && across < gap / 3.0).then_some(widest[0])
+    if !counts {
+        return None;
+    }
+    let (neighbours, rests) = (neighbours(all), rests(all));
+    let apart = |[i, j]: &[usize; 2]| (all[*i].value - all[*j].value).abs();
+    let far = |n: &&[usize; 2]| apart(n) > 0.5 * TURN;
+    let mut jumps: Vec<&[usize; 2]> = neighbours.iter().flatten().filter(far).collect();
+    let mut gaps: Vec<[f64; 2]> = values.windows(2).map(|w| [w[0], w[1]]).collect();
+    gaps.sort_by(|v, w| (w[1] - w[0]).total_cmp(&(v[1] - v[0])));
+    if jumps.is_empty() {
+        let [from, to] = *gaps.first()?;
+        let empty = to - from > 0.25 * TURN && first + TURN - last < (to - from) / 3.0;
+        let rise = |n: &[[usize; 2]]| n.iter().map(|[i, j]| all[*j].value - all[*i].value).sum::<f64>();
+        let back = rise(&neighbours[1]) * rise(&rests) < 0.0;
+        jumps.extend(rests.iter().filter(far).filter(|_| empty || back));
+    }
+    let ends = |f: fn(f64, f64) -> f64| jumps.iter().map(move |[i, j]| f(all[*i].value, all[*j].value));
+    let (low, high) = (ends(f64::min).reduce(f64::max)?, ends(f64::max).reduce(f64::min)?);
+    let path = |turn: f64| {
+        let joined = |i: usize| unwrapped(all[i].value, Some(turn));
+        neighbours.iter().chain([&rests]).flatten().map(|[i, j]| (joined(*i) - joined(*j)).abs()).sum::<f64>()
+    };
+    let between = gaps.iter().filter(|[from, to]| *from >= low && *to <= high).take(GAPS);
+    let turn = between.map(|g| g[0]).min_by(|t, u| path(*t).total_cmp(&path(*u)))?;
+    // A sensor that stands at the end of its range has not begun anew.
+    let stands = turn == first && (first == 0.0 || first == -0.5 * TURN || values.get(1) == Some(&first));
+    (!stands && neighbours.iter().all(|kind| fit(all, kind, turn))).then_some(turn)
+}
+
+/// Places of counts that follow each other: repeats of a cell, and from cell to cell, first with first and so on, along the drive and along
+/// the distance. Readings without contact, of no drive, are neighbours of each other only.
+fn neighbours(all: &[Count]) -> [Vec<[usize; 2]>; 3] {
+    let mut cells = std::collections::BTreeMap::<[u64; 2], Vec<usize>>::new();
+    let rests = |c: &Count| c.at[1] <= 0.0;
+    for (i, c) in all.iter().enumerate().filter(|(_, c)| c.value.is_finite()) {
+        let key = if rests(c) { [0; 2] } else { c.at.map(f64::to_bits) };
+        cells.entry(key).or_default().push(i);
+    }
+    let repeats = cells.values().flat_map(|c| c.windows(2).map(|w| [w[0], w[1]])).collect();
+    let mut taps: Vec<&Vec<usize>> = cells.values().filter(|c| !rests(&all[c[0]])).collect();
+    let mut along = |fixed: usize| {
+        let at = |c: &[usize], k: usize| all[c[0]].at[k];
+        let order = |p: &[usize], q: &[usize], k: usize| at(p, k).total_cmp(&at(q, k));
+        taps.sort_by(|p, q| order(p, q, fixed).then(order(p, q, 1 - fixed)));
+        let next = taps.windows(2).filter(|w| order(w[0], w[1], fixed).is_eq());
+        next.flat_map(|w| w[0].iter().zip(w[1]).map(|(i, j)| [*i, *j])).collect()
+    };
+    [repeats, along(0), along(1)]
+}
+
+/// Each reading without contact beside those of the smallest drive of all.
+fn rests(all: &[Count]) -> Vec<[usize; 2]> {
+    let least = all.iter().map(|c| c.at[1]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    let wanted = |f: &dyn Fn(&Count) -> bool| {
+        let here = |i: &usize| f(&all[*i]) && all[*i].value.is_finite();
+        (0..all.len()).filter(here).collect::<Vec<_>>()
+    };
+    let (still, first) = (wanted(&|c| c.at[1] <= 0.0), wanted(&|c| c.at[1] == least));
+    still.iter().flat_map(|i| first.iter().take(GAPS).map(|j| [*i, *j])).collect()
+}
+
+/// Whether neighbours of one kind that are on both sides of `turn` are as close as the others once they are joined.
+fn fit(all: &[Count], neighbours: &[[usize; 2]], turn: f64) -> bool {
+    let joined = |i: usize| unwrapped(all[i].value, Some(turn));
+    let below = |i: usize| all[i].value <= turn;
+    let differ = |value: &dyn Fn(usize) -> f64, across: bool| {
+        let here = neighbours.iter().filter(|[i, j]| (below(*i) != below(*j)) == across);
+        let (sum, n) = here.fold((0.0, 0.0), |(s, n), [i, j]| (s + (value(*i) - value(*j)).abs(), n + 1.0));
+        if n > 0.0 { sum / n } else { 0.0 }
+    };
+    let [after, before] = [differ(&joined, true), differ(&|i| all[i].value, true)];
+    after <= (USUAL * differ(&joined, false)).max(LITTLE * TURN) && after <= CLOSER * before
 }
 
 /// A count that may have begun anew, beyond the range.
@@ -37,21 +126,74 @@ pub fn unwrapped(value: f64, turn: Option<f64>) -> f64 {
 mod tests {
     use super::*;
 
+    /// Counts of five distances and five drives, thrice, after as many without contact.
+    fn rig(count: impl Fn(f64) -> f64) -> Vec<Count> {
+        let mut all = Vec::new();
+        for run in 0..3 {
+            let off = 150.0 * f64::from(run);
+            all.push(Count { at: [9.0, 0.0], value: count(off) });
+            for (a, drive) in (1..6).flat_map(|a| (1..6).map(move |d| (f64::from(a), f64::from(d)))) {
+                all.push(Count {
+                    at: [a, drive],
+                    value: count(14_000.0 + 2_500.0 * drive * (1.0 + 0.2 * a) + off),
+                });
+            }
+        }
+        all
+    }
+
+    fn values(all: &[f64]) -> Vec<Count> {
+        all.iter().map(|value| Count { at: [1.0, 1.0], value: *value }).collect()
+    }
+
     #[test]
     fn counts_that_begin_anew_are_told() {
         let signal: Vec<f64> = (0..40).map(|k| 50_000.0 + 900.0 * f64::from(k)).collect();
-        let counted = |x: &f64| x.rem_euclid(65536.0);
-        let at = turn(signal.iter().map(counted));
+        let counted = |x: f64| x.rem_euclid(TURN);
+        let at = turn(&values(&signal.iter().map(|x| counted(*x)).collect::<Vec<_>>()));
         for x in &signal {
-            assert_eq!(unwrapped(counted(x), at), *x);
+            assert_eq!(unwrapped(counted(*x), at), *x);
         }
         assert_eq!(wrapped(300.0 - 65000.0, 0.0), 836.0);
         assert_eq!([wrapped(-12.0, 0.0), wrapped(-12.0, 1.0), wrapped(12.0, -1.0)], [-12.0, -12.0, 12.0]);
         assert_eq!([wrapped(58_000.0, 1.0), wrapped(7_536.0, -1.0)], [58_000.0, -58_000.0]);
         // Two sides of a sensor, a range that is filled, numbers that are no counts.
-        assert_eq!(turn([10_000.0, 25_000.0, 41_000.0, 55_000.0].into_iter()), None);
-        assert_eq!(turn((0..60).map(|k| 1000.0 * f64::from(k))), None);
-        assert_eq!(turn([1.0, 90_000.0].into_iter()), None);
-        assert_eq!(turn([f64::NAN].into_iter()), None);
+        assert_eq!(turn(&values(&[10_000.0, 25_000.0, 41_000.0, 55_000.0])), None);
+        assert_eq!(turn(&rig(|x| 1.5 * x)), None);
+        assert_eq!(turn(&values(&[1.0, 90_000.0])), None);
+        assert_eq!(turn(&values(&[f64::NAN])), None);
+    }
+
+    #[test]
+    fn jumps_that_joining_makes_smooth_are_told() {
+        for offset in (0..65_536).step_by(1_500) {
+            let plain = rig(|x| 1.4 * x + f64::from(offset));
+            let counted: Vec<Count> =
+                plain.iter().map(|c| Count { value: c.value.rem_euclid(TURN), ..*c }).collect();
+            let at = turn(&counted);
+            let back: Vec<f64> = counted.iter().map(|c| unwrapped(c.value, at)).collect();
+            let whole = back[0] - plain[0].value;
+            assert!(back.iter().zip(&plain).all(|(b, c)| (b - c.value - whole).abs() < 1e-6), "{offset}");
+        }
+    }
+
+    #[test]
+    fn counts_that_do_not_begin_anew_stay() {
+        // A dropout, a stuck sensor, a row with a wrong label, few drives far apart, both sides.
+        let smooth = rig(|x| 1.5 * x + 4_000.0);
+        for (place, value) in [(12, 0.0), (12, 500.0), (25, 65_000.0), (40, 3_000.0), (0, 60_000.0)] {
+            let mut spoilt = smooth.clone();
+            spoilt[place].value = value;
+            assert_eq!(turn(&spoilt), None, "{place} {value}");
+        }
+        let ends =
+            |a: f64| [[a, 1.0], [a, 2.0]].map(|at| Count { at, value: 62_000.0 * (at[1] - 1.0) + 90.0 * a });
+        assert_eq!(turn(&(1..20).flat_map(|a| ends(f64::from(a))).collect::<Vec<_>>()), None);
+        let sides = rig(|x| x)
+            .iter()
+            .enumerate()
+            .map(|(k, c)| Count { value: 32_768.0 + if k % 2 == 0 { c.value } else { -c.value } * 0.6, ..*c })
+            .collect::<Vec<_>>();
+        assert_eq!(turn(&sides), None);
     }
 }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::Unit;
 pub use super::columns::DISTANCE;
-use super::columns::{Columns, Names, all_names, missing};
+use super::columns::{Columns, Names, all_names, followed, missing};
+use super::others::Others;
 use super::text::{Decimals, fields, separator};
 use crate::error::InputError;
 use crate::scene::Drive;
@@ -89,6 +90,7 @@ impl Data {
         let columns = Columns::find(&names, said, None).map_err(at_header)?;
         let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
 
+        let mut others = Others::new(&columns, &names);
         let mut rows = Vec::new();
         let mut decimals = Decimals::default();
         for (line, text) in lines {
@@ -115,6 +117,7 @@ impl Data {
                     error.allowed(allowed).at(label, Some(line))
                 })
             };
+            others.push(&record);
             let mut fingerprint = DefaultHasher::new();
             text.hash(&mut fingerprint);
             rows.push(Row {
@@ -127,6 +130,9 @@ impl Data {
         }
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
+        }
+        if let Some(name) = others.drive(&rows) {
+            return Err(at_header(followed(name)));
         }
         Ok(Self {
             file: label.to_owned(),

@@ -7,6 +7,8 @@ pub mod columns;
 pub mod counts;
 pub mod file;
 pub mod group;
+mod others;
+pub mod rest;
 pub mod rig;
 pub mod text;
 pub mod unit;

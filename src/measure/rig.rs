@@ -16,6 +16,8 @@ pub struct Rig {
     pub known: bool,
     /// How far the drive was seen to go before contact, in its unit: an offset of the drive may be as large.
     pub before: f64,
+    /// What its file made doubtful.
+    pub warnings: Vec<String>,
 }
 
 #[allow(non_snake_case)]
@@ -27,7 +29,7 @@ impl Rig {
     pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
         let design = Design::new(&setup, tuple);
         match design.shared {
-            Some(_) => Ok(Self { setup, design, known: true, before: 0.0 }),
+            Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),
             None => Err(InputError::new("these numbers are no whisker with a gauge on it")
                 .key("whisker")
                 .allowed("D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a")),
@@ -62,7 +64,8 @@ impl Rig {
                 .key("tuples.file")
                 .allowed("D, d, L_a, x_ss, l as one number each"),
         })?;
-        Self::new(spec.study.setup.clone(), tuple).map_err(|e| e.at(label, None))
+        let rig = Self::new(spec.study.setup.clone(), tuple).map_err(|e| e.at(label, None))?;
+        Ok(Self { warnings: spec.warnings.clone(), ..rig })
     }
 
     /// Closed form of a theory for this whisker, with another hub if `hub` says so.

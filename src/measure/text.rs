@@ -40,6 +40,15 @@ pub fn number(field: &str) -> Option<f64> {
     parsed.ok().map(|x: f64| if x.is_finite() { x } else { f64::NAN })
 }
 
+/// A number for people, without hundreds of zeros.
+pub fn plain(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() || (1e-4..1e9).contains(&x.abs()) {
+        x.to_string()
+    } else {
+        format!("{x:e}")
+    }
+}
+
 /// The mark of decimals in a number: a point, a comma, or none.
 fn mark(field: &str) -> Option<char> {
     let mut marks = field.chars().filter(|c| matches!(c, '.' | ','));

@@ -51,6 +51,18 @@ impl Unit {
         }
     }
 
+    /// Strain above what was shown without contact, both as [`Self::strain`] makes them of recorded values: a bridge that is not in balance
+    /// is off by as many mV/V at every strain, by no constant strain.
+    pub fn above(self, strain: f64, zero: f64, gauge_factor: f64) -> f64 {
+        match self {
+            Self::Bridge if zero != 0.0 => {
+                let shown = |x| quarter_bridge_output(x, gauge_factor);
+                quarter_bridge_strain(shown(strain) - shown(zero), gauge_factor)
+            }
+            _ => strain - zero,
+        }
+    }
+
     /// The value that is recorded at a strain: the inverse of [`Self::strain`].
     pub fn value(self, strain: f64, gauge_factor: f64) -> f64 {
         match self {
@@ -90,5 +102,9 @@ mod tests {
             }
         }
         assert!(quarter_bridge_strain(500.0, 2.21).is_nan());
+        let [tap, rest] = [13.0, 0.35].map(|v| quarter_bridge_strain(v, 2.21));
+        let above = Unit::Bridge.above(tap, rest, 2.21);
+        assert!((above - quarter_bridge_strain(12.65, 2.21)).abs() < 1e-15);
+        assert!((above - (tap - rest)).abs() > 1e-5);
     }
 }

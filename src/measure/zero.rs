@@ -26,7 +26,7 @@ pub struct Tared {
     pub from: TaredBy,
     /// Mean of what was subtracted, strain or unit of the reading.
     pub value: f64,
-    /// Its standard error, in the same unit.
+    /// Its standard error if it does not drift, in the same unit; 0 where nothing says what the zero is.
     pub error: f64,
     /// Largest drive of the rows before contact, where these are not at drive 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]

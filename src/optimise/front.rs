@@ -93,7 +93,7 @@ pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>,
         // What was scored on the way, in f64.
         scan.gather(session);
         let points: Vec<Tuple> = scan.pool.iter().map(|f| f.point).collect();
-        let scores = session.report()[1].scores(&points)?;
+        let scores = session.again(&points)?;
         scan.front.extend(points.into_iter().zip(scores).map(|(point, score)| Found { point, score }));
     }
     Ok((ended, nondominated(scan.front)))

@@ -23,6 +23,7 @@ pub mod evaluate;
 pub mod front;
 pub mod global;
 pub mod journal;
+mod judge;
 pub mod normal;
 pub mod other;
 pub mod polish;

@@ -1,7 +1,8 @@
 //! A whole search: starts, ending, what is reported.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::Value;
 
@@ -17,7 +18,12 @@ use super::session::{Ended, Found, Session, Stage, Step, Watch};
 use super::variables::Variables;
 use super::write;
 use crate::backend::{Backend, Choice};
+use crate::chart::{
+    ranges::Wanted,
+    reader::{MOST_DISTANCES, Reader},
+};
 use crate::error::{Error, InputError};
+use crate::plan::Layout;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question};
@@ -93,7 +99,7 @@ pub struct Report {
     pub at_bounds: Vec<(Column, &'static str)>,
     /// Limits that bind.
     pub binding: Vec<Limit>,
-    /// What the other estimator would make of the best design; `None` where no distance is told.
+    /// What the other estimator would make of the best design; `None` where no distance is told, or the search was asked to stop.
     pub other: Option<Other>,
     /// Sensitivities.
     pub sensitivity: Sensitivity,
@@ -165,6 +171,46 @@ pub fn run(
     result
 }
 
+/// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
+const SPREAD: f64 = 3.5;
+
+/// What reads the taps of the swarms, where charts can.
+fn reader(
+    setup: &Setup,
+    layout: &Layout,
+    (search, variables): (&Search, &Variables),
+    choice: &Choice,
+) -> Result<Option<Arc<Reader>>, Error> {
+    let Some(tolerance) = choice.chart_tolerance().filter(|_| layout.n_distances <= MOST_DISTANCES as u64)
+    else {
+        return Ok(None);
+    };
+    let drives = Wanted::of(layout).drive;
+    let range = |column: Column| {
+        let k = column as usize;
+        let variable = variables.list().iter().find(|v| v.column == column);
+        let [lo, hi] = match (variable, column) {
+            (Some(v), _) => [v.min, v.max],
+            (None, Column::Drive) => drives,
+            _ => [layout.design(0).to_array()[k]; 2],
+        };
+        let sd = search.robust.as_ref().map_or(0.0, |r| r.sd[k]);
+        // A drive or a length that is not positive is none.
+        let least = if column == Column::GaugePosition { 0.0 } else { 0.05 * lo };
+        [(lo - SPREAD * sd).max(least), hi + SPREAD * sd]
+    };
+    let wanted = Wanted {
+        D: range(Column::BaseDiameter),
+        d: range(Column::TipDiameter),
+        L_a: range(Column::Length),
+        x_ss: range(Column::GaugePosition),
+        l: range(Column::GridLength),
+        drive: range(Column::Drive),
+    };
+    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+    Ok(Reader::new(setup, &distances, &wanted, tolerance)?.map(Arc::new))
+}
+
 fn whole(
     spec: &Spec,
     search: &Search,
@@ -184,9 +230,12 @@ fn whole(
     let discarded = journal.discarded;
     let variables = Variables::new(&layout, search);
     let scorer = |choice: &Choice, search| {
-        Ok::<_, Error>(Scorer::new(setup, &layout, search, choice.open(&setup.model)?))
+        let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
+        Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
     };
-    let scorers = [scorer(choice, search)?, scorer(&precise, search)?];
+    let swarm = scorer(choice, search)?;
+    let reader = reader(setup, &layout, (search, &variables), choice)?;
+    let scorers = [swarm.reading(reader), scorer(&precise, search)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
     let mut session =
@@ -220,8 +269,9 @@ fn whole(
         .transpose()?
         .map(Front::new);
 
-    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed)?;
-    let other = search.objective.needs_distance().then(|| {
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, target.stop)?;
+    let asked_to_stop = target.stop.load(Ordering::Relaxed);
+    let other = (search.objective.needs_distance() && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
         other::judge((setup, &layout), search, method, (&best.point, goal))
     });
@@ -281,7 +331,7 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
         let last = session.best().filter(|_| best.is_none() && left.is_empty());
         let points: Vec<Tuple> =
             left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();
-        let scores = session.report()[1].scores(&points)?;
+        let scores = session.again(&points)?;
         for (point, score) in points.into_iter().zip(scores) {
             if best.is_none_or(|b| goal.order(&score) < goal.order(&b.score)) {
                 best = Some(Found { point, score });

@@ -1,6 +1,9 @@
 //! How much each parameter matters: at the optimum, and over the whole box.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::evaluate::Scorer;
+use super::score::Score;
 use super::variables::Variables;
 use crate::error::Error;
 use crate::reduce::Spread;
@@ -31,7 +34,7 @@ pub struct Sensitivity {
     pub local: Vec<(Column, Pair)>,
     /// First and total Sobol' indices of each variable over its bounds.
     pub global: Vec<(Column, Pair, Pair)>,
-    /// Base samples of the global indices.
+    /// Base samples of the global indices: fewer where the search was asked to stop.
     pub samples: u32,
     /// Those of them that have K_sd, and that have total_rms_mm, in all their evaluations; the indices are over these.
     pub complete: [u32; 2],
@@ -39,22 +42,18 @@ pub struct Sensitivity {
     pub evaluations: u64,
 }
 
-/// Around `best` by `local`, over the box of `variables` by `global`.
+/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `stop` is set.
 pub fn run(
     [global, local]: [&mut Scorer<'_>; 2],
     variables: &Variables,
     best: &Tuple,
     seed: u64,
+    stop: &AtomicBool,
 ) -> Result<Sensitivity, Error> {
-    let mut s = Sensitivity {
-        local: Vec::new(),
-        global: Vec::new(),
-        samples: SAMPLES,
-        complete: [0; 2],
-        evaluations: 0,
-    };
+    let mut s =
+        Sensitivity { local: Vec::new(), global: Vec::new(), samples: 0, complete: [0; 2], evaluations: 0 };
     elasticities(local, best, &mut s)?;
-    indices(global, variables, best, seed, &mut s)?;
+    indices(global, variables, best, (seed, stop), &mut s)?;
     Ok(s)
 }
 
@@ -92,7 +91,7 @@ fn indices(
     scorer: &mut Scorer<'_>,
     variables: &Variables,
     best: &Tuple,
-    seed: u64,
+    (seed, stop): (u64, &AtomicBool),
     out: &mut Sensitivity,
 ) -> Result<(), Error> {
     let k = variables.len();
@@ -109,11 +108,12 @@ fn indices(
             variables.point(&u, drive)
         })
         .collect();
-    let scores = scorer.nominal(&points)?;
-    out.evaluations += points.len() as u64;
+    let scores = until(stop, scorer, &points, k + 2)?;
+    out.evaluations += scores.len() as u64;
+    out.samples = (scores.len() / (k + 2)) as u32;
     out.global = variables.list().iter().map(|v| (v.column, [None; 2], [None; 2])).collect();
     for f in 0..2 {
-        let complete = |row: &&[super::score::Score]| row.iter().all(|s| s.figures[f].is_finite());
+        let complete = |row: &&[Score]| row.iter().all(|s| s.figures[f].is_finite());
         let rows: Vec<Vec<f64>> = scores
             .chunks(k + 2)
             .filter(complete)
@@ -132,4 +132,16 @@ fn indices(
         }
     }
     Ok(())
+}
+
+/// Scores of `points`, `each` of which belong together, as far as they are there when `stop` is set.
+fn until(
+    stop: &AtomicBool,
+    scorer: &mut Scorer<'_>,
+    points: &[Tuple],
+    each: usize,
+) -> Result<Vec<Score>, Error> {
+    let mut scores = scorer.nominal_while(points, &|| !stop.load(Ordering::Relaxed))?;
+    scores.truncate(scores.len() / each * each);
+    Ok(scores)
 }

@@ -1,7 +1,7 @@
 //! One search under way: what it spent, what it found, and the one door to evaluations.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::evaluate::Scorer;
 use super::journal::Journal;
@@ -10,6 +10,9 @@ use super::variables::Variables;
 use crate::error::Error;
 use crate::scene::Tuple;
 use crate::scene::search::Budget;
+
+/// Time for what is reported of a search that was asked to stop: beside it, all is written within two seconds.
+const LAST: Duration = Duration::from_millis(500);
 
 /// Where candidates are scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,7 +196,14 @@ impl<'a> Session<'a> {
                 if self.budget.seconds.is_some_and(spent) {
                     return Err(Halt::Ended(Ended::Seconds));
                 }
-                let scores = self.scorer(stage).scores(&points[..take])?;
+                let stop = self.stop;
+                let on = || !stop.load(Ordering::Relaxed);
+                let scores = self.scorer(stage).scores_while(&points[..take], &on)?;
+                if scores.len() < take {
+                    self.evaluations += scores.len() as u64;
+                    self.note(stage, &points[..scores.len()], &scores);
+                    return Err(Halt::Ended(Ended::Interrupted));
+                }
                 // A cut batch would come out in another packing when the search goes on: it is scored again then.
                 if let Some(journal) = self.journal.as_mut().filter(|_| take == points.len()) {
                     journal.append(stage as u64, points, &scores)?;
@@ -219,6 +229,9 @@ impl<'a> Session<'a> {
     }
 
     fn note(&mut self, stage: Stage, points: &[Tuple], scores: &[Score]) {
+        if points.is_empty() {
+            return;
+        }
         let goal = self.goal;
         for (&point, &score) in points.iter().zip(scores) {
             let found = Found { point, score };
@@ -256,6 +269,14 @@ impl<'a> Session<'a> {
     /// Scorers of both stages outside the budget: for what is reported.
     pub fn report(&mut self) -> [&mut Scorer<'a>; 2] {
         [&mut self.swarm, &mut self.polish]
+    }
+
+    /// Scores of `points` in f64 outside the budget, for what is reported: all, or, of a search that was asked to stop, those first ones for
+    /// which there is time.
+    pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let (begun, stop) = (Instant::now(), self.stop);
+        let on = || !stop.load(Ordering::Relaxed) || begun.elapsed() < LAST;
+        self.polish.scores_while(points, &on)
     }
 
     /// Seconds since the search began.

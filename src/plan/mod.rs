@@ -2,13 +2,15 @@
 
 mod way;
 
+use std::sync::Arc;
+
 pub use crate::scene::Layout;
 pub use way::Way;
 
 use crate::backend::Choice;
+use crate::chart::{ranker::Ranker, reader::Reader};
 use crate::error::InputError;
 use crate::scene::{Geometry, Space, Study, Theory, Tuple};
-use crate::smooth::Scope;
 
 /// Taps that are evaluated together.
 pub const CHUNK: u64 = 1 << 17;
@@ -42,7 +44,9 @@ pub struct Plan {
     /// How the taps of designs outside the chart, and of the rows kept, are found; the same as `way` without a chart.
     pub solved: Way,
     /// What ranks the rows, with [`Way::Charted`].
-    pub scope: Option<Scope>,
+    pub ranker: Option<Arc<Ranker>>,
+    /// What reads the taps, with [`Way::Read`].
+    pub reader: Option<Arc<Reader>>,
 }
 
 impl Plan {
@@ -92,12 +96,15 @@ impl Plan {
         }
         let layout = study.space.layout();
         let solved = Way::solved(study, layout.as_ref(), choice);
-        let scope = layout.and_then(|layout| Way::charted(study, &layout, choice));
-        let way = if scope.is_some() { Way::Charted } else { solved };
+        let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
+        let layout = study.space.layout().filter(|_| ranker.is_none());
+        let reader = layout.and_then(|layout| Way::read(study, &layout, choice)).map(Arc::new);
+        let solved = if reader.is_some() { Way::Read } else { solved };
+        let way = if ranker.is_some() { Way::Charted } else { solved };
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let curves = if own { full[1] } else { 0 };
-        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, scope })
+        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader })
     }
 }
 

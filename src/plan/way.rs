@@ -2,15 +2,22 @@
 
 use super::CHUNK;
 use crate::backend::Choice;
+use crate::chart::{
+    ranges::Wanted,
+    ranker::Ranker,
+    reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
+};
 use crate::scene::Layout;
 use crate::scene::{Geometry, Study};
-use crate::smooth::{Scope, drives::DriveAxis};
+use crate::smooth::drives::DriveAxis;
 
 /// How taps are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Rows are ranked from a chart of the rod; those kept are solved.
+    /// Rows are ranked from charts; those kept are solved.
     Charted,
+    /// Taps are read from charts, and those outside them solved.
+    Read,
     /// Along the drives of a distance some taps are solved and the others read.
     OverDrives,
     /// Every tap is solved by a kernel.
@@ -33,15 +40,27 @@ impl Way {
         if layout.is_some_and(over) { Self::OverDrives } else { Self::TapByTap }
     }
 
-    /// What the designs of a sweep share, where a chart can rank them.
-    pub(super) fn charted(study: &Study, layout: &Layout, choice: &Choice) -> Option<Scope> {
-        Scope::new(study, layout, choice.chart_tolerance()?)
+    /// What ranks the designs of a sweep, where charts can.
+    pub(super) fn charted(study: &Study, layout: &Layout, choice: &Choice) -> Option<Ranker> {
+        // Where taps cannot be solved the sweep itself says why.
+        Ranker::new(study, layout, choice.chart_tolerance()?).ok().flatten()
+    }
+
+    /// What reads the taps of a sweep in place of solving them, where charts can and it pays.
+    pub(super) fn read(study: &Study, layout: &Layout, choice: &Choice) -> Option<Reader> {
+        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+            return None;
+        }
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let tolerance = choice.chart_tolerance()?;
+        Reader::new(&study.setup, &distances, &Wanted::of(layout), tolerance).ok().flatten()
     }
 
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Charted => "ranked from a chart",
+            Self::Read => "read from charts",
             Self::OverDrives => "solved at some drives, read at the others",
             Self::TapByTap => "solved tap by tap",
             Self::Reference => "solved by the reference",

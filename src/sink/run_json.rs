@@ -10,7 +10,6 @@ use super::folder::hash;
 use crate::backend::Backend;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::Spec;
-use crate::smooth::rod::Summary;
 use crate::status::Status;
 
 /// Version of the result format.
@@ -30,7 +29,7 @@ pub struct Counts {
     /// Taps per status word, and `ok`.
     pub status: BTreeMap<&'static str, u64>,
     /// The chart that rows were ranked from.
-    pub chart: Option<Summary>,
+    pub chart: Option<Value>,
     /// Designs rows that `top` could choose from.
     pub complete: Option<u64>,
     /// Designs rows that `top` kept.

@@ -18,14 +18,22 @@ const DIAMETERS: [f64; 2] = [0.02, 500.0];
 const SLENDEREST: f64 = 1500.0;
 /// Largest D/d; a rat's whisker ends at a fiftieth of its base.
 const SHARPEST: f64 = 700.0;
+/// Finest grid, and smallest place, of a gauge that may be in metres, mm.
+const FINEST: f64 = 0.2;
+/// Largest hub and largest pole radius beside the length: an arm, and a drum, of some whiskers' lengths.
+const WIDEST: [f64; 2] = [20.0, 5.0];
 /// Smallest displacement over distance: 0.011°.
 const LEAST_PUSH: f64 = 2e-4;
 /// Angles that all lie below are hardly taps, degrees; 0.2 rad is 11°.
 const LEAST_ANGLE: f64 = 0.2;
-/// Largest noise, in strain: more than most taps make.
-const LOUDEST: f64 = 2e-3;
-/// Softest material, and the stiffest of rubber and of any, MPa: gelatine has 0.01 MPa, tungsten 411 000 MPa.
-const MODULI: [f64; 3] = [5e-3, 2e4, 4.2e5];
+/// Smallest and largest noise, in strain: less than any gauge has, more than most taps make.
+const NOISES: [f64; 2] = [1e-12, 2e-3];
+/// Smallest gauge factors of strain and of millistrain, and the largest: silicon has 175.
+const FACTORS: [f64; 3] = [0.05, 1e-4, 200.0];
+/// Softest material, and the stiffest of any, MPa: gelatine has 0.01 MPa, tungsten 411 000 MPa.
+const MODULI: [f64; 2] = [5e-3, 4.2e5];
+/// Stiffest rubber, MPa, and the number from which it is one of pascals: those of the softest rubber are fewer in kPa.
+const RUBBER: [f64; 2] = [1e3, 2e4];
 /// Largest strain of a stress–strain curve: rubber tears at some 10.
 const TEARS: f64 = 12.0;
 
@@ -90,6 +98,7 @@ fn length(column: Column, v: f64, beside: &Beside) -> Option<Doubt> {
         Column::BaseDiameter if v > 2.0 * longest => micrometres("is more than twice the length"),
         Column::TipDiameter if SHARPEST * v < thinnest => metres("is less than 1/700 of D"),
         Column::TipDiameter if v > 10.0 * thickest => micrometres("is more than ten times D"),
+        Column::GaugePosition | Column::GridLength if v > FINEST => None,
         Column::GaugePosition | Column::GridLength | Column::Distance if v > 0.0 && 1e3 * v <= shortest => {
             metres("is at most 1/1000 of the length")
         }
@@ -118,7 +127,15 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     for (section, key, column) in more {
         said.extend(written(section, key).and_then(|item| doubted_length(&item, column, &beside)));
     }
+    let wide = [
+        ("whisker", "hub", WIDEST[0], "is more than twenty times the length"),
+        ("model", "pole_radius", WIDEST[1], "is more than five times the length"),
+    ];
+    for (section, key, most, why) in wide {
+        said.extend(written(section, key).and_then(|item| width(&item, most * beside.length[1], why)));
+    }
     said.extend(written("gauge", "noise_strain").and_then(|item| noise(&item)));
+    said.extend(written("gauge", "factor").and_then(|item| gauge_factor(&item)));
     said.extend(written("gauge", "strain_limit").and_then(|item| limit(&item)));
     said.extend(written("model", "material").and_then(|item| material(&item, spec)));
     said
@@ -168,10 +185,32 @@ fn angle(largest: f64) -> Option<Doubt> {
     radians.filter(|_| largest < LEAST_ANGLE)
 }
 
+fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
+    let v = item.number("").ok()?;
+    warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
+}
+
 fn noise(item: &Item<'_>) -> Option<String> {
     let v = item.number("").ok()?;
+    if v > 0.0 && v < NOISES[0] {
+        return Some(
+            item.error("this is less noise than any gauge has; 0 says that there is none").to_string(),
+        );
+    }
     let loud = doubt("is more strain than most taps make", 1e-3, "millistrain");
-    warning(item, loud.filter(|_| v > LOUDEST)?, v, "")
+    warning(item, loud.filter(|_| v > NOISES[1])?, v, "")
+}
+
+fn gauge_factor(item: &Item<'_>) -> Option<String> {
+    let v = item.number("").ok()?;
+    let [of_strain, of_millistrain, most] = FACTORS;
+    let slip = match v {
+        _ if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
+        _ if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
+        _ if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+        _ => None,
+    };
+    warning(item, slip?, v, "")
 }
 
 fn limit(item: &Item<'_>) -> Option<String> {
@@ -193,8 +232,9 @@ fn material(item: &Item<'_>, spec: &Spec) -> Option<String> {
     }
     let slip = match e0 {
         _ if e0 < MODULI[0] => doubt("is softer than gelatine", 1e3, "GPa"),
-        _ if rubber && e0 > MODULI[1] => doubt("is stiffer than any rubber", 1e-6, "pascals"),
-        _ if e0 > MODULI[2] => doubt("is stiffer than tungsten", 1e-6, "pascals"),
+        _ if rubber && e0 > RUBBER[1] => doubt("is stiffer than any rubber", 1e-6, "pascals"),
+        _ if rubber && e0 > RUBBER[0] => doubt("is stiffer than any rubber", 1e-3, "kPa"),
+        _ if e0 > MODULI[1] => doubt("is stiffer than tungsten", 1e-6, "pascals"),
         _ => None,
     };
     warning(item, slip?, e0, " MPa")

@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use super::Run;
 use super::grid::{rank, task};
 use super::select::{Best, Kept};
+use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
-use crate::smooth::{Case, Found, Ranking, Scope, Tables};
+use crate::smooth::{Case, Ranking};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
@@ -23,12 +24,17 @@ const GROUP: u64 = 1 << 16;
 const GRAIN: usize = 512;
 
 /// The best `top` rows, best first.
-pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize) -> Result<Vec<Kept>, Error> {
-    run.counts.solved += scope.chart.sweeps.taps;
-    run.counts.sweeps.merge(&scope.chart.sweeps);
-    run.counts.chart = Some(scope.chart.summary());
-    let device = run.evaluator.ranking(scope, layout)?;
-    let mut search = Search { layout, scope, all: Found::default(), best: Best::new(top) };
+pub(super) fn run(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    ranker: &Ranker,
+    top: usize,
+) -> Result<Vec<Kept>, Error> {
+    run.counts.solved += ranker.sweeps().taps;
+    run.counts.sweeps.merge(&ranker.sweeps());
+    run.counts.chart = Some(ranker.summary());
+    let device = device(run, ranker, layout)?;
+    let mut search = Search { layout, ranker, all: Found::default(), best: Best::new(top) };
     match device {
         Some(device) => search.on_device(run, device)?,
         None => search.on_host(run)?,
@@ -47,7 +53,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize)
             run.counts.note(status, n);
         }
     }
-    bound(&mut all, scope.rank.keep);
+    bound(&mut all, ranker.keep());
     let complete = best.offered + all.complete;
     for row in solve(run, layout, &all.rows)? {
         best.offer(row);
@@ -56,10 +62,20 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, scope: &Scope, top: usize)
     Ok(best.into_rows())
 }
 
+/// What ranks on the backend's own device, where it can.
+pub(super) fn device(
+    run: &Run<'_>,
+    ranker: &Ranker,
+    layout: &Layout,
+) -> Result<Option<Box<dyn Ranking>>, Error> {
+    let Some(scope) = ranker.rod() else { return Ok(None) };
+    Ok(run.evaluator.ranking(scope, layout)?)
+}
+
 /// A search under way.
 struct Search<'a> {
     layout: &'a Layout,
-    scope: &'a Scope,
+    ranker: &'a Ranker,
     all: Found,
     /// Rows of designs solved tap by tap.
     best: Best,
@@ -68,15 +84,14 @@ struct Search<'a> {
 impl Search<'_> {
     /// In lanes, a group of designs at a time.
     fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
-        let tables = Tables::new(self.scope);
         let mut from = 0;
         while from < self.layout.n_designs {
             run.check_stop()?;
             let start = Instant::now();
             let to = (from + GROUP.min(64 + from)).min(self.layout.n_designs);
-            let bound = bound(&mut self.all, self.scope.rank.keep);
+            let bound = bound(&mut self.all, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
-            let found = group(self.layout, self.scope, &tables, &ks, bound);
+            let found = group(self.layout, self.ranker, &ks, bound);
             run.solve += start.elapsed();
             self.take(run, found, to - from)?;
             from = to;
@@ -86,21 +101,20 @@ impl Search<'_> {
 
     /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
     fn on_device(&mut self, run: &mut Run<'_>, mut device: Box<dyn Ranking>) -> Result<(), Error> {
-        let tables = Tables::new(self.scope);
         let (mut next, mut done) = (0, 0);
         loop {
             run.check_stop()?;
             while next < self.layout.n_designs && device.free() {
                 // Small at first, until there is a bound.
                 let to = (next + device.most().min(64 + done)).min(self.layout.n_designs);
-                device.start(next..to, bound(&mut self.all, self.scope.rank.keep));
+                device.start(next..to, bound(&mut self.all, self.ranker.keep()));
                 next = to;
             }
             let start = Instant::now();
             let Some(batch) = device.finish() else { return Ok(()) };
             let batch = batch?;
-            let bound = bound(&mut self.all, self.scope.rank.keep);
-            let rows = group(self.layout, self.scope, &tables, &batch.best, bound).rows;
+            let bound = bound(&mut self.all, self.ranker.keep());
+            let rows = group(self.layout, self.ranker, &batch.best, bound).rows;
             run.solve += start.elapsed();
             let designs = batch.range.end - batch.range.start;
             done += designs;
@@ -137,20 +151,20 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
 }
 
 /// Rows of the designs `ks`, those that rank no worse than `bound`.
-pub(super) fn group(layout: &Layout, scope: &Scope, tables: &Tables, ks: &[u64], bound: f32) -> Found {
+pub(super) fn group(layout: &Layout, ranker: &Ranker, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
         let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());
         for &k in ks {
             let tuple = layout.design(k);
-            match scope.case(&tuple) {
+            match ranker.case(&tuple) {
                 Case::Easy => easy.push((k, tuple)),
                 Case::Hard => found.hard.push(k),
                 Case::Void => found.words.invalid += layout.block(),
             }
         }
         let (ks, tuples): (Vec<u64>, Vec<Tuple>) = easy.into_iter().unzip();
-        tables.rank(&ks, &tuples, bound, &mut found);
+        ranker.rank(&ks, &tuples, bound, &mut found);
         found
     };
     let merge = |mut a: Found, b: Found| {

@@ -24,8 +24,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
             Ok(())
         });
     };
-    let kept = match &run.plan.scope {
-        Some(scope) => charted::run(run, layout, scope, top)?,
+    let kept = match &run.plan.ranker {
+        Some(ranker) => charted::run(run, layout, ranker, top)?,
         None => {
             let mut best_rows = Best::new(top);
             rank(run, layout, &mut (0..layout.n_designs), &mut best_rows)?;
@@ -146,7 +146,7 @@ pub(super) fn small(
     let drives_of_all: Option<Vec<f64>> = drives_of_all.map(|axis| axis.iter().collect());
     let outcomes = match &drives_of_all {
         Some(drives) => run.evaluate_over(&designs, &tasks, drives)?,
-        None => run.evaluate(&designs, &tasks)?,
+        None => run.read(&designs, &tasks)?,
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
@@ -199,7 +199,7 @@ fn large(
                 let to = (from + CHUNK).min(block);
                 let tasks: Vec<Task> =
                     (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
-                let outcomes = run.borrow_mut().evaluate(&design, &tasks)?;
+                let outcomes = run.borrow_mut().read(&design, &tasks)?;
                 for (t, tap) in (from as usize..).zip(&outcomes) {
                     f(place(t), tap)?;
                 }

@@ -85,6 +85,11 @@ pub fn run(
     let open = start.elapsed();
     let writers = Writers::new(&spec.study, plan, &mut folder)?;
     let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
+    if let Some(reader) = &plan.reader {
+        run.counts.solved += reader.sweeps().taps;
+        run.counts.sweeps.merge(&reader.sweeps());
+        run.counts.chart = Some(serde_json::json!(reader.summary()));
+    }
     match &spec.study.space {
         Space::Grid(factors) => {
             grid::run(&mut run, &Layout::new(factors))?;
@@ -133,7 +138,7 @@ impl<'a> Run<'a> {
         writers: Writers,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
-        let evaluator = Evaluator::new(&study.setup, method);
+        let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
         let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
         Self { study, plan, evaluator, writers, counts, best, solve, stop, progress }
     }
@@ -145,6 +150,19 @@ impl<'a> Run<'a> {
         let outcomes = self.evaluator.run(designs, tasks)?;
         self.solve += start.elapsed();
         self.counts.solved += outcomes.len() as u64;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// As [`Self::evaluate`], read from charts where the plan has any.
+    fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let outcomes = self.evaluator.read(designs, tasks)?;
+        self.solve += start.elapsed();
+        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.counts.interpolated += interpolated;
+        self.counts.solved += outcomes.len() as u64 - interpolated;
         self.note(&outcomes);
         Ok(outcomes)
     }

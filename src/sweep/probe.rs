@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::grid::small;
 use super::{Run, Writers, charted};
 use crate::backend::Choice;
+use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
@@ -14,7 +15,7 @@ use crate::progress::Silent;
 use crate::scene::Layout;
 use crate::scene::{Space, Study, Tuple};
 use crate::sink::table::Table;
-use crate::smooth::{Case, Found, Ranking, Scope, Tables};
+use crate::smooth::{Case, Ranking};
 
 /// A helping that takes so long is large enough to tell, s.
 const ENOUGH: f64 = 0.03;
@@ -40,8 +41,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let (never, mut silent) = (AtomicBool::new(false), Silent);
     let mut run = Run::new((study, plan), method, Writers::none(), (&never, &mut silent));
     let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
-    let work = match (&study.space, &plan.scope) {
-        (Space::Grid(factors), Some(scope)) => ranked(&mut run, &Layout::new(factors), scope)?,
+    let work = match (&study.space, &plan.ranker) {
+        (Space::Grid(factors), Some(ranker)) => ranked(&mut run, &Layout::new(factors), ranker)?,
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
         (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])? * curves,
         (Space::File(file), _) => {
@@ -123,25 +124,22 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
 }
 
 /// Designs ranked from the chart, those outside it and the rows kept solved.
-fn ranked(run: &mut Run<'_>, layout: &Layout, scope: &Scope) -> Result<f64, Error> {
+fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Ranker) -> Result<f64, Error> {
     let sample: Vec<u64> = (0..layout.n_designs.min(4096)).map(|i| place(i, layout.n_designs)).collect();
-    let hard = sample.iter().filter(|k| scope.case(&layout.design(**k)) == Case::Hard).count();
+    let hard = sample.iter().filter(|k| ranker.case(&layout.design(**k)) == Case::Hard).count();
     let share = hard as f64 / sample.len().max(1) as f64;
     let mut limit = f32::INFINITY;
     let start = Instant::now();
-    let easy = match run.evaluator.ranking(scope, layout)? {
+    let easy = match charted::device(run, ranker, layout)? {
         Some(mut device) => start.elapsed().as_secs_f64() + device_seconds(&mut *device, layout.n_designs)?,
-        None => {
-            let tables = Tables::new(scope);
-            paced(layout.n_designs, &mut |n| {
-                let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
-                let mut found: Found = charted::group(layout, scope, &tables, &ks, limit);
-                limit = limit.min(charted::bound(&mut found, scope.rank.keep));
-                Ok(())
-            })?
-        }
+        None => paced(layout.n_designs, &mut |n| {
+            let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
+            let mut found: Found = charted::group(layout, ranker, &ks, limit);
+            limit = limit.min(charted::bound(&mut found, ranker.keep()));
+            Ok(())
+        })?,
     };
-    let kept = (scope.rank.keep as u64).saturating_mul(layout.n_distances).min(layout.len());
+    let kept = (ranker.keep() as u64).saturating_mul(layout.n_distances).min(layout.len());
     let beside = kept as f64 + share * layout.len() as f64;
     let tuple = |i: u64| layout.tuple(place(i, layout.len()));
     let tap = listed(run, beside.ceil() as u64, &tuple)?;

@@ -3,10 +3,11 @@
 use super::Case;
 use super::census::{Census, Line};
 use super::places::Place;
+use crate::chart::ranker::Ranker;
 use crate::design::{Design, amount};
 use crate::evaluate::Outcome;
 use crate::scene::Tuple;
-use crate::smooth::{Case as Reading, Scope, Tables};
+use crate::smooth::Case as Reading;
 
 /// The line of the chart that `place` ranks the designs of `case` with, if it does, on these taps and their designs. Taps that the
 /// chart leaves to the kernel are counted as `neither`.
@@ -19,16 +20,16 @@ pub(super) fn line(
 ) -> Option<Line> {
     let study = case.study.as_ref()?;
     let layout = study.space.layout()?;
-    let scope = Scope::new(study, &layout, place.chart_tolerance()?)?;
+    let ranker = Ranker::new(study, &layout, place.chart_tolerance()?).ok().flatten()?;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let read = |i: usize| {
         let distance = distances.iter().position(|a| *a == tuples[i].a)?;
-        let easy = scope.case(&tuples[i]) == Reading::Easy && expected[i].strain.is_finite();
+        let easy = ranker.case(&tuples[i]) == Reading::Easy && expected[i].strain.is_finite();
         easy.then_some((i, (tuples[i], distance)))
     };
     let (places, taps): (Vec<usize>, Vec<(Tuple, usize)>) = (0..tuples.len()).filter_map(read).unzip();
     let mut errors = vec![None; tuples.len()];
-    for (i, deviation) in places.into_iter().zip(Tables::new(&scope).deviations(&taps)) {
+    for (i, deviation) in places.into_iter().zip(ranker.deviations(&taps)) {
         let linear = amount(case.setup.drive, tuples[i].drive);
         let shared = designs[i].shared.as_ref()?;
         let least = 1e-3 * shared.peak * linear;

@@ -8,7 +8,7 @@ use crate::common::measuring::{REAL, TAPS, calibrated, fresh, locator, prototype
 use crate::common::sweeping::{REFERENCE, number, sweep};
 use vibrissa::calibrate::{Options, Reason, calibrate};
 use vibrissa::locate::Parameter;
-use vibrissa::locate::estimator::{ALL, EXACT, PAPER};
+use vibrissa::locate::estimator::{ALL, CURVE, EXACT, PAPER, TABLE, TIMOSHENKO};
 use vibrissa::measure::Unit;
 use vibrissa::scene::Side;
 use vibrissa::simulate::Settings;
@@ -240,4 +240,47 @@ fn a_rig_that_never_recorded_its_angle() {
         locator(&found, None).locate(4.0, 0.02)
     };
     assert!((at.distance - said.distance).abs() < 0.2, "{at:?} {said:?}");
+}
+
+/// A whisker that ends in a point, tapped near its tip.
+fn sharp(theta: &str, effects: &str) -> String {
+    let taps = format!("[tap]\na = {{ from = 21, to = 48, step = 3 }}\ntheta = {theta}\n");
+    prototype(0.5, &["noise_strain = 1e-5\n", &taps, effects])
+}
+
+#[test]
+fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
+    let spec = sharp("[0.5, 2, 4, 6, 8, 10]", "");
+    let found = calibrated(&table(&spec, &noisy()), &spec, &[]);
+    let side = &found.sides[0];
+    let fit = side.fit.as_ref().unwrap();
+    assert!(
+        fit.cells.len() < side.cells.len()
+            && found.warnings.iter().any(|w| w.contains("left out of the fit"))
+    );
+    let factor = fit.exact.values[0];
+    assert!((factor - 1.0).abs() < 1e-3, "{factor}");
+    let (rms, answered) = side.held_out(EXACT).unwrap().rms(|_| true);
+    assert!(rms.unwrap() < 0.1 && 10 * answered > 9 * side.used, "{rms:?} of {answered}");
+    // Four estimators are judged on all the others; whoever wins is none that is far worse.
+    assert!([PAPER, TIMOSHENKO, CURVE, TABLE].iter().all(|e| side.held_out(*e).is_some()));
+    let won = side.held_out(found.winner).unwrap().rms(|_| true).0.unwrap();
+    let best = side.held_out(CURVE).unwrap().rms(|_| true).0.unwrap();
+    assert!(won < 3.0 * best, "{:?}: {won} {best}", found.winner);
+    let located = locator(&found, Some(EXACT));
+    let beyond = located.locate(10.0, located.expected(39.0, 10.0, 1.0));
+    assert!((beyond.distance - 39.0).abs() < 1e-6, "{beyond:?}");
+    assert!(located.expected(50.0, 10.0, 1.0).is_nan());
+}
+
+#[test]
+fn without_its_model_a_whisker_is_calibrated_on_its_data() {
+    // What was measured is a stout whisker, what the spec says one that follows hardly any of its taps.
+    let theta = "[30, 40, 50, 60, 70]";
+    let wrong = sharp(theta, "");
+    let measured = table(&wrong.replace("d = 0.5", "d = 10"), &noisy());
+    let found = calibrated(&measured, &wrong, &[]);
+    let side = &found.sides[0];
+    assert!(side.record.no_exact.is_some() && side.record.exact.is_none(), "{:?}", side.record.no_exact);
+    assert!(found.winner != EXACT && [PAPER, CURVE, TABLE].iter().all(|e| side.has(*e)));
 }

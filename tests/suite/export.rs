@@ -95,9 +95,8 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
 
 /// What `locate` says of a reading whose signal is `share` larger.
 fn located(locator: &Locator, [drive, signal, zero]: Reading, share: f64) -> Answer {
-    let strain = |x: f64| locator.unit.strain(x, locator.rig.setup.gauge.factor);
-    let above = (strain(signal) - strain(zero)) * (1.0 + share);
-    let at = locator.locate_above(drive, above + strain(zero), strain(zero), 0.0);
+    let above = locator.unit.strain(signal - zero, locator.rig.setup.gauge.factor) * (1.0 + share);
+    let at = locator.locate_above(drive, above, 0.0, 0.0);
     let status = if at.status == Status::OK { String::new() } else { at.status.to_string() };
     Answer(at.distance, at.sigma, sorted(&status))
 }

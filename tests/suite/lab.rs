@@ -3,7 +3,9 @@
 use crate::common::measuring::{REAL, TAPS, calibrated, data, fresh, locator, prototype, score, table};
 use crate::common::program::Desk;
 use crate::common::sweeping::{Row, Table};
+use vibrissa::calibrate::coverage::coverage;
 use vibrissa::calibrate::{Options, calibrate};
+use vibrissa::locate::Estimator;
 use vibrissa::locate::estimator::{CURVE, TABLE};
 use vibrissa::measure::zero::TaredBy;
 use vibrissa::measure::{Names, Rig};
@@ -371,6 +373,47 @@ fn sigma_covers_the_errors_of_a_curve_and_of_a_table() {
         }
         let (within, beyond) = (within / n, beyond / n);
         assert!((0.60..=0.76).contains(&within) && beyond <= 0.015, "{estimator:?}: {within} {beyond}");
+    }
+}
+
+/// Shares of errors on 100 fresh positions of rigs of one design within 1 σ and beyond 3 σ, and those that `calibrate` says of its own.
+fn shares(d: f64, estimator: &'static dyn Estimator) -> [[f64; 2]; 2] {
+    let spec = prototype(d, &["noise_strain = 1e-5\n", TAPS, REAL]);
+    let (mut fresh_ones, mut unseen) = ([0.0; 3], [0.0; 3]);
+    let count = |sums: &mut [f64; 3], ratio: f64| {
+        let add = [1.0, f64::from(u8::from(ratio <= 1.0)), f64::from(u8::from(ratio > 3.0))];
+        sums.iter_mut().zip(add).for_each(|(sum, x)| *sum += x);
+    };
+    for seed in 11..17 {
+        let found = calibrated(&table(&spec, &noisy(seed)), &spec, &[]);
+        let located = locator(&found, Some(estimator));
+        let taps = table(
+            &fresh(&spec, [21.5, 47.5], 100),
+            &Settings { repeats: 1, zero_every: None, ..noisy(seed + 90) },
+        );
+        for row in data(&taps).rows.iter().filter(|r| r.drive > 0.0) {
+            let at = located.locate(row.drive, row.value);
+            count(&mut fresh_ones, (at.distance - row.a).abs() / at.sigma);
+        }
+        let all = coverage(&found, &locator(&found, None)).all.unwrap();
+        let n = all.n as f64;
+        unseen.iter_mut().zip([n, n * all.within_1, n * all.beyond_3]).for_each(|(sum, x)| *sum += x);
+    }
+    [fresh_ones, unseen].map(|[n, within, beyond]| [within / n, beyond / n])
+}
+
+/// What the ends do when they are left out, and the noise of the zeros, is no error of the rest.
+#[test]
+fn sigma_covers_as_much_as_it_says_on_rigs_of_several_designs() {
+    for d in [4.0, 10.0] {
+        for estimator in [CURVE, TABLE] {
+            for [within, beyond] in shares(d, estimator) {
+                assert!(
+                    (0.60..=0.76).contains(&within) && beyond <= 0.015,
+                    "{d} {estimator:?}: {within} {beyond}"
+                );
+            }
+        }
     }
 }
 

@@ -254,6 +254,84 @@ fn searches_find_what_a_scan_finds() {
     }
 }
 
+/// Whiskers of other models, drives and hubs: neither `tap` nor `optimise` finds worse than any drive, or tip and drive, that a scan by the
+/// reference looks at, and what they say of theirs is what the scan says.
+#[test]
+fn many_whiskers_are_told_as_scans_tell_them() {
+    let displaced = "drive = \"displacement\"";
+    let cases = [
+        ("", "", "", [1.0, 10.0]),
+        ("", "", "[model]\nshear = true\n", [1.0, 10.0]),
+        ("", "", "[model]\nsurface = true\n", [1.0, 10.0]),
+        ("hub = 6", "", "[model]\nsurface = true\nshear = true\n", [1.0, 8.0]),
+        ("", "side = \"far\"", "[model]\nextension = true\npole_radius = 3\nsurface = true\n", [1.0, 8.0]),
+        ("", "", "[model]\nmaterial = { mooney-rivlin = [0.35, 0.15] }\n", [1.0, 8.0]),
+        (
+            "",
+            "strain_limit = 0.02",
+            "[model]\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n",
+            [1.0, 10.0],
+        ),
+        ("", displaced, "", [0.5, 4.0]),
+        ("", displaced, "[model]\nsurface = true\nshear = true\nextension = true\n", [0.5, 4.0]),
+        (
+            "hub = 10",
+            "",
+            "[model]\nshear = true\nextension = true\ncontact = { coulomb = 0.3 }\n",
+            [1.0, 6.0],
+        ),
+    ];
+    let distances = [24.0, 33.0, 45.0];
+    let steps =
+        |[from, to]: [f64; 2], n: u32| move |i: u32| from + (to - from) * f64::from(i) / f64::from(n - 1);
+    for (hub, other, model, ends) in cases {
+        let push = other == displaced;
+        let (key, gauge, tap) = if push { ("delta", "", other) } else { ("theta", other, "") };
+        let text = |d: &str, drive: &str, more: &str| {
+            format!(
+                "[whisker]\nD = 10\n{d}\nL_a = 50\n{hub}\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = {NOISE:e}\n{gauge}\n\
+                 [tap]\na = [24, 33, 45]\n{tap}\n{drive}\n{model}{EXACT}{more}"
+            )
+        };
+        let said = format!("{hub} {other} {model}");
+        let at = |d: f64, drive: f64| {
+            let text = text(&format!("d = {d:?}"), &format!("{key} = {drive:?}"), "");
+            let row = &sweep(&text, REFERENCE).designs.rows[0];
+            let limit = specs::parse(&text).unwrap().study.setup.gauge.strain_limit;
+            let allowed = number(row, "strain_max").is_some_and(|strain| strain <= limit);
+            allowed.then(|| scanned_noise(&text, drive, &distances))
+        };
+        let none_is_better = |found: f64, others: &mut dyn Iterator<Item = Option<f64>>| {
+            let least = others.flatten().fold(f64::INFINITY, f64::min);
+            assert!(least.is_finite() && found <= least * (1.0 + 1e-6), "{said}: {found} against {least}");
+        };
+        let desk = Desk::new(&text("d = 6.0", &format!("{key} = [{}, {}]", ends[0], ends[1]), ""));
+        let found =
+            desk.run(&["tap", "spec.toml", "--backend", "cpu", "--json"]).exits(0).json()["result"].clone();
+        let optimum = &found["optimum"];
+        let total = optimum["total_rms_mm"].as_f64().unwrap();
+        let drive = optimum[if push { "delta_mm" } else { "theta_deg" }].as_f64().unwrap();
+        // A limit is kept to the last digit by the tap, not by its reference.
+        let there = at(6.0, drive).or_else(|| at(6.0, drive * (1.0 - 1e-7))).expect("it is allowed");
+        assert!((total / there - 1.0).abs() < 1e-4, "{said}: {total} against {there} at {drive}");
+        none_is_better(total, &mut (0..7).map(|i| at(6.0, steps(ends, 7)(i))));
+
+        let search_text = format!(
+            "[optimise]\nobjective = \"distance\"\nbudget = {{ evaluations = 500 }}\nvariables = {{ d = [5, 10], {key} = [{}, {}] }}\n",
+            ends[0], ends[1]
+        );
+        let report = search(&text("", "", &search_text), CPU);
+        none_is_better(
+            report.value,
+            &mut (0..12).map(|k| at(steps([5.0, 10.0], 3)(k % 3), steps(ends, 4)(k / 3))),
+        );
+        let best = report.best.point;
+        let there =
+            at(best.d, best.drive).or_else(|| at(best.d, best.drive * (1.0 - 1e-7))).expect("it is allowed");
+        assert!((report.value / there - 1.0).abs() < 1e-4, "{said}: {} against {there}", report.value);
+    }
+}
+
 /// The nominal whisker's model reads what the built one shows; a whisker that is calibrated itself has no bias.
 #[test]
 fn tolerances_are_read_with_the_nominal_model() {

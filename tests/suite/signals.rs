@@ -153,6 +153,29 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
     assert!(desk.names("results/spec-optimise").contains(&"best.toml".to_owned()));
 }
 
+/// Candidates of which each takes a tenth of a second, and sensitivities that take minutes.
+#[test]
+fn a_slow_search_is_stopped_in_time() {
+    let search = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\na = { from = 21, to = 48, steps = 10 }\n\
+                  [estimate]\ntheory = \"exact\"\n[model]\nextension = true\nsurface = true\nshear = true\n\
+                  [optimise]\nobjective = \"distance\"\nbudget = { evaluations = 400 }\n\
+                  variables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\nrobust = { D = 0.05, samples = 64 }\n";
+    let desk = Desk::new(search);
+    let journal = desk.path("results/spec-optimise/.vibrissa-evaluations");
+    for pause in [300, 4000] {
+        let child =
+            start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--force", "--json"]));
+        let written = || std::fs::metadata(&journal).is_ok_and(|m| m.len() > 100);
+        until(written, "the search has not begun");
+        std::thread::sleep(Duration::from_millis(pause));
+        send(&child, SIGINT);
+        let left = ends(child);
+        let object: Value = serde_json::from_slice(&left.stdout).unwrap();
+        assert_eq!((left.status.code(), &object["ok"]), (Some(1), &false.into()), "{object}");
+        assert!(desk.names("results/spec-optimise").contains(&"best.toml".to_owned()));
+    }
+}
+
 /// Starts a benchmark in `out` and stops it when its fourth step begins.
 fn stopped_bench(desk: &Desk, more: &[&str]) -> std::process::Output {
     let line = [&["bench", "--quick", "--backend", "cpu", "--out", "out"], more].concat();

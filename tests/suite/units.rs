@@ -96,6 +96,54 @@ fn angles_in_radians() {
 }
 
 #[test]
+fn what_stands_beside_the_whisker_is_measured_by_it() {
+    let place = |line: &str, key: &str| with(line, &format!("{line}\n{key}"));
+    doubted(
+        &place("D = 10.0", "hub = 5000"),
+        "whisker.toml:4: whisker.hub",
+        &["5 mm, written in micrometres"],
+    );
+    doubted(
+        &place("[model]", "pole_radius = 500"),
+        "whisker.toml:13: model.pole_radius",
+        &["0.5 mm, written in micrometres"],
+    );
+    for (line, key) in [("D = 10.0", "hub = 500"), ("[model]", "pole_radius = 200")] {
+        assert_eq!(doubts(&place(line, key)), [""; 0], "{key}");
+    }
+}
+
+#[test]
+fn factors_of_no_gauge() {
+    let factor = |v: &str| with("l = 2.0", &format!("l = 2.0\nfactor = {v}"));
+    for (v, part) in [
+        ("221", "2.21, written in percent"),
+        ("2.21e-6", "2.21, written in 1/microstrain"),
+        ("0.00221", "2.21, written in 1/millistrain"),
+    ] {
+        doubted(&factor(v), "whisker.toml:9: gauge.factor", &[part]);
+    }
+    for v in ["0.8", "2.21", "175"] {
+        assert_eq!(doubts(&factor(v)), [""; 0], "{v}");
+    }
+}
+
+#[test]
+fn a_calibration_is_doubted_as_its_spec_was() {
+    let rig = prototype(10.0, &["[tap]\na = [21, 30, 40]\ntheta = [2, 4, 6]\n"]);
+    let desk = Desk::new(&rig.replace("x_ss = 5", "x_ss = 5\nfactor = 221"));
+    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    let run = desk.whole("cal");
+    assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("gauge.factor")), "{run}");
+    let ran = desk.pipe(&["locate", "cal/calibration.toml"], "4,0.02\n").exits(0);
+    let parts = ["cal/calibration.toml:", "gauge.factor", "2.21, written in percent"];
+    assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{}", ran.stderr);
+    let read = vibrissa::measure::Rig::read(&desk.path("spec.toml"), None).unwrap();
+    assert!(read.warnings.len() == 1 && read.warnings[0].contains("spec.toml"), "{:?}", read.warnings);
+}
+
+#[test]
 fn moduli_in_pascals_and_gigapascals() {
     let material = |law: &str| with("[model]", &format!("[model]\nmaterial = {{ {law} }}"));
     doubted(
@@ -109,6 +157,7 @@ fn moduli_in_pascals_and_gigapascals() {
         &["0.05 MPa, written in pascals"],
     );
     doubted(&material("yeoh = [5e5, 0, 0]"), "whisker.toml:13: ", &["3 MPa, written in pascals"]);
+    doubted(&material("neo-hookean = 3200"), "whisker.toml:13: ", &["3.2 MPa, written in kPa"]);
     doubted(&material("hooke = 0.0032"), "whisker.toml:13: ", &["3.2 MPa, written in GPa"]);
     for law in ["hooke = 0.05", "neo-hookean = 0.05", "hooke = 10000", "hooke = 200000", "neo-hookean = 100"]
     {
@@ -130,6 +179,14 @@ fn strains_in_percent_and_microstrain() {
     assert_eq!((error.line, error.key.as_deref()), (Some(9), Some("gauge.noise_strain")));
     assert!(error.to_string().contains("15 microstrain are 15e-6"), "{error}");
     parse(&gauge("noise_strain = 0.5")).unwrap_err();
+    // Less than nothing that counts; and less than any gauge has.
+    let error = parse(&gauge("noise_strain = 1e-300")).expect_err("a noise without variance");
+    assert!(error.line == Some(9) && error.to_string().contains("0: none"), "{error}");
+    doubted(
+        &gauge("noise_strain = 1e-13"),
+        "whisker.toml:9: gauge.noise_strain",
+        &["less noise than any gauge"],
+    );
 }
 
 #[test]
@@ -169,6 +226,8 @@ fn real_whiskers_are_not_doubted() {
         [0.1, 0.1, 100.0, 2.0, 0.5, 60.0],
         [2.0, 2.0, 1000.0, 20.0, 3.0, 900.0],
         [4.0, 1.0, 12.0, 1.0, 1.0, 6.0],
+        // An antenna of three metres with a foil gauge at its base.
+        [30.0, 10.0, 3000.0, 2.0, 2.0, 2000.0],
     ] {
         for rest in ["theta = 0.5\n", "theta = [1, 20]\n", "drive = \"displacement\"\ndelta = 0.5\n"] {
             assert_eq!(doubts(&whisker(sizes, rest)), [""; 0], "{sizes:?} {rest}");

@@ -124,6 +124,29 @@ fn what_killed_runs_left_is_removed() {
 }
 
 #[test]
+fn what_a_killed_benchmark_left_is_removed() {
+    let desk = Desk::new(SPEC);
+    for kept in ["out", "tmp"] {
+        std::fs::create_dir(desk.path(kept)).unwrap();
+    }
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
+        .current_dir(desk.path("."))
+        .env("TMPDIR", desk.path("tmp"))
+        .args(["bench", "--quick", "--backend", "cpu", "--quiet", "--out", "out"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The result, its lock, and what the sweeps are written to.
+    until(|| hidden(&desk, "out").len() >= 3);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(desk.names("tmp"), [""; 0]);
+    desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"]).exits(0);
+    assert_eq!(hidden(&desk, "out"), [""; 0]);
+}
+
+#[test]
 fn a_journal_that_is_a_link_or_no_file_is_left_alone() {
     let search = "[optimise]\nobjective = \"distance\"\nbudget = { evaluations = 50 }\nvariables = { theta = [1, 5] }\n";
     let desk = Desk::new(&(SPEC.replace("d = [4, 7]", "d = 4").replace("theta = [1, 4]", "") + search));

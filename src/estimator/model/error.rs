@@ -11,12 +11,44 @@ pub enum ModelError {
     /// The taper ends before the distances do.
     #[error("the whisker cannot be continued so far")]
     TooFar,
+    /// Most taps that were measured have no solution.
+    #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
+    FewTaps {
+        /// Those that have.
+        found: usize,
+        /// All.
+        of: usize,
+    },
     /// Its taps cannot be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),
     /// No backend could be opened.
     #[error(transparent)]
     NotOpened(#[from] Error),
+}
+
+impl ModelError {
+    /// Whether it says that this whisker has no such taps, and not that the computer failed.
+    pub fn is_of_whisker(&self) -> bool {
+        match self {
+            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } | Self::Solve(SolveError::TooHard) => {
+                true
+            }
+            Self::Solve(_) | Self::NotOpened(_) => false,
+        }
+    }
+
+    /// What was found, if the whisker has it.
+    ///
+    /// # Errors
+    /// What [`Self::is_of_whisker`] is false of.
+    pub fn of_run<T>(found: Result<T, Self>) -> Result<Option<T>, Error> {
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(e) if e.is_of_whisker() => Ok(None),
+            Err(e) => Err(e.into()),
+        }
+    }
 }
 
 impl From<ModelError> for Error {

@@ -117,7 +117,7 @@ impl Exact {
     /// Reading expected at a, mm.
     pub fn expected(&self, a: f64, drive: f64) -> f64 {
         let (a, drive) = self.moved(a, drive);
-        self.values[0] * self.surface.value(a, drive) + self.values[7]
+        self.values[0] * self.surface.value(a, drive) + self.values[Parameter::Zero as usize]
     }
 
     /// d reading/da, 1/mm.
@@ -170,7 +170,7 @@ impl Exact {
 
     /// Smallest reading within reach beyond the peak: a smaller one comes from farther out.
     pub fn weakest(&self, slice: &Slice) -> f64 {
-        self.values[0] * slice.value(self.surface.reach[1])
+        self.values[0] * slice.weakest(self.surface.reach[1])
     }
 
     /// Distances covered, mm, as labelled.

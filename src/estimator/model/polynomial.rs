@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Found;
 use super::form::Form;
+use crate::estimator::normal::solve;
 use crate::physics::root::bracketed;
 
 /// Points of the range of signals at which the curve must fall, or rise, as everywhere else.
@@ -153,7 +154,7 @@ impl Polynomial {
         let mut sums = std::collections::BTreeMap::<usize, (f64, f64)>::new();
         let mut without = std::collections::BTreeMap::new();
         for (position, m) in &moments {
-            without.insert(*position, solve(&xx - &m.xx, &(&xy - &m.xy))?.0);
+            without.insert(*position, solve(&(&xx - &m.xx), &(&xy - &m.xy))?.0);
         }
         for p in points {
             let (x, _) = form.terms(&powers, scale, p.signal.ln(), p.drive);
@@ -175,7 +176,7 @@ impl Polynomial {
             xx += &m.xx;
             xy += &m.xy;
         }
-        let (c, inverse) = solve(xx, &xy)?;
+        let (c, inverse) = solve(&xx, &xy)?;
         let mean = |k: &usize| {
             let here = || points.iter().filter(|p| p.position == *k).map(|p| p.a);
             here().sum::<f64>() / here().count() as f64
@@ -302,18 +303,4 @@ fn ranges(points: &[Point]) -> Vec<Range> {
         order.chunk_by(|p, q| groups.centre(p.drive) == groups.centre(q.drive)).map(one).collect();
     let stride = all.len().div_ceil(DRIVES);
     all.into_iter().step_by(stride.max(1)).collect()
-}
-
-/// Solution of the normal equations, and their inverse; `None` where they are singular.
-fn solve(xx: DMatrix<f64>, xy: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let n = xx.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| xx[(i, i)].sqrt()).collect();
-    if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
-        return None;
-    }
-    let scaled = DMatrix::from_fn(n, n, |i, k| xx[(i, k)] / (scale[i] * scale[k]));
-    let inverse = scaled.cholesky()?.inverse();
-    let inverse = DMatrix::from_fn(n, n, |i, k| inverse[(i, k)] / (scale[i] * scale[k]));
-    let c = &inverse * xy;
-    (c.iter().all(|c| c.is_finite()) && inverse.iter().all(|c| c.is_finite())).then_some((c, inverse))
 }

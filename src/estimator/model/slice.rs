@@ -14,13 +14,20 @@ pub struct Slice {
     curve: StrainCurve,
     amount: f64,
     pieces: Vec<([f64; 2], [f64; NODES[0]])>,
+    /// Smallest u with a solution; 0 where nothing was cut off.
+    end: f64,
     /// (u, ε) at points between which there is at most one extremum.
     looks: Vec<(f64, f64)>,
 }
 
 impl Slice {
-    pub(super) fn new(curve: StrainCurve, amount: f64, pieces: Vec<([f64; 2], [f64; NODES[0]])>) -> Self {
-        let mut slice = Self { curve, amount, pieces, looks: Vec::new() };
+    pub(super) fn new(
+        curve: StrainCurve,
+        amount: f64,
+        pieces: Vec<([f64; 2], [f64; NODES[0]])>,
+        end: f64,
+    ) -> Self {
+        let mut slice = Self { curve, amount, pieces, end, looks: Vec::new() };
         let mut looks = Vec::with_capacity(LOOKS * slice.pieces.len() + 1);
         for (i, (u, _)) in slice.pieces.iter().enumerate() {
             let from = usize::from(i > 0);
@@ -43,9 +50,15 @@ impl Slice {
         (self.amount * f * r, self.amount * (df * r + f * dr))
     }
 
-    /// Strain at a, mm.
+    /// Strain at a, mm; NaN where the model has none.
     pub fn value(&self, a: f64) -> f64 {
-        self.at(1.0 / a).0
+        let u = 1.0 / a;
+        if u >= self.end { self.at(u).0 } else { f64::NAN }
+    }
+
+    /// The smallest strain beyond the peak: a smaller one comes from farther out than the distances `to` which it is known.
+    pub fn weakest(&self, to: f64) -> f64 {
+        self.at((1.0 / to).max(self.end)).0
     }
 
     /// dε/da, 1/mm.
@@ -65,6 +78,9 @@ impl Slice {
         };
         for (i, w) in self.looks.windows(2).enumerate() {
             let ((lo, e), (hi, f)) = (w[0], w[1]);
+            if e.is_nan() || f.is_nan() {
+                continue;
+            }
             if (e <= strain) != (f <= strain) {
                 take(lo, hi);
             } else if e < strain && self.may_peak(i) {

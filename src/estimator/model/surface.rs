@@ -21,6 +21,8 @@ pub(super) const NODES: [usize; 2] = [16, 10];
 const FINE: f64 = 1e-8;
 /// Most halvings of u and of the drive: a boundary between sticking and sliding is no polynomial anywhere.
 const HALVINGS: [u32; 2] = [4, 3];
+/// Steps of u in which the farthest tap with a solution is looked for.
+const STEPS: usize = 128;
 
 /// |ε| over contact distance and drive, positive on the side of the gauge.
 #[derive(Debug, Clone)]
@@ -41,6 +43,8 @@ pub struct Surface {
 struct Strip {
     drives: [f64; 2],
     pieces: Vec<Piece>,
+    /// Smallest u with a solution; 0 where nothing was cut off.
+    end: f64,
 }
 
 /// ε/(θ f) over one interval of u.
@@ -55,7 +59,8 @@ struct Piece {
 
 impl Surface {
     /// Solves the model of `setup`, whose whisker is that of `rig`, over `at`. Distances beyond the tip are those of a
-    /// continued taper; the reach is cut at the gauge's near end and short of the apex.
+    /// continued taper; the reach is cut at the gauge's near end and short of the apex, and at large drives where a thin tip follows
+    /// them no farther.
     ///
     /// # Errors
     /// Distances that no whisker has; taps without solutions; a backend that fails.
@@ -97,14 +102,22 @@ impl Surface {
         };
         let mut open = vec![(drives, 0)];
         while let Some((drives, depth)) = open.pop() {
-            let pieces = solver.pieces(&cut, drives)?;
-            let coarse = pieces.iter().any(|p| !p.is_fine(1));
-            if coarse && depth < HALVINGS[1] && drives[0] < drives[1] {
-                let mid = 0.5 * (drives[0] + drives[1]);
-                open.extend([([mid, drives[1]], depth + 1), ([drives[0], mid], depth + 1)]);
-            } else {
-                strips.push(Strip { drives, pieces });
+            let may = depth < HALVINGS[1] && drives[0] < drives[1];
+            let end = solver.end(whole, drives[1])?;
+            let strip = match end > 0.0 && may {
+                true => None,
+                false => Some(solver.pieces(&cut, end, drives)?),
+            };
+            match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
+                Some(pieces) => strips.push(Strip { drives, pieces, end }),
+                None => {
+                    let mid = 0.5 * (drives[0] + drives[1]);
+                    open.extend([([mid, drives[1]], depth + 1), ([drives[0], mid], depth + 1)]);
+                }
             }
+        }
+        if strips.iter().all(|s| s.pieces.is_empty()) {
+            return Err(ModelError::Solve(SolveError::TooHard));
         }
         let tails = strips.iter().flat_map(|s| &s.pieces).map(|p| p.tails[0] + p.tails[1]);
         let error = tails.filter(|t| t.is_finite()).fold(0.0, f64::max);
@@ -116,7 +129,7 @@ impl Surface {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let (u, strip) = (1.0 / a, self.strip(drive));
         let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
-        let Some(piece) = piece else { return f64::NAN };
+        let Some(piece) = piece.filter(|_| u >= strip.end) else { return f64::NAN };
         let y = scaled(strip.drives, drive);
         let mut c = [0.0; NODES[0]];
         c.iter_mut().zip(&piece.coefficients).for_each(|(c, row)| *c = series(row, y).0);
@@ -147,7 +160,7 @@ impl Surface {
             (p.u, c)
         };
         let pieces = strip.pieces.iter().map(contract).collect();
-        Slice::new(self.curve, amount(self.kind, drive), pieces)
+        Slice::new(self.curve, amount(self.kind, drive), pieces, strip.end)
     }
 }
 
@@ -168,10 +181,27 @@ struct Solve<'a> {
 }
 
 impl Solve<'_> {
-    /// Pieces over the intervals `cut` of u, ascending, halved where that is needed.
-    fn pieces(&mut self, cut: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
+    /// The smallest u of a range whose tap by `drive` has a solution, as all of larger u have: 0 where the whole range has, infinite
+    /// where nothing has.
+    fn end(&mut self, range: [f64; 2], drive: f64) -> Result<f64, ModelError> {
+        let mut solved = |us: &[f64]| -> Result<Vec<bool>, ModelError> {
+            let tasks: Vec<Task> = us.iter().map(|u| Task { design: 0, a: 1.0 / u, drive }).collect();
+            Ok(self.evaluator.run(&self.designs, &tasks)?.iter().map(|o| o.strain.is_finite()).collect())
+        };
+        if solved(&range[..1])?[0] {
+            return Ok(0.0);
+        }
+        let step = (range[1] - range[0]) / STEPS as f64;
+        let us: Vec<f64> = (0..=STEPS).map(|k| range[1] - step * k as f64).collect();
+        let found = us.iter().zip(solved(&us)?).take_while(|(_, solved)| *solved).last();
+        Ok(found.map_or(f64::INFINITY, |(u, _)| *u))
+    }
+
+    /// Pieces over the intervals `cut` of u, ascending, from `end` on, halved where that is needed.
+    fn pieces(&mut self, cut: &[[f64; 2]], end: f64, drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let mut done = Vec::new();
-        let mut open: Vec<_> = cut.iter().map(|u| (*u, 0)).collect();
+        let left = cut.iter().filter(|u| u[1] > end).map(|u| [u[0].max(end), u[1]]);
+        let mut open: Vec<_> = left.map(|u| (u, 0)).collect();
         while !open.is_empty() {
             let solved = self.solve(&open.iter().map(|(u, _)| *u).collect::<Vec<_>>(), drives)?;
             let mut next = Vec::new();

@@ -100,15 +100,19 @@ impl Folder {
             let names: Vec<String> = names.iter().chain(&[RUN]).map(|&n| n.to_owned()).collect();
             old = judge(target, &question, &names, force)?;
         }
-        let mut builder = tempfile::Builder::new();
-        let prefix = format!("{PREFIX}{}-", lock.owner);
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let partial =
-            builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))?;
+        let partial = beside(&lock)?;
         let unfinished = Unfinished::new(partial.path());
         let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
         Ok(Self { target, question, inside, old, names, closed, unfinished, partial, lock })
+    }
+
+    /// A folder for what the run needs only while it lasts. What a killed run leaves there the next one removes.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn scratch(&self) -> Result<Scratch, Error> {
+        let folder = beside(&self.lock)?;
+        Ok(Scratch { _unfinished: Unfinished::new(folder.path()), folder })
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
@@ -194,6 +198,29 @@ impl Folder {
             Err(_) => Error::Run(why.to_string()),
         }
     }
+}
+
+/// A folder that goes when this does.
+#[derive(Debug)]
+pub struct Scratch {
+    folder: tempfile::TempDir,
+    _unfinished: Unfinished,
+}
+
+impl Scratch {
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+/// A new folder in the place of `lock`, by whose name it is known whose it was.
+fn beside(lock: &Lock) -> Result<tempfile::TempDir, Error> {
+    let mut builder = tempfile::Builder::new();
+    let prefix = format!("{PREFIX}{}-", lock.owner);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+    builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))
 }
 
 /// The lock in the place where a result for `target` is written.

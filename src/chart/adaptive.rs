@@ -1,0 +1,130 @@
+//! Interpolation on as few points as a function of several variables needs.
+//!
+//! Orders ν = (ν₁ … ν₅) form a lower set: with ν all smaller orders are in it. One Leja point belongs to each, and one surplus for each
+//! function (Chkifa, Cohen, Schwab 2014). From the middle of the box orders are added next to those whose surplus still matters
+//! (Gerstner, Griebel 2003), until none does: one tap for each order, where a tensor product takes ten.
+
+use std::collections::HashMap;
+
+use super::axis::{AXES, ORDERS, Quantity};
+use super::leja;
+use super::series::{Row, Series};
+
+/// Orders over each axis.
+pub type Orders = [u8; AXES];
+
+/// An interpolant of `F` functions.
+#[derive(Debug, Clone)]
+pub struct Interpolant<const F: usize> {
+    values: HashMap<Orders, [f64; F]>,
+    /// Of the orders in `values`.
+    surplus: HashMap<Orders, [f64; F]>,
+    /// Orders that every axis may have; 1 of an axis that is a point.
+    most: [usize; AXES],
+}
+
+impl<const F: usize> Interpolant<F> {
+    /// Of nothing yet; `points` says which axes have one value only.
+    pub fn new(points: [bool; AXES]) -> Self {
+        let mut most = points.map(|point| if point { 1 } else { leja::MOST });
+        most[Quantity::Drive as usize] = most[Quantity::Drive as usize].min(ORDERS);
+        Self { values: HashMap::new(), surplus: HashMap::new(), most }
+    }
+
+    /// x of the point of `orders`.
+    pub fn point(orders: &Orders) -> [f64; AXES] {
+        orders.map(|k| leja::point(usize::from(k)))
+    }
+
+    /// Orders that are asked for next: those with all smaller neighbours there, next to one with a surplus above `least`. Sorted, so that
+    /// the same is asked on every run.
+    pub fn wanted(&self, least: &[f64; F]) -> Vec<Orders> {
+        if self.values.is_empty() {
+            return vec![[0; AXES]];
+        }
+        let matters = |s: &[f64; F]| s.iter().zip(least).any(|(s, least)| s.abs() > *least);
+        let mut wanted: Vec<Orders> = Vec::new();
+        for (orders, _) in self.surplus.iter().filter(|(_, s)| matters(s)) {
+            for axis in 0..AXES {
+                let mut next = *orders;
+                next[axis] += 1;
+                let room = usize::from(next[axis]) < self.most[axis];
+                if room && !self.values.contains_key(&next) && self.admissible(&next) {
+                    wanted.push(next);
+                }
+            }
+        }
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted
+    }
+
+    fn admissible(&self, orders: &Orders) -> bool {
+        (0..AXES).filter(|axis| orders[*axis] > 0).all(|axis| {
+            let mut before = *orders;
+            before[axis] -= 1;
+            self.values.contains_key(&before)
+        })
+    }
+
+    /// Takes the values at the points of `orders`.
+    pub fn add(&mut self, orders: &[Orders], values: &[[f64; F]]) {
+        self.values.extend(orders.iter().copied().zip(values.iter().copied()));
+        self.surplus = self.values.clone();
+        self.transform(leja::surpluses);
+    }
+
+    /// Applies `f` to every line of `surplus` along every axis.
+    fn transform(&mut self, f: fn(&mut [f64])) {
+        for axis in 0..AXES {
+            let starts: Vec<Orders> = self.surplus.keys().filter(|o| o[axis] == 0).copied().collect();
+            for start in starts {
+                let at = |k: u8| {
+                    let mut orders = start;
+                    orders[axis] = k;
+                    orders
+                };
+                let line: Vec<[f64; F]> = (0..).map_while(|k| self.surplus.get(&at(k)).copied()).collect();
+                if line.len() == 1 {
+                    continue;
+                }
+                let mut lines: [Vec<f64>; F] = std::array::from_fn(|i| line.iter().map(|v| v[i]).collect());
+                lines.iter_mut().for_each(|line| f(line));
+                (0..line.len()).for_each(|k| {
+                    self.surplus.insert(at(k as u8), std::array::from_fn(|i| lines[i][k]));
+                });
+            }
+        }
+    }
+
+    /// The series of every function, of terms above its `least`.
+    pub fn series(&self, least: &[f64; F]) -> [Series; F] {
+        let mut chebyshev = self.clone();
+        chebyshev.transform(leja::to_chebyshev);
+        let mut terms: Vec<(Orders, [f64; F])> = chebyshev.surplus.into_iter().collect();
+        terms.sort_unstable_by_key(|t| t.0);
+        std::array::from_fn(|i| {
+            let mut rows: Vec<Row> = Vec::new();
+            for (orders, c) in terms.iter().filter(|(_, c)| c[i].abs() > least[i]) {
+                let [shared @ .., last] = orders.map(usize::from);
+                if rows.last().is_none_or(|row| row.orders != shared) {
+                    rows.push(Row { orders: shared, coefficients: Vec::new() });
+                }
+                let row = rows.last_mut().expect("pushed above");
+                row.coefficients.resize(last + 1, 0.0);
+                row.coefficients[last] = c[i];
+            }
+            Series { rows }
+        })
+    }
+
+    /// Points it goes through.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether it goes through none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+}

@@ -1,0 +1,102 @@
+//! What a tap depends on, scaled by its contact distance, and the variables over which that is smooth.
+
+use crate::physics::chebyshev::{placed, scaled};
+
+/// Axes of a chart.
+pub const AXES: usize = 5;
+
+/// Most orders over the drive, which lanes carry.
+pub const ORDERS: usize = 12;
+
+/// Numbers of a tap in units of its contact distance, in the order of a series: the first is the outermost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// θ, rad, or δ/a.
+    Drive,
+    /// (x2 − x1)/a.
+    Width,
+    /// D/a.
+    Base,
+    /// τa.
+    Taper,
+    /// (x1 + x2)/2a.
+    Place,
+}
+
+impl Quantity {
+    /// All, in order.
+    pub const ALL: [Self; AXES] = [Self::Drive, Self::Width, Self::Base, Self::Taper, Self::Place];
+
+    /// Word in a chart's file.
+    pub fn word(self) -> &'static str {
+        ["drive", "gauge_width_over_a", "D_over_a", "tau_a", "gauge_middle_over_a"][self as usize]
+    }
+}
+
+/// The variable y(q) over which a quantity q is expanded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Map {
+    /// q.
+    Linear,
+    /// q².
+    Square,
+    /// (1 − q)^(−1/2): the rod stiffens, and the lever of a gauge shrinks, with powers of 1 − q.
+    Root,
+    /// 1/(1 − q).
+    Inverse,
+}
+
+impl Map {
+    /// y(q).
+    pub fn of(self, q: f64) -> f64 {
+        match self {
+            Self::Linear => q,
+            Self::Square => q * q,
+            Self::Root => 1.0 / (1.0 - q).sqrt(),
+            Self::Inverse => 1.0 / (1.0 - q),
+        }
+    }
+
+    /// q(y); of squares the one that is not negative.
+    fn back(self, y: f64) -> f64 {
+        match self {
+            Self::Linear => y,
+            Self::Square => y.max(0.0).sqrt(),
+            Self::Root => 1.0 - 1.0 / (y * y),
+            Self::Inverse => 1.0 - 1.0 / y,
+        }
+    }
+}
+
+/// A quantity, its range and its variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Smallest and largest q.
+    pub range: [f64; 2],
+    /// The variable.
+    pub map: Map,
+}
+
+impl Axis {
+    /// Range of the variable.
+    pub fn ends(&self) -> [f64; 2] {
+        self.range.map(|q| self.map.of(q))
+    }
+
+    /// q at x ∈ [−1, 1].
+    pub fn at(&self, x: f64) -> f64 {
+        self.map.back(placed(self.ends(), x)).clamp(self.range[0], self.range[1])
+    }
+
+    /// Place of q in [−1, 1]; 0 where the axis is a point.
+    pub fn place(&self, q: f64) -> f64 {
+        scaled(self.ends(), self.map.of(q))
+    }
+
+    /// Whether it has one value only.
+    pub fn is_point(&self) -> bool {
+        let [lo, hi] = self.range;
+        hi - lo <= 1e-12 * hi.abs().max(lo.abs())
+    }
+}

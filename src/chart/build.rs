@@ -1,0 +1,215 @@
+//! How a chart is made: taps are asked where they matter, and the result is checked at points of its own.
+
+use super::adaptive::Interpolant;
+use super::axis::{AXES, Axis, Quantity};
+use super::series::Series;
+use crate::error::SolveError;
+
+/// Values of functions at a point, or that it has none.
+pub type Value<const F: usize> = Option<[f64; F]>;
+
+/// Gives the values at points, quantities in the order of [`super::axis::Quantity`].
+pub type Ask<'a, const F: usize> = dyn FnMut(&[[f64; AXES]]) -> Result<Vec<Value<F>>, SolveError> + 'a;
+
+/// Bounds on the errors of a function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Largest error.
+    pub error: f64,
+    /// Largest error relative to |value| + `small`.
+    pub relative: f64,
+    /// A small value.
+    pub small: f64,
+}
+
+impl Bound {
+    /// Only the error itself.
+    pub fn of(error: f64) -> Self {
+        Self { error, relative: f64::INFINITY, small: 1.0 }
+    }
+
+    /// `error` of a value by its bounds; at most 1 where it is kept.
+    fn share(&self, value: f64, error: f64) -> f64 {
+        (error / self.error).max(error / (self.relative * (value.abs() + self.small)))
+    }
+
+    /// Surplus below which a term does not matter.
+    fn least(&self) -> f64 {
+        0.2 * self.error.min(self.relative * self.small)
+    }
+}
+
+/// Series over a box.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Built<const F: usize> {
+    /// The box.
+    pub axes: [Axis; AXES],
+    /// One per function.
+    pub series: [Series; F],
+    /// Largest error at the points that checked it.
+    pub errors: [f64; F],
+}
+
+const TAPER: usize = Quantity::Taper as usize;
+
+/// Points that check a chart.
+const CHECKS: usize = 160;
+
+/// Times that terms are added until the check is passed.
+const TRIES: usize = 5;
+
+/// Most points of a chart.
+const MOST: usize = 2600;
+
+/// Times that a box is cut where it holds a point without values.
+const CUTS: usize = 16;
+
+/// Times that a box is cut where the functions are too rough.
+const ROUGH: usize = 1;
+
+/// What is left of the taper, next to whose end the rod depends on it most steeply, where they are.
+const SMOOTHER: f64 = 0.6;
+
+/// Least share of an axis that cuts leave.
+const LEAST_SHARE: f64 = 0.15;
+
+/// The series of `ask` over `axes` within `bounds`. Where some points have no values the box is cut; `None` where that does not help, or
+/// the functions are not smooth enough.
+pub fn build<const F: usize>(
+    axes: [Axis; AXES],
+    bounds: &[Bound; F],
+    ask: &mut Ask<'_, F>,
+) -> Result<Option<Built<F>>, SolveError> {
+    let mut axes = axes;
+    let mut rough = 0;
+    for _ in 0..CUTS {
+        match over(axes, bounds, ask)? {
+            Over::Built(built) => return Ok(Some(built)),
+            Over::Rough if rough < ROUGH && !axes[TAPER].is_point() => {
+                axes[TAPER].range[1] = axes[TAPER].at(SMOOTHER);
+                rough += 1;
+            }
+            Over::Rough => return Ok(None),
+            Over::Without(points) => match cut(&axes, &points) {
+                Some(smaller) => axes = smaller,
+                None => return Ok(None),
+            },
+        }
+    }
+    Ok(None)
+}
+
+/// Values at all points, or the points that have none.
+type Values<const F: usize> = Result<Vec<[f64; F]>, Vec<[f64; AXES]>>;
+
+/// What became of a box.
+enum Over<const F: usize> {
+    Built(Built<F>),
+    /// Points, in [−1, 1] of each axis, without values.
+    Without(Vec<[f64; AXES]>),
+    Rough,
+}
+
+fn over<const F: usize>(
+    axes: [Axis; AXES],
+    bounds: &[Bound; F],
+    ask: &mut Ask<'_, F>,
+) -> Result<Over<F>, SolveError> {
+    let points = axes.map(|a| a.is_point());
+    let place = |x: &[f64; AXES]| -> [f64; AXES] { std::array::from_fn(|k| axes[k].at(x[k])) };
+    let mut values_at = |x: &[[f64; AXES]]| -> Result<Values<F>, SolveError> {
+        let found = ask(&x.iter().map(place).collect::<Vec<_>>())?;
+        let without: Vec<[f64; AXES]> =
+            x.iter().zip(&found).filter(|(_, v)| v.is_none()).map(|(x, _)| *x).collect();
+        Ok(if without.is_empty() { Ok(found.into_iter().flatten().collect()) } else { Err(without) })
+    };
+    // The ends and the inside of the box first: where a cut is needed it is found before much is solved.
+    let checks: Vec<[f64; AXES]> = (0..CHECKS).map(|i| check(i, &points)).collect();
+    let wanted = match values_at(&checks)? {
+        Ok(values) => values,
+        Err(without) => return Ok(Over::Without(without)),
+    };
+    let mut all = Interpolant::<F>::new(points);
+    let mut least = bounds.map(|b| b.least());
+    for _ in 0..TRIES {
+        loop {
+            let orders = all.wanted(&least);
+            if orders.is_empty() {
+                break;
+            }
+            if all.len() + orders.len() > MOST {
+                return Ok(Over::Rough);
+            }
+            let x: Vec<[f64; AXES]> = orders.iter().map(Interpolant::<F>::point).collect();
+            match values_at(&x)? {
+                Ok(values) => all.add(&orders, &values),
+                Err(without) => return Ok(Over::Without(without)),
+            }
+        }
+        let series = all.series(&least);
+        let (mut errors, mut share) = ([0.0f64; F], [0.0f64; F]);
+        for (x, value) in checks.iter().zip(&wanted) {
+            for i in 0..F {
+                let error = (series[i].at(*x) - value[i]).abs();
+                errors[i] = errors[i].max(error);
+                share[i] = share[i].max(bounds[i].share(value[i], error));
+            }
+        }
+        if share.iter().all(|share| *share <= 1.0) {
+            return Ok(Over::Built(Built { axes, series, errors }));
+        }
+        for (least, share) in least.iter_mut().zip(share) {
+            if share > 1.0 {
+                *least /= share.clamp(2.0, 8.0);
+            }
+        }
+    }
+    Ok(Over::Rough)
+}
+
+/// The first `n` points that check a chart over `axes`, as quantities.
+pub fn check_points(axes: &[Axis; AXES], n: usize) -> Vec<[f64; AXES]> {
+    let points = axes.map(|a| a.is_point());
+    let place = |x: [f64; AXES]| std::array::from_fn(|k| axes[k].at(x[k]));
+    (0..n).map(|i| place(check(i, &points))).collect()
+}
+
+/// Point `i` of a check: the first are corners, the others fill the box evenly (Weyl).
+fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
+    // Powers of the inverse of the root of x⁶ = x + 1.
+    const ROOT: f64 = 1.134_724_138_401_519_5;
+    std::array::from_fn(|axis| match (points[axis], i < 1 << AXES) {
+        (true, _) => 0.0,
+        (false, true) => {
+            if i >> axis & 1 == 1 {
+                1.0
+            } else {
+                -1.0
+            }
+        }
+        (false, false) => 2.0 * (0.5 + (i + 1) as f64 * ROOT.powi(-(axis as i32 + 1))).fract() - 1.0,
+    })
+}
+
+/// `axes` without the points `without`, cut along the axis where most is left.
+fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]]) -> Option<[Axis; AXES]> {
+    let mut best: Option<(f64, usize, [f64; 2])> = None;
+    for axis in (0..AXES).filter(|k| !axes[*k].is_point()) {
+        let lowest = without.iter().map(|x| x[axis]).fold(1.0, f64::min);
+        let highest = without.iter().map(|x| x[axis]).fold(-1.0, f64::max);
+        // A step further than the points: where the values end is between them and the others.
+        for ends in [
+            [-1.0, lowest - 0.25 * (lowest + 1.0).clamp(0.1, 0.5)],
+            [highest + 0.25 * (1.0 - highest).clamp(0.1, 0.5), 1.0],
+        ] {
+            let share = 0.5 * (ends[1] - ends[0]);
+            if share >= LEAST_SHARE && best.is_none_or(|(most, ..)| share > most) {
+                best = Some((share, axis, ends));
+            }
+        }
+    }
+    let (_, axis, ends) = best?;
+    let mut smaller = *axes;
+    smaller[axis].range = ends.map(|x| axes[axis].at(x));
+    Some(smaller)
+}

@@ -1,0 +1,263 @@
+//! The chart of one contact distance: what every tap there gives, whatever the model.
+
+use nalgebra::DMatrix;
+
+use super::axis::{AXES, Axis, Map, Quantity};
+use super::build::{Bound, Built, build, check_points};
+use super::taps::Taps;
+use crate::error::SolveError;
+use crate::evaluate::Outcome;
+use crate::physics::{linear::shear_length2, onset::Grip, root::bracketed, taper::Taper};
+use crate::reduce::Sweeps;
+use crate::scene::{Contact, Drive, Material, Setup, Theory};
+use crate::status::Status;
+
+/// What a chart holds of a tap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// δ = ε/(θ f) − 1, f of the estimator's theory: 1/K − 1.
+    Strain,
+    /// c/a − 1.
+    Arc,
+    /// P over that of the linear theory, less 1.
+    Force,
+}
+
+/// Functions of a chart.
+pub const FUNCTIONS: usize = 3;
+
+/// Share of the tolerance that the strain of a chart may be off.
+const SHARE: f64 = 0.1;
+
+/// Share of the tolerance where a contact chooses whether it slides.
+const CHOICE: f64 = 0.3;
+
+/// Share of the tolerance that the arc of a contact may be off that chooses: it tells what T holds it.
+const HELD: f64 = 0.003;
+
+/// Numbers of friction coefficients that are tried between −μ and μ.
+const NODES: [usize; 2] = [3, 5];
+
+/// Error of δ/θᵉ relative to itself, and a small one: keeps SD(K) where K → 1.
+const RELATIVE: f64 = 1e-4;
+const SMALL: f64 = 0.02;
+
+/// Taps that check where contacts choose whether they slide.
+const CHOICES: usize = 128;
+
+/// A chart at one distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistanceChart {
+    /// a, mm.
+    pub a: f64,
+    /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
+    pub power: i32,
+    /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
+    pub branches: Vec<Built<FUNCTIONS>>,
+    /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
+    pub ratios: Vec<f64>,
+    /// Largest error of the strain found where the contact chooses, relative; that of the series where it does not.
+    pub error: f64,
+    /// Of the taps solved to make and to check it.
+    pub sweeps: Sweeps,
+}
+
+/// Power of the drive with which K − 1 vanishes: 2 where the rod does not know the sign of the force, 1 where the theory is the
+/// limit of the model, else 0.
+pub fn power(setup: &Setup) -> i32 {
+    let model = &setup.model;
+    let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
+    let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
+    let limit = frictionless && !model.surface && theory;
+    let even = !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
+    let angle = setup.drive == Drive::Angle;
+    match (limit, even && angle) {
+        (false, _) => 0,
+        (true, false) => 1,
+        (true, true) => 2,
+    }
+}
+
+impl DistanceChart {
+    /// The chart of `setup` at `a` mm over ranges of quantities, whose strain is good to a tenth of `tolerance`.
+    pub fn new(
+        setup: &Setup,
+        a: f64,
+        ranges: [[f64; 2]; AXES],
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        let power = power(setup);
+        let maps = [
+            if power == 2 { Map::Square } else { Map::Linear },
+            Map::Square,
+            Map::Linear,
+            if power == 2 { Map::Inverse } else { Map::Root },
+            Map::Root,
+        ];
+        let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
+        let mut sweeps = Sweeps::default();
+        let job = (power, tolerance);
+        let Contact::Coulomb(mu) = setup.model.contact else {
+            let Some(built) = branch(setup, (a, None), axes, job, &mut sweeps)? else { return Ok(None) };
+            return Ok(Some(Self::of(a, power, vec![built], Vec::new(), sweeps)));
+        };
+        if mu == 0.0 {
+            let frictionless = Some(Grip::Slide(0.0));
+            let Some(built) = branch(setup, (a, frictionless), axes, job, &mut sweeps)? else {
+                return Ok(None);
+            };
+            return Ok(Some(Self::of(a, power, vec![built], Vec::new(), sweeps)));
+        }
+        // By their ratios, all over one box.
+        let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
+        for nodes in NODES {
+            let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
+            while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
+                let grip = Some(Grip::Slide(*ratio));
+                let Some(built) = branch(setup, (a, grip), axes, job, &mut sweeps)? else { return Ok(None) };
+                if built.axes != axes {
+                    axes = built.axes;
+                    known.clear();
+                }
+                known.push((*ratio, built));
+            }
+            known.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let branches = known.iter().map(|(_, built)| built.clone()).collect();
+            let mut chart = Self::of(a, power, branches, ratios, sweeps);
+            chart.error = chart.choice(setup)?;
+            if chart.error <= CHOICE * tolerance {
+                return Ok(Some(chart));
+            }
+            sweeps = chart.sweeps;
+        }
+        Ok(None)
+    }
+
+    fn of(a: f64, power: i32, branches: Vec<Built<FUNCTIONS>>, ratios: Vec<f64>, sweeps: Sweeps) -> Self {
+        let error =
+            |b: &Built<FUNCTIONS>| b.errors[0] * b.axes[Quantity::Drive as usize].range[1].powi(power);
+        let error = branches.iter().map(error).fold(0.0, f64::max);
+        Self { a, power, branches, ratios, error, sweeps }
+    }
+
+    /// Where it holds.
+    pub fn axes(&self) -> &[Axis; AXES] {
+        &self.branches[0].axes
+    }
+
+    /// Largest error of the strain where the contact chooses whether it slides.
+    fn choice(&mut self, setup: &Setup) -> Result<f64, SolveError> {
+        let mut taps = Taps::new(setup, self.a, None, 1e-8);
+        let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
+        let found = taps.solve(&points)?;
+        self.sweeps.merge(&taps.sweeps);
+        let error = |(q, o): (&[f64; AXES], &Outcome)| {
+            let [strain, ..] = self.at(q);
+            o.deviation.is_finite().then(|| (strain + o.deviation / (1.0 + o.deviation)).abs())
+        };
+        Ok(points.iter().zip(&found).filter_map(error).fold(0.0, f64::max))
+    }
+
+    /// The functions at quantities `q`, in the order of [`Function`].
+    pub fn at(&self, q: &[f64; AXES]) -> [f64; FUNCTIONS] {
+        let x = std::array::from_fn(|k| self.axes()[k].place(q[k]));
+        let scale = q[Quantity::Drive as usize].powi(self.power);
+        let read =
+            |b: &Built<FUNCTIONS>| -> [f64; FUNCTIONS] { std::array::from_fn(|f| b.series[f].at(x) * scale) };
+        if self.ratios.is_empty() {
+            return read(&self.branches[0]);
+        }
+        let values: Vec<[f64; FUNCTIONS]> = self.branches.iter().map(read).collect();
+        let back = matrix_at(&lobatto(values.len()));
+        let over = |f: usize| -> Vec<f64> {
+            back.iter().map(|row| row.iter().zip(&values).map(|(m, v)| m * v[f]).sum()).collect()
+        };
+        let [first, .., last] = values.as_slice() else { return read(&self.branches[0]) };
+        let arc = Function::Arc as usize;
+        // Tangential forces that pull the whisker outwards shorten the arc.
+        let share = match () {
+            () if last[arc] >= 0.0 => 1.0,
+            () if first[arc] <= 0.0 => -1.0,
+            () => bracketed(|x| polynomial(&over(arc), x), -1.0, 1.0),
+        };
+        std::array::from_fn(|f| polynomial(&over(f), share))
+    }
+}
+
+fn polynomial(c: &[f64], x: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// n points from −1 to 1 where the polynomial of order n − 1 is steepest bounded (Chebyshev, Lobatto).
+pub fn lobatto(n: usize) -> Vec<f64> {
+    let at = |k: usize| 2 * k as i64 - (n as i64 - 1);
+    (0..n).map(|k| (0.5 * std::f64::consts::PI * at(k) as f64 / (n - 1) as f64).sin()).collect()
+}
+
+/// Powers of x from values at `points`: the row of each power.
+pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
+    let n = points.len();
+    let vandermonde = DMatrix::from_fn(n, n, |i, k| points[i].powi(k as i32));
+    let inverse = vandermonde.try_inverse().unwrap_or_else(|| DMatrix::zeros(n, n));
+    (0..n).map(|k| (0..n).map(|i| inverse[(k, i)]).collect()).collect()
+}
+
+/// Box and series of taps at `a` mm held by `grip`.
+fn branch(
+    setup: &Setup,
+    (a, grip): (f64, Option<Grip>),
+    axes: [Axis; AXES],
+    (power, tolerance): (i32, f64),
+    sweeps: &mut Sweeps,
+) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
+    let most = axes[Quantity::Drive as usize].range[1].powi(power);
+    let strain = SHARE * tolerance / most;
+    let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
+    let bounds = [
+        match power {
+            0 => Bound::of(strain),
+            _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
+        },
+        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
+        Bound::of(10.0 * SHARE * tolerance / most),
+    ];
+    // Where K → 1 at small drives the solutions must be good relative to K − 1.
+    let solved = match (power, chooses) {
+        (0, false) => 1e-8,
+        (0, true) => 1e-9,
+        _ => 1e-10,
+    };
+    let mut taps = Taps::new(setup, a, grip, solved);
+    let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
+        let bad =
+            [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
+        if bad.iter().any(|s| o.status.has(*s)) || !o.deviation.is_finite() {
+            return None;
+        }
+        let scale = q[Quantity::Drive as usize].powi(power);
+        let linear = linear_force(setup, a, q);
+        let values = [-o.deviation / (1.0 + o.deviation), o.arc / a - 1.0, o.normal_force / linear - 1.0];
+        Some(values.map(|v| v / scale)).filter(|v| v.iter().all(|v| v.is_finite()))
+    };
+    let built = build(axes, &bounds, &mut |q| {
+        let found = taps.solve(q)?;
+        Ok(q.iter().zip(&found).map(|(q, o)| value(q, o)).collect())
+    })?;
+    sweeps.merge(&taps.sweeps);
+    Ok(built)
+}
+
+/// P of the linear theory, with shear where the model has it, N.
+pub fn linear_force(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
+    let diameter = q[Quantity::Base as usize] * a;
+    let rest = 1.0 - q[Quantity::Taper as usize];
+    let stiffness = 3.0 * std::f64::consts::PI * setup.model.material.e0() * diameter.powi(4) / 64.0;
+    let reach = match setup.drive {
+        Drive::Angle => (a + setup.hub) / a.powi(3),
+        // The drive is δ/a.
+        Drive::Displacement => 1.0 / (a * a),
+    };
+    let taper = Taper { D: diameter, tau: q[Quantity::Taper as usize] / a, tan_alpha: 0.0 };
+    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) / (a * a) } else { 0.0 };
+    q[Quantity::Drive as usize] * stiffness * rest * reach / (1.0 + shear)
+}

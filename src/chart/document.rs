@@ -1,0 +1,49 @@
+//! Charts as a document: for pages and robots.
+
+use serde_json::{Value, json};
+
+use super::axis::Quantity;
+use super::distance::DistanceChart;
+use super::series::{Row, Series};
+use crate::scene::{Drive, Setup};
+
+/// Version of the format.
+const FORMAT: u32 = 1;
+
+/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_width) T_k(x_D) T_m(x_τ) T_n(x_middle) over the terms of
+/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value.
+pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
+    let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
+    json!({
+        "vibrissa_chart": FORMAT,
+        "version": env!("CARGO_PKG_VERSION"),
+        "drive": drive,
+        "hub_mm": setup.hub,
+        "functions": ["strain_over_theory_less_1", "arc_over_a_less_1", "force_over_linear_less_1"],
+        "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)" },
+        "charts": charts.iter().map(one).collect::<Vec<_>>(),
+    })
+}
+
+fn one(chart: &DistanceChart) -> Value {
+    let axis = |quantity: Quantity| {
+        let axis = &chart.axes()[quantity as usize];
+        json!({ "quantity": quantity.word(), "variable": axis.map, "range": axis.range })
+    };
+    let branch = |k: usize| {
+        let series: Vec<Value> = chart.branches[k].series.iter().map(terms).collect();
+        json!({ "T_over_P": chart.ratios.get(k), "errors": chart.branches[k].errors, "series": series })
+    };
+    json!({
+        "a_mm": chart.a,
+        "power": chart.power,
+        "strain_error": chart.error,
+        "axes": Quantity::ALL.map(axis),
+        "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
+    })
+}
+
+/// Terms as rows: orders over all axes but the last, then coefficients of ascending order over the last.
+fn terms(series: &Series) -> Value {
+    json!(series.rows.iter().map(|row: &Row| json!([row.orders, row.coefficients])).collect::<Vec<_>>())
+}

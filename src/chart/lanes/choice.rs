@@ -1,0 +1,114 @@
+//! Whether a contact with friction slides, and what it gives, in lanes.
+//!
+//! It slides where the whisker moves along the object against the friction, and sticks where neither sign of it lets it move; there T/P is
+//! what holds the arc. So the sliding solutions at a few T/P between −μ and μ, smooth in T/P, tell it all.
+
+use super::Lanes;
+use super::read::{Flat, dot};
+use crate::chart::axis::AXES;
+use crate::chart::distance::{FUNCTIONS, lobatto, matrix_at};
+
+/// Most branches of a contact with friction.
+const MOST_BRANCHES: usize = 5;
+
+/// For each number of branches: powers of T/(μP) from values at them.
+#[derive(Debug)]
+pub(super) struct Choice {
+    powers: Vec<Vec<[f32; MOST_BRANCHES]>>,
+}
+
+impl Choice {
+    pub fn new() -> Self {
+        let powers = |n: usize| match n {
+            0..3 => Vec::new(),
+            n => matrix_at(&lobatto(n)).iter().map(|row| super::narrow(row)).collect(),
+        };
+        Self { powers: (0..=MOST_BRANCHES).map(powers).collect() }
+    }
+
+    /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's own drive; and T/(μP): ±1 where it slides.
+    #[inline(always)]
+    pub fn read<const FMA: bool, const FORCE: bool>(
+        &self,
+        branches: &[[Flat; FUNCTIONS]],
+        basis: &[Vec<Lanes<FMA>>; AXES],
+        products: &[Lanes<FMA>],
+    ) -> ([Lanes<FMA>; FUNCTIONS], Lanes<FMA>) {
+        let of = Lanes::<FMA>::of;
+        let (zero, n) = (of(0.0), branches.len());
+        let at = (basis, products);
+        let high = one(&branches[n - 1][1], at);
+        if n == 1 || zero.all_at_most(high) {
+            return (rest::<FMA, FORCE>(&branches[n - 1], high, at), of(1.0));
+        }
+        let low = one(&branches[0][1], at);
+        if low.all_at_most(zero) {
+            return (rest::<FMA, FORCE>(&branches[0], low, at), of(-1.0));
+        }
+        let mut powers = [[zero; FUNCTIONS]; MOST_BRANCHES];
+        for k in 0..n {
+            let arc = match k {
+                0 => low,
+                k if k == n - 1 => high,
+                k => one(&branches[k][1], at),
+            };
+            let values = rest::<FMA, FORCE>(&branches[k], arc, at);
+            for (row, power) in self.powers[n].iter().zip(&mut powers) {
+                let m = Lanes::<FMA>::splat(row[k]);
+                for (power, value) in power.iter_mut().zip(values) {
+                    *power = m.mul_add(value, *power);
+                }
+            }
+        }
+        // The arc falls evenly with T.
+        let mut share = (low + high) / (low - high);
+        for _ in 0..4 {
+            let (value, slope) = polynomial(&powers[..n], 1, share);
+            share = (share - value / slope).max(of(-1.0)).min(of(1.0));
+        }
+        share = high.if_less(zero, low.if_less(zero, of(-1.0), share), of(1.0));
+        let slides = share.abs().if_less(of(1.0), zero, of(1.0));
+        let strain = polynomial(&powers[..n], 0, share).0;
+        let arc = polynomial(&powers[..n], 1, share).0;
+        let force = polynomial(&powers[..n], 2, share).0;
+        ([strain, of(0.5).if_less(slides, arc, zero), force], share)
+    }
+}
+
+/// Polynomials over the axes, and products of some.
+type At<'a, const FMA: bool> = (&'a [Vec<Lanes<FMA>>; AXES], &'a [Lanes<FMA>]);
+
+// Functions and no closures: what is not inlined would not be compiled for the instruction set of its caller.
+
+/// A series at each lane's own drive.
+#[inline(always)]
+fn one<const FMA: bool>(flat: &Flat, (basis, products): At<'_, FMA>) -> Lanes<FMA> {
+    dot(&flat.read(basis, products), &basis[0])
+}
+
+/// The functions of a branch whose arc is known.
+#[inline(always)]
+fn rest<const FMA: bool, const FORCE: bool>(
+    [strain, _, force]: &[Flat; FUNCTIONS],
+    arc: Lanes<FMA>,
+    at: At<'_, FMA>,
+) -> [Lanes<FMA>; FUNCTIONS] {
+    let force = if FORCE { one(force, at) } else { Lanes::<FMA>::of(0.0) };
+    [one(strain, at), arc, force]
+}
+
+/// Value and slope of function `f` at `x`, from its powers.
+#[inline(always)]
+fn polynomial<const FMA: bool>(
+    powers: &[[Lanes<FMA>; FUNCTIONS]],
+    f: usize,
+    x: Lanes<FMA>,
+) -> (Lanes<FMA>, Lanes<FMA>) {
+    let n = powers.len();
+    let (mut value, mut slope) = (powers[n - 1][f], Lanes::<FMA>::of(0.0));
+    for power in powers[..n - 1].iter().rev() {
+        slope = slope.mul_add(x, value);
+        value = value.mul_add(x, power[f]);
+    }
+    (value, slope)
+}

@@ -1,0 +1,414 @@
+//! Designs in lanes: their rows of statistics from the charts of their distances, in f32.
+//!
+//! # Theory
+//! A chart gives δ = ε/(θ f) − 1 = 1/K − 1 of a tap as θᵉ times a series over its drive (θ, or δ in mm). At a few points over the drives
+//! that designs share this becomes (K − 1)/θᵉ, again a series Σ_k κ_k T_k: the mean of K over the distances is the series of the mean
+//! coefficients, and `SD² = θ²ᵉ Σ_kl Cov(κ_k, κ_l) T_k T_l`. A row costs a few flops however many distances it has. The covariances are
+//! centred before they are summed (Welford), so nothing cancels.
+//!
+//! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, whose left side is a product of growth factors
+//! composed as a + b + ab: the error â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
+
+// Index loops are what the lanes vectorise on.
+#![allow(clippy::needless_range_loop)]
+
+mod choice;
+mod estimate;
+mod outcome;
+mod read;
+mod rows;
+mod tap;
+
+use super::axis::{AXES, Map, ORDERS, Quantity};
+use super::build::Built;
+use super::distance::{DistanceChart, FUNCTIONS, Function};
+use super::scope::Scope;
+use crate::design::amount;
+use crate::kernel::cpu::{Cpu, Pack};
+use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
+use crate::physics::linear::shear_length2;
+use crate::physics::taper::Taper;
+use crate::scene::{Convention, Drive, Per, RankBy, Theory, Tuple};
+pub use crate::smooth::lanes::{Found, Words};
+use choice::Choice;
+use estimate::Edges;
+pub use outcome::{Read, Readings};
+use read::{Flat, Products};
+use rows::Rows;
+use tap::Tap;
+
+/// Designs that go together.
+pub const LANES: usize = 16;
+
+/// Pairs of orders.
+const PAIRS: usize = ORDERS * (ORDERS + 1) / 2;
+
+type Lanes<const FMA: bool> = Pack<f32, LANES, FMA>;
+
+/// Constants of a scope in single precision.
+#[derive(Debug)]
+pub struct Tables {
+    distances: Vec<Distance>,
+    angles: Vec<Angle>,
+    /// Points over the drives that designs share; 1 where each has its own.
+    points: usize,
+    /// Coefficients from values at the points.
+    from_points: Vec<[f32; ORDERS]>,
+    /// (drive at a point)ᵉ.
+    powers: Vec<f32>,
+    power: i32,
+    /// Drives are shared, but every tap is read at its own.
+    apart: bool,
+    choice: Choice,
+    /// What the estimate's theory has beside the plain formula.
+    theory: Plain,
+    strain_limit: f32,
+    noise: f32,
+    fixed: Option<f32>,
+    elongation: bool,
+    kind: Drive,
+    by: RankBy,
+    per: Per,
+}
+
+/// Hub, displacement and shear in the theory of the estimate.
+#[derive(Debug, Clone, Copy)]
+struct Plain {
+    /// r₀, mm.
+    hub: f32,
+    /// u in place of 1 + r₀u.
+    displaced: bool,
+    /// S/D².
+    shear: f32,
+    /// None of them.
+    plain: bool,
+}
+
+/// A contact distance and its chart.
+#[derive(Debug)]
+struct Distance {
+    a: f32,
+    inverse: f32,
+    /// η at both ends of the range of interest.
+    ends: [f32; 2],
+    /// What the chart's functions are multiplied by for the drive's power in mm.
+    scale: f32,
+    /// Scale and shift of each variable.
+    affine: [[f32; 2]; AXES],
+    maps: [Map; AXES],
+    /// Orders over each axis.
+    sizes: [usize; AXES],
+    /// Values of the polynomials over the drive at the points.
+    at_points: Vec<[f32; ORDERS]>,
+    /// Of all its series.
+    products: Products,
+    /// Strain, arc and force of each branch.
+    branches: Vec<[Flat; FUNCTIONS]>,
+    /// Bound on c/a − 1 over driveᵉ in the chart.
+    most_arc: f32,
+}
+
+/// A drive that all designs share.
+#[derive(Debug)]
+struct Angle {
+    /// Degrees or mm.
+    asked: f64,
+    /// rad or mm.
+    drive: f32,
+    /// Its power e.
+    power: f32,
+    /// T_k.
+    basis: [f32; ORDERS],
+    /// T_k T_l for k ≤ l, twice off the diagonal.
+    products: [f32; PAIRS],
+    /// Place in the layout.
+    place: u32,
+}
+
+/// Whether lanes of eight with fused operations are there.
+fn fused() -> bool {
+    Cpu::instructions() == "avx2+fma"
+}
+
+impl Distance {
+    /// Of `chart`; `ends` as in [`Scope`], `drives` those at the points of series over the drive.
+    fn new(chart: &DistanceChart, kind: Drive, ends: [f64; 2], drives: &[f64]) -> Self {
+        let axes = chart.axes();
+        let affine = |axis: &super::axis::Axis| {
+            let shift = scaled(axis.ends(), 0.0);
+            match axis.is_point() {
+                true => [0.0, 0.0],
+                false => [(scaled(axis.ends(), 1.0) - shift) as f32, shift as f32],
+            }
+        };
+        let per_mm = if kind == Drive::Displacement { 1.0 / chart.a } else { 1.0 };
+        let all = [Function::Strain, Function::Arc, Function::Force];
+        let series = || chart.branches.iter().flat_map(|b| all.map(|f| &b.series[f as usize]));
+        let sizes: Vec<[usize; AXES]> = series().map(|s| s.sizes()).collect();
+        let scale = per_mm.powi(chart.power);
+        let mut products = Products::default();
+        let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
+        let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale) as f32;
+        Self {
+            a: chart.a as f32,
+            inverse: (1.0 / chart.a) as f32,
+            ends: ends.map(|e| e as f32),
+            scale: scale as f32,
+            affine: axes.each_ref().map(affine),
+            maps: axes.each_ref().map(|axis| axis.map),
+            sizes: std::array::from_fn(|k| sizes.iter().map(|s| s[k]).max().unwrap_or(1)),
+            at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
+            branches: chart
+                .branches
+                .iter()
+                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], &mut products)))
+                .collect(),
+            products,
+            most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
+        }
+    }
+
+    /// Chebyshev polynomials at quantities, from axis `first` on.
+    #[inline(always)]
+    fn polynomials<const FMA: bool>(
+        &self,
+        quantities: &[Lanes<FMA>; AXES],
+        first: usize,
+        basis: &mut [Vec<Lanes<FMA>>; AXES],
+        products: &mut [Lanes<FMA>],
+    ) {
+        let one = Lanes::<FMA>::of(1.0);
+        for k in first..AXES {
+            let q = quantities[k];
+            let y = match self.maps[k] {
+                Map::Linear => q,
+                Map::Square => q * q,
+                Map::Root => (one / (one - q)).sqrt(),
+                Map::Inverse => one / (one - q),
+            };
+            let [scale, shift] = self.affine[k].map(Pack::splat);
+            read::polynomials(y.mul_add(scale, shift), self.sizes[k], &mut basis[k]);
+        }
+        self.products.fill(basis, products);
+    }
+}
+
+fn narrow<const N: usize>(v: &[f64]) -> [f32; N] {
+    std::array::from_fn(|k| v.get(k).map_or(0.0, |&x| x as f32))
+}
+
+fn wide(v: &[f64]) -> [f32; ORDERS] {
+    narrow(v)
+}
+
+impl Tables {
+    /// Tables of `scope`; `None` where its drives need more orders than lanes carry.
+    pub fn new(scope: &Scope) -> Option<Self> {
+        let setup = &scope.setup;
+        let power = scope.charts.first()?.power;
+        // Where a contact may stick its taps are no series over the drive.
+        let chooses = scope.charts.iter().any(|c| !c.ratios.is_empty());
+        let own = scope.drives.is_empty() || chooses;
+        let orders = scope
+            .charts
+            .iter()
+            .map(|c| c.branches.iter().map(|b| b.series[0].sizes()[0]).max().unwrap_or(1))
+            .max()?;
+        let n = if own { 1 } else { (orders + 1).min(ORDERS) };
+        if orders > ORDERS {
+            return None;
+        }
+        let ends = [scope.drives.first(), scope.drives.last()].map(|d| d.map_or(f64::NAN, |d| d.0));
+        let map = if power == 2 { Map::Square } else { Map::Linear };
+        let common = ends.map(|d| map.of(d));
+        // Drives at the points; where there is one drive only they are all the same.
+        let back = |y: f64| if power == 2 { y.max(0.0).sqrt() } else { y };
+        let drives: Vec<f64> = points(n).into_iter().map(|x| back(placed(common, x))).collect();
+        let shared = if own { Vec::new() } else { drives.clone() };
+        let distance =
+            |(chart, ends): (&DistanceChart, &[f64; 2])| Distance::new(chart, setup.drive, *ends, &shared);
+        let angle = |&(drive, asked, place): &(f64, f64, u32)| {
+            let t = basis(n, scaled(common, map.of(drive)));
+            let mut products = [0.0; PAIRS];
+            let mut at = 0;
+            for k in 0..n {
+                for l in k..n {
+                    products[at] = (t[k] * t[l] * if k == l { 1.0 } else { 2.0 }) as f32;
+                    at += 1;
+                }
+            }
+            Angle {
+                asked,
+                drive: drive as f32,
+                power: drive.powi(power) as f32,
+                basis: wide(&t),
+                products,
+                place,
+            }
+        };
+        let unit = Taper { D: 1.0, tau: 0.0, tan_alpha: 0.0 };
+        let with_shear = setup.estimate.theory == Theory::Timoshenko;
+        let shear = if with_shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 };
+        let displaced = setup.drive == Drive::Displacement;
+        let hub = if displaced { 0.0 } else { setup.hub as f32 };
+        Some(Self {
+            distances: scope.charts.iter().zip(&scope.ends).map(distance).collect(),
+            angles: scope.drives.iter().map(angle).collect(),
+            points: n,
+            from_points: matrix(n).iter().map(|row| wide(row)).collect(),
+            powers: drives.iter().map(|d| d.powi(power) as f32).collect(),
+            power,
+            apart: chooses && !scope.drives.is_empty(),
+            choice: Choice::new(),
+            theory: Plain { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
+            strain_limit: setup.gauge.strain_limit as f32,
+            noise: setup.gauge.noise_strain.unwrap_or(0.0) as f32,
+            fixed: setup.estimate.k.map(|k| (k - 1.0) as f32),
+            elongation: setup.estimate.convention == Convention::Elongation,
+            kind: setup.drive,
+            by: scope.rank.by,
+            per: scope.rank.per,
+        })
+    }
+
+    /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
+    pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        #[cfg(target_arch = "x86_64")]
+        if fused() {
+            // SAFETY: the CPU has just been found to have both features.
+            unsafe { self.rank_avx2(ks, tuples, bound, found) };
+            return;
+        }
+        self.rank_lanes::<{ cfg!(target_arch = "aarch64") }>(ks, tuples, bound, found);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn rank_avx2(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        self.rank_lanes::<true>(ks, tuples, bound, found);
+    }
+
+    #[inline(always)]
+    fn rank_lanes<const FMA: bool>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        let mut scratch = Scratch::<FMA>::new(self);
+        if self.apart {
+            for (k, tuple) in ks.iter().zip(tuples) {
+                self.rank_apart(*k, tuple, bound, &mut scratch, found);
+            }
+            return;
+        }
+        let places = [0; LANES];
+        for (ks, tuples) in ks.chunks(LANES).zip(tuples.chunks(LANES)) {
+            if self.angles.is_empty() {
+                let rows = Rows::new::<true>(self, ks.len(), tuples, &mut scratch);
+                rows.count_and_rank::<true>(self, (ks, &places), bound, &mut scratch, found);
+            } else {
+                let rows = Rows::new::<false>(self, ks.len(), tuples, &mut scratch);
+                rows.count_and_rank::<false>(self, (ks, &places), bound, &mut scratch, found);
+            }
+        }
+    }
+
+    /// Rows of the design `k`, each read at its own drive.
+    #[inline(always)]
+    fn rank_apart<const FMA: bool>(
+        &self,
+        k: u64,
+        tuple: &Tuple,
+        bound: f32,
+        scratch: &mut Scratch<FMA>,
+        found: &mut Found,
+    ) {
+        let mut all = Found::default();
+        for angles in self.angles.chunks(LANES) {
+            let mut tuples = [*tuple; LANES];
+            let mut places = [0; LANES];
+            for ((tuple, place), angle) in tuples.iter_mut().zip(&mut places).zip(angles) {
+                (tuple.drive, *place) = (angle.asked, angle.place);
+            }
+            let (ks, n) = ([k; LANES], angles.len());
+            let rows = Rows::new::<true>(self, n, &tuples[..n], scratch);
+            rows.count_and_rank::<true>(self, (&ks[..n], &places), bound, scratch, &mut all);
+            if !all.hard.is_empty() {
+                found.hard.push(k);
+                return;
+            }
+        }
+        if self.per == Per::Design {
+            all.complete = all.complete.min(1);
+            all.rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+            all.rows.truncate(1);
+        }
+        found.merge(all);
+    }
+
+    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
+    pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        #[cfg(target_arch = "x86_64")]
+        if fused() {
+            // SAFETY: the CPU has just been found to have both features.
+            return unsafe { self.deviations_avx2(taps) };
+        }
+        self.deviations_lanes::<{ cfg!(target_arch = "aarch64") }>(taps)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn deviations_avx2(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        self.deviations_lanes::<true>(taps)
+    }
+
+    #[inline(always)]
+    fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        let mut scratch = Scratch::<FMA>::new(self);
+        let mut found = Vec::with_capacity(taps.len());
+        for taps in taps.chunks(LANES) {
+            let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
+            let own = self.angles.is_empty() || self.apart;
+            let rows = match own {
+                true => Rows::new::<true>(self, taps.len(), &tuples, &mut scratch),
+                false => Rows::new::<false>(self, taps.len(), &tuples, &mut scratch),
+            };
+            for (lane, (tuple, i)) in taps.iter().enumerate() {
+                let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);
+                let drive = amount(self.kind, tuple.drive) as f32;
+                let shared = self.angles.iter().find(|a| !own && a.drive == drive);
+                let deviation = match shared {
+                    Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),
+                    None if own => rows.own[1].0[lane] * kappa[0],
+                    None => f32::NAN,
+                };
+                found.push(f64::from(deviation));
+            }
+        }
+        found
+    }
+}
+
+/// Memory of a pack, used again by the next.
+struct Scratch<const FMA: bool> {
+    /// Chebyshev polynomials over each axis.
+    basis: [Vec<Lanes<FMA>>; AXES],
+    /// Products of those over taper and place.
+    products: Vec<Lanes<FMA>>,
+    /// A tap per distance.
+    taps: Vec<Tap<Lanes<FMA>>>,
+    /// Where its words begin.
+    edges: Vec<Edges<Lanes<FMA>>>,
+}
+
+impl<const FMA: bool> Scratch<FMA> {
+    #[inline(always)]
+    fn new(tables: &Tables) -> Self {
+        let most = |k: usize| tables.distances.iter().map(|d| d.sizes[k]).max().unwrap_or(1).max(2);
+        Self {
+            basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
+            products: vec![
+                Pack::default();
+                tables.distances.iter().map(|d| d.products.len()).max().unwrap_or(0)
+            ],
+            taps: vec![Tap::default(); tables.distances.len()],
+            edges: Vec::with_capacity(tables.distances.len()),
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Single taps read in lanes.
+
+use super::choice::Choice;
+use super::{Distance, LANES, Lanes, fused};
+use crate::chart::axis::AXES;
+use crate::chart::distance::{DistanceChart, FUNCTIONS};
+use crate::kernel::cpu::Pack;
+use crate::scene::Drive;
+
+/// What charts say of a tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Read {
+    /// δ = ε/(θ f) − 1, c/a − 1, and P over that of the linear theory, less 1.
+    pub functions: [f32; FUNCTIONS],
+    /// T/(μP), where the contact chooses.
+    pub share: f32,
+}
+
+/// Charts of some distances, to be read at single taps.
+#[derive(Debug)]
+pub struct Readings {
+    distances: Vec<Distance>,
+    choice: Choice,
+    power: i32,
+    displaced: bool,
+}
+
+impl Readings {
+    /// Of `charts`, all of one model.
+    pub fn new(charts: &[DistanceChart], kind: Drive) -> Self {
+        Self {
+            distances: charts.iter().map(|chart| Distance::new(chart, kind, [0.0; 2], &[])).collect(),
+            choice: Choice::new(),
+            power: charts.first().map_or(0, |chart| chart.power),
+            displaced: kind == Drive::Displacement,
+        }
+    }
+
+    /// Taps at distance `i`; their quantities, the drive in rad or mm, within its chart.
+    pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+        #[cfg(target_arch = "x86_64")]
+        if fused() {
+            // SAFETY: the CPU has just been found to have both features.
+            unsafe { self.read_avx2(i, quantities, out) };
+            return;
+        }
+        self.read_lanes::<{ cfg!(target_arch = "aarch64") }>(i, quantities, out);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn read_avx2(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+        self.read_lanes::<true>(i, quantities, out);
+    }
+
+    #[inline(always)]
+    fn read_lanes<const FMA: bool>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+        let distance = &self.distances[i];
+        let of = Lanes::<FMA>::of;
+        let mut basis: [Vec<Lanes<FMA>>; AXES] =
+            std::array::from_fn(|k| vec![of(0.0); distance.sizes[k].max(2)]);
+        let mut products = vec![of(0.0); distance.products.len()];
+        for part in quantities.chunks(LANES) {
+            let mut columns = [[0.0f32; LANES]; AXES];
+            for lane in 0..LANES {
+                let q = &part[if lane < part.len() { lane } else { 0 }];
+                for (column, q) in columns.iter_mut().zip(q) {
+                    column[lane] = *q as f32;
+                }
+            }
+            let mut q = columns.map(Pack);
+            let drive = q[0];
+            if self.displaced {
+                q[0] = drive * Pack::splat(distance.inverse);
+            }
+            distance.polynomials(&q, 0, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<FMA, true>(&distance.branches, &basis, &products);
+            let power = Pack::splat(distance.scale)
+                * match self.power {
+                    0 => of(1.0),
+                    1 => drive,
+                    _ => drive * drive,
+                };
+            let functions = functions.map(|f| f * power);
+            out.extend(
+                (0..part.len())
+                    .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),
+            );
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
+
+use super::estimate::{Decided, Edges};
+use super::tap::{Tap, Whisker};
+use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables, Words};
+use crate::design::amount;
+use crate::kernel::cpu::Pack;
+use crate::scene::{Per, RankBy, Tuple};
+
+/// Largest deviation of the strain for which K is told.
+const MOST: f32 = 0.95;
+
+/// Largest deviation of the strain for which it is taken to grow with the drive.
+const LARGEST: f32 = 0.3;
+
+/// Statistics of a pack over its distances.
+pub(super) struct Rows<T> {
+    pub live: usize,
+    pub design: Whisker<T>,
+    /// Each design's own drive, rad or mm, and its power e.
+    pub own: [T; 2],
+    /// Mean of κ.
+    pub mean: [T; ORDERS],
+    /// Least and largest κ.
+    pub hull: [[T; ORDERS]; 2],
+    /// Sums of products of κ − mean, k ≤ l.
+    spread: [T; PAIRS],
+    /// Largest |δ|.
+    pub largest: T,
+}
+
+/// A drive.
+#[derive(Clone, Copy)]
+pub(super) struct Row<T> {
+    pub drive: T,
+    /// Its power e.
+    pub power: T,
+    basis: [T; ORDERS],
+}
+
+impl<const FMA: bool> Row<Lanes<FMA>> {
+    /// The polynomial through `values` at this angle.
+    #[inline(always)]
+    pub fn read(&self, values: &[Lanes<FMA>; ORDERS], m: usize) -> Lanes<FMA> {
+        let mut sum = self.basis[0] * values[0];
+        for k in 1..m {
+            sum = self.basis[k].mul_add(values[k], sum);
+        }
+        sum
+    }
+}
+
+impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// Statistics of `tuples`, the first `live` of which count; their taps stay in `scratch`.
+    #[inline(always)]
+    pub fn new<const OWN: bool>(
+        tables: &Tables,
+        live: usize,
+        tuples: &[Tuple],
+        scratch: &mut Scratch<FMA>,
+    ) -> Self {
+        let of = Lanes::<FMA>::of;
+        let mut columns = [[0.0f32; LANES]; 6];
+        for lane in 0..LANES {
+            let t = &tuples[if lane < live { lane } else { 0 }];
+            let slope = 0.5 * (t.D - t.d) / t.L_a;
+            let x2 = t.x_ss + t.l / (1.0 + slope * slope).sqrt();
+            let drive = amount(tables.kind, t.drive);
+            let values = [t.D, (t.D - t.d) / (t.D * t.L_a), t.L_a, t.x_ss, x2, drive];
+            for (column, value) in columns.iter_mut().zip(values) {
+                column[lane] = value as f32;
+            }
+        }
+        let [diameter, tau, length, x1, x2, mut own] = columns.map(Pack);
+        if !OWN {
+            // The largest counts where contacts slip off.
+            own = Pack::splat(tables.angles[tables.angles.len() - 1].drive);
+        }
+        let peak = tables.peak(diameter, tau, [x1, x2]);
+        let design = Whisker { diameter, tau, length, gauge: [x1, x2], peak };
+        let power = match tables.power {
+            0 => of(1.0),
+            1 => own,
+            _ => own * own,
+        };
+        let m = tables.points;
+        let mut rows = Self {
+            live,
+            design,
+            own: [own, power],
+            mean: [of(0.0); ORDERS],
+            hull: [[of(1e30); ORDERS], [of(-1e30); ORDERS]],
+            spread: [of(0.0); PAIRS],
+            largest: of(0.0),
+        };
+        for (i, distance) in tables.distances.iter().enumerate() {
+            tables.tap::<FMA, OWN>(&design, [own, power], distance, i, scratch);
+            rows.push(&scratch.taps[i], i, m);
+        }
+        rows
+    }
+
+    /// Takes the tap at distance `i`.
+    #[inline(always)]
+    fn push(&mut self, tap: &Tap<Lanes<FMA>>, i: usize, m: usize) {
+        let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
+        let mut at = 0;
+        let mut from_old = [Lanes::<FMA>::of(0.0); ORDERS];
+        self.largest = self.largest.max(tap.largest);
+        for k in 0..m {
+            from_old[k] = tap.kappa[k] - self.mean[k];
+            self.mean[k] = from_old[k].mul_add(share, self.mean[k]);
+            self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
+            self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
+        }
+        for k in 0..m {
+            for l in k..m {
+                self.spread[at] = from_old[k].mul_add(tap.kappa[l] - self.mean[l], self.spread[at]);
+                at += 1;
+            }
+        }
+    }
+
+    /// Drive `j`.
+    #[inline(always)]
+    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row<Lanes<FMA>> {
+        if OWN {
+            let mut basis = [Pack::of(0.0); ORDERS];
+            basis[0] = Pack::of(1.0);
+            return Row { drive: self.own[0], power: self.own[1], basis };
+        }
+        let a = &tables.angles[j];
+        let mut basis = [Pack::of(0.0); ORDERS];
+        for k in 0..tables.points {
+            basis[k] = Pack::splat(a.basis[k]);
+        }
+        Row { drive: Pack::splat(a.drive), power: Pack::splat(a.power), basis }
+    }
+
+    /// Counts the words of all taps and adds the rows below `bound`.
+    #[inline(always)]
+    pub fn count_and_rank<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        (ks, places): (&[u64], &[u32; LANES]),
+        bound: f32,
+        scratch: &mut Scratch<FMA>,
+        found: &mut Found,
+    ) {
+        let of = Lanes::<FMA>::of;
+        let m = tables.points;
+        let (taps, edges) = (&scratch.taps, &mut scratch.edges);
+        let drives = if OWN { 1 } else { tables.angles.len() };
+        let estimates = tables.by != RankBy::KSd;
+        let mut hard = [false; LANES];
+        for lane in 0..self.live {
+            let largest = self.largest.0[lane];
+            hard[lane] = largest.is_nan() || largest >= if OWN { MOST } else { LARGEST };
+        }
+        let mut words = Words::default();
+        let mut per_lane = [Words::default(); LANES];
+        edges.clear();
+        // First drive at which any tap of the design has slipped: from there its rows are not complete.
+        let mut complete = of(drives as f64);
+        let last = self.row::<OWN>(tables, drives - 1);
+        for (tap, distance) in taps.iter().zip(&tables.distances) {
+            let edge = self.edges::<OWN>(tables, tap, distance, &last, drives, m);
+            complete = complete.min(edge.slipped);
+            edges.push(edge);
+        }
+        if !estimates {
+            let decided = Decided::new(tables, self);
+            for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
+                decided.count::<OWN>(
+                    tables,
+                    self,
+                    (tap, distance),
+                    edge,
+                    &complete,
+                    &mut per_lane,
+                    &mut hard,
+                );
+            }
+        }
+
+        let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
+        let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt());
+        let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
+        let mut best = [never, of(0.0)];
+        let mut rows_complete = complete;
+        if estimates {
+            rows_complete = of(0.0);
+        }
+        let start = found.rows.len();
+        for j in 0..drives {
+            let place = of(j as f64);
+            let mut rank = if estimates {
+                let row = self.row::<OWN>(tables, j);
+                let (rank, whole) = self.estimate(tables, &row, taps, m, edges, place, &mut per_lane);
+                let whole = place.if_less(complete, whole, of(0.0));
+                rows_complete = rows_complete + whole;
+                of(0.5).if_less(whole, rank, never)
+            } else if OWN {
+                self.own[1] * self.spread[0].max(of(0.0)).sqrt() * scale
+            } else {
+                let a = &tables.angles[j];
+                let mut sum = self.spread[0] * Pack::splat(a.products[0]);
+                for at in 1..m * (m + 1) / 2 {
+                    sum = self.spread[at].mul_add(Pack::splat(a.products[at]), sum);
+                }
+                Lanes::<FMA>::splat(a.power) * sum.max(of(0.0)).sqrt() * scale
+            };
+            if !estimates {
+                rank = place.if_less(complete, rank, never);
+            }
+            match tables.per {
+                Per::Row if bound.all_at_most(rank) => {}
+                Per::Row => {
+                    for lane in 0..self.live {
+                        let place = if OWN { places[lane] } else { tables.angles[j].place };
+                        if rank.0[lane] < bound.0[lane] && !hard[lane] {
+                            found.rows.push((rank.0[lane], ks[lane], place));
+                        }
+                    }
+                }
+                Per::Design => {
+                    best[1] = rank.if_less(best[0], place, best[1]);
+                    best[0] = rank.min(best[0]);
+                }
+            }
+        }
+        for lane in 0..self.live {
+            if hard[lane] {
+                continue;
+            }
+            words.add(&per_lane[lane]);
+            let complete = rows_complete.0[lane] as u64;
+            if tables.per == Per::Row {
+                found.complete += complete;
+                continue;
+            }
+            found.complete += u64::from(complete > 0);
+            if best[0].0[lane] < bound.0[lane] {
+                let j = best[1].0[lane] as usize;
+                let place = if OWN { places[lane] } else { tables.angles[j].place };
+                found.rows.push((best[0].0[lane], ks[lane], place));
+            }
+        }
+        found.words.add(&words);
+        if hard[..self.live].contains(&true) {
+            // Rows pushed before a design turned out to be hard.
+            let mut at = start;
+            while at < found.rows.len() {
+                let lane = ks.iter().position(|&k| k == found.rows[at].1);
+                if lane.is_some_and(|lane| hard[lane]) {
+                    found.rows.swap_remove(at);
+                } else {
+                    at += 1;
+                }
+            }
+            found.hard.extend((0..self.live).filter(|&lane| hard[lane]).map(|lane| ks[lane]));
+        }
+    }
+
+    /// First drives at which a tap is above the strain limit and at which it has slipped off.
+    #[inline(always)]
+    fn edges<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        tap: &Tap<Lanes<FMA>>,
+        distance: &Distance,
+        last: &Row<Lanes<FMA>>,
+        drives: usize,
+        m: usize,
+    ) -> Edges<Lanes<FMA>> {
+        let of = Lanes::<FMA>::of;
+        let never = of(drives as f64);
+        let limit = Lanes::<FMA>::splat(tables.strain_limit);
+        let strain = tap.strain * last.drive / (of(1.0) + last.power * last.read(&tap.kappa, m));
+        let mut above = never;
+        if !strain.all_at_most(limit) {
+            above = if OWN {
+                limit.if_less(strain, of(0.0), never)
+            } else {
+                Pack(first(tables, &tap.kappa, Some(&tap.strain), limit))
+            };
+        }
+        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
+        let arc = last.power * last.read(&tap.arc, m);
+        let mut slipped = never;
+        if !arc.all_at_most(room) {
+            slipped = if OWN {
+                room.if_less(arc, of(0.0), never)
+            } else {
+                Pack(first(tables, &tap.arc, None, room))
+            };
+        }
+        Edges { above, slipped }
+    }
+
+    /// q = K̄/K − 1 of a tap of a row.
+    #[inline(always)]
+    pub fn miss(
+        &self,
+        tables: &Tables,
+        row: &Row<Lanes<FMA>>,
+        tap: &Tap<Lanes<FMA>>,
+        m: usize,
+    ) -> Lanes<FMA> {
+        let deviation = row.power * row.read(&tap.kappa, m);
+        (self.calibration(tables, row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
+    }
+
+    /// K̄ − 1 of a row.
+    #[inline(always)]
+    pub fn calibration(&self, tables: &Tables, row: &Row<Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+        match tables.fixed {
+            Some(fixed) => Pack::splat(fixed),
+            None => row.power * row.read(&self.mean, m),
+        }
+    }
+}
+
+/// First place, in each lane, at which a growing value is above `limit`: `strain` θ/(1 + θᵉ v), or θᵉ v without `strain`.
+fn first<const FMA: bool>(
+    tables: &Tables,
+    values: &[Lanes<FMA>; ORDERS],
+    strain: Option<&Lanes<FMA>>,
+    limit: Lanes<FMA>,
+) -> [f32; LANES] {
+    let n = tables.angles.len();
+    let mut places = [n as f32; LANES];
+    for (lane, place) in places.iter_mut().enumerate() {
+        let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
+        let (limit, scale) = (limit.0[lane], strain.map(|s| s.0[lane]));
+        let above = |j: usize| {
+            let a = &tables.angles[j];
+            let mut read = 0.0;
+            for k in 0..tables.points {
+                read += a.basis[k] * values[k];
+            }
+            scale.map_or(a.power * read, |s| s * a.drive / (1.0 + a.power * read)) > limit
+        };
+        if !above(n - 1) {
+            continue;
+        }
+        // Strain is nearly proportional to the drive: from there a few steps.
+        let guess = match scale {
+            Some(s) => limit / s,
+            None => tables.angles[n - 1].drive * 0.5,
+        };
+        let mut j = tables.angles.partition_point(|a| a.drive <= guess).min(n - 1);
+        while j > 0 && above(j - 1) {
+            j -= 1;
+        }
+        while !above(j) {
+            j += 1;
+        }
+        *place = j as f32;
+    }
+    places
+}

@@ -1,0 +1,239 @@
+//! The strain of a tap from its chart, and the estimate's theory around it.
+
+use super::read::dot;
+use super::{Distance, Lanes, ORDERS, Scratch, Tables};
+use crate::kernel::cpu::Pack;
+
+/// A whisker with its gauge, mm and 1/mm.
+#[derive(Clone, Copy)]
+pub(super) struct Whisker<T> {
+    pub diameter: T,
+    pub tau: T,
+    pub length: T,
+    /// x1, x2.
+    pub gauge: [T; 2],
+    /// u = 1/a at the peak of the theory.
+    pub peak: T,
+}
+
+/// A tap as a series over the drive, or at its own.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Tap<T> {
+    /// (K − 1)/θᵉ.
+    pub kappa: [T; ORDERS],
+    /// (c/a − 1)/θᵉ, where the contact may slip off at all.
+    pub arc: [T; ORDERS],
+    /// Largest |δ|.
+    pub largest: T,
+    /// f, per radian or mm.
+    pub strain: T,
+    /// How f grows with η: see [`Growth`].
+    pub growth: Growth<T>,
+}
+
+/// f(a/(1 + η)) over f(a), less 1, as the product of the growths of its factors.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Growth<T> {
+    /// 1/(1 − p).
+    steep: T,
+    /// β/(A − β).
+    gauge: T,
+    /// r₀/(a + r₀), or 1 of a displacement.
+    hub: T,
+    /// S/a².
+    shear: T,
+    /// η at the peak.
+    pub vertex: T,
+}
+
+impl<const FMA: bool> Growth<Lanes<FMA>> {
+    /// η at the apex, or infinitely far of a whisker without one.
+    #[inline(always)]
+    pub fn least(&self) -> Lanes<FMA> {
+        let of = Lanes::<FMA>::of;
+        (of(-1.0) / self.steep).max(of(-1.0))
+    }
+
+    /// The growth and its slope at η.
+    #[inline(always)]
+    pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 2] {
+        let one = Lanes::<FMA>::of(1.0);
+        let grow = |a: [Lanes<FMA>; 2], b: [Lanes<FMA>; 2]| {
+            [a[0] + b[0] + a[0] * b[0], a[1] * (one + b[0]) + b[1] * (one + a[0])]
+        };
+        let mut all = grow([self.steep * eta, self.steep], [-(self.gauge * eta), -self.gauge]);
+        if tables.theory.plain {
+            return all;
+        }
+        all = grow(all, [self.hub * eta, self.hub]);
+        let two = Lanes::<FMA>::of(2.0);
+        let more = one + eta;
+        let below = one / (one + self.shear * more * more);
+        let value = -(self.shear * eta * (two + eta) * below);
+        let slope = -(two * self.shear * more * (one + self.shear) * below * below);
+        grow(all, [value, slope])
+    }
+}
+
+impl Tables {
+    /// u at the peak of the theory: that of the quadratic, then Newton's steps for what the rest adds.
+    #[inline(always)]
+    pub(super) fn peak<const FMA: bool>(
+        &self,
+        diameter: Lanes<FMA>,
+        tau: Lanes<FMA>,
+        [x1, x2]: [Lanes<FMA>; 2],
+    ) -> Lanes<FMA> {
+        let of = Lanes::<FMA>::of;
+        let (one, two) = (of(1.0), of(2.0));
+        let [b1, b2] = [one / (one - tau * x1), one / (one - tau * x2)];
+        let (sum, moment) = (b1 + b2, x1 * b1 + x2 * b2);
+        let mut u = of(0.5) * (sum / moment + tau);
+        if self.theory.plain {
+            return u;
+        }
+        let shear = Pack::splat(self.theory.shear) * diameter * diameter;
+        let hub = Pack::splat(self.theory.hub);
+        for _ in 0..8 {
+            let (rise, room) = (u - tau, sum - moment * u);
+            let factor = if self.theory.displaced { one / u } else { hub / (one + hub * u) };
+            let below = one / (one + shear * u * u);
+            let bend = two * shear * u * below;
+            // Logarithmic slope of what the quadratic lacks, and its own slope.
+            let k = factor - bend;
+            let dk = -(factor * factor) - two * shear * below + bend * bend;
+            let miss = room - moment * rise + rise * room * k;
+            let slope = -(two * moment) + (room - moment * rise) * k + rise * room * dk;
+            let step = miss / slope;
+            // Not beyond half of the way to an end.
+            let most = of(0.5) * rise.min(room / moment);
+            u = u - step.max(-most).min(most);
+        }
+        u
+    }
+
+    /// The tap of `design` at `distance`, over the points or at its own drive.
+    #[inline(always)]
+    pub(super) fn tap<const FMA: bool, const OWN: bool>(
+        &self,
+        design: &Whisker<Lanes<FMA>>,
+        [drive, power]: [Lanes<FMA>; 2],
+        distance: &Distance,
+        at: usize,
+        scratch: &mut Scratch<FMA>,
+    ) {
+        let of = Lanes::<FMA>::of;
+        let (one, inverse) = (of(1.0), Pack::splat(distance.inverse));
+        let p = design.tau * Pack::splat(distance.a);
+        let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
+        let width = s2 - s1;
+        let own = if self.theory.displaced { drive * inverse } else { drive };
+        let quantities = [own, width, design.diameter * inverse, p, of(0.5) * (s1 + s2)];
+        let first = if OWN { 0 } else { 1 };
+        distance.polynomials(&quantities, first, &mut scratch.basis, &mut scratch.products);
+        let scale = Pack::splat(distance.scale);
+        if OWN && distance.branches.len() > 1 {
+            let ([deviation, arc, _], _) =
+                self.choice.read::<FMA, false>(&distance.branches, &scratch.basis, &scratch.products);
+            let tap = &mut scratch.taps[at];
+            let (deviation, arc) = (scale * deviation, scale * arc);
+            let delta = power * deviation;
+            tap.kappa[0] = -(deviation / (one + delta));
+            (tap.largest, tap.arc[0]) = (delta.abs(), arc);
+            self.told(design, distance, (p, [s1, s2]), tap);
+            return;
+        }
+        let [strain, arc, _] = &distance.branches[0];
+        let orders = strain.orders();
+        let strain = strain.read(&scratch.basis, &scratch.products);
+        let tap = &mut scratch.taps[at];
+        tap.largest = of(0.0);
+        if OWN {
+            let deviation = scale * dot(&strain, &scratch.basis[0]);
+            let delta = power * deviation;
+            tap.kappa[0] = -(deviation / (one + delta));
+            tap.largest = delta.abs();
+        } else {
+            // δ is a series, 1/(1 + δ) is not: through the points over the drive.
+            let n = self.points;
+            let mut kappa = [of(0.0); ORDERS];
+            for k in 0..n {
+                let basis = &distance.at_points[k];
+                let mut deviation = strain[0];
+                for j in 1..orders {
+                    deviation = Lanes::<FMA>::splat(basis[j]).mul_add(strain[j], deviation);
+                }
+                let deviation = scale * deviation;
+                let delta = Lanes::<FMA>::splat(self.powers[k]) * deviation;
+                kappa[k] = -(deviation / (one + delta));
+                tap.largest = tap.largest.max(delta.abs());
+            }
+            for k in 0..n {
+                let mut sum = Lanes::<FMA>::splat(self.from_points[k][0]) * kappa[0];
+                for j in 1..n {
+                    sum = Lanes::<FMA>::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
+                }
+                tap.kappa[k] = sum;
+            }
+        }
+        // Contacts move little: most whiskers are longer than any contact of theirs.
+        let room = (design.length - Pack::splat(distance.a)) * inverse;
+        tap.arc = [of(0.0); ORDERS];
+        if !(power * Pack::splat(distance.most_arc)).all_at_most(room) {
+            let arc = arc.read(&scratch.basis, &scratch.products);
+            if OWN {
+                tap.arc[0] = scale * dot(&arc, &scratch.basis[0]);
+            } else {
+                for k in 0..self.points {
+                    let mut values = [of(0.0); ORDERS];
+                    for (n, value) in values.iter_mut().enumerate().take(self.points) {
+                        for (a, t) in arc.iter().zip(&distance.at_points[n]) {
+                            *value = Lanes::<FMA>::splat(*t).mul_add(*a, *value);
+                        }
+                    }
+                    for (n, value) in values.iter().enumerate().take(self.points) {
+                        let back = Lanes::<FMA>::splat(self.from_points[k][n]);
+                        tap.arc[k] = back.mul_add(scale * *value, tap.arc[k]);
+                    }
+                }
+            }
+        }
+
+        self.told(design, distance, (p, [s1, s2]), tap);
+    }
+
+    /// f of the theory, and how it grows with η.
+    #[inline(always)]
+    fn told<const FMA: bool>(
+        &self,
+        design: &Whisker<Lanes<FMA>>,
+        distance: &Distance,
+        (p, [s1, s2]): (Lanes<FMA>, [Lanes<FMA>; 2]),
+        tap: &mut Tap<Lanes<FMA>>,
+    ) {
+        let of = Lanes::<FMA>::of;
+        let (one, inverse) = (of(1.0), Pack::splat(distance.inverse));
+        let rest = one - p;
+        let (u1, u2) = (one - p * s1, one - p * s2);
+        let (near, far) = (one - s1, one - s2);
+        let lever = near * u2 + far * u1;
+        let beta = s1 * u2 + s2 * u1;
+        let b = one / (u1 * u2);
+        let mut f = of(0.75) * design.diameter * inverse * rest * lever * b * b;
+        let mut growth = Growth {
+            steep: one / rest,
+            gauge: beta / lever,
+            hub: of(0.0),
+            shear: of(0.0),
+            vertex: design.peak * Pack::splat(distance.a) - one,
+        };
+        if !self.theory.plain {
+            let hub = Lanes::<FMA>::splat(self.theory.hub) * inverse;
+            let shear = Lanes::<FMA>::splat(self.theory.shear) * design.diameter * design.diameter;
+            growth.shear = shear * inverse * inverse;
+            growth.hub = if self.theory.displaced { one } else { hub / (one + hub) };
+            f = f * if self.theory.displaced { inverse } else { one + hub } / (one + growth.shear);
+        }
+        (tap.strain, tap.growth) = (f, growth);
+    }
+}

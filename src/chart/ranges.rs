@@ -1,0 +1,89 @@
+//! What the numbers of designs can be, and the box of a chart that holds them.
+
+use super::axis::AXES;
+use crate::design::amount;
+use crate::physics::taper::Taper;
+use crate::plan::Layout;
+use crate::scene::{Drive, Setup};
+
+/// Largest x2/a of a charted tap: nearer contacts are solved.
+pub const NEAREST: f64 = 0.9;
+
+/// Slack of the box, relative to its values: sums of decimal numbers.
+const SLACK: f64 = 1e-9;
+
+/// Smallest and largest D, d, L_a, x_ss and l, mm, and drive, degrees or mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Wanted {
+    /// D.
+    pub D: [f64; 2],
+    /// d.
+    pub d: [f64; 2],
+    /// L_a.
+    pub L_a: [f64; 2],
+    /// x_ss.
+    pub x_ss: [f64; 2],
+    /// l.
+    pub l: [f64; 2],
+    /// θ or δ.
+    pub drive: [f64; 2],
+}
+
+impl Wanted {
+    /// Of the designs of `layout`.
+    pub fn of(layout: &Layout) -> Self {
+        let drive = layout.drives().map_or(layout.bounds(6), |axis| [axis.min(), axis.max()]);
+        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(k));
+        Self { D: base, d: tip, L_a: length, x_ss, l: grid, drive }
+    }
+
+    /// Ranges of drive (rad or mm), x2 − x1, D, τ and (x1 + x2)/2 of whiskers that reach `far` mm and whose gauges end before
+    /// `gauge_end`; `None` where there are none.
+    pub fn ranges(&self, setup: &Setup, far: f64, gauge_end: f64) -> Option<[[f64; 2]; AXES]> {
+        let longest = self.L_a.map(|length| length.max(far));
+        // τ and tan α are monotonic in each of D, d and L_a.
+        let (mut tau, mut steepest) = ([f64::INFINITY, f64::NEG_INFINITY], 0.0f64);
+        for big in self.D {
+            for small in self.d {
+                for length in longest {
+                    let taper = Taper::new(big, small, length);
+                    tau = [tau[0].min(taper.tau), tau[1].max(taper.tau)];
+                    steepest = steepest.max(taper.tan_alpha.abs());
+                }
+            }
+        }
+        let tau = [tau[0].max(-1.0 / far), tau[1].min(0.99 / far)];
+        let width = [self.l[0] / steepest.hypot(1.0), self.l[1]];
+        let last = gauge_end - 0.5 * width[1];
+        let middle = [self.x_ss[0] + 0.5 * width[0], (self.x_ss[1] + 0.5 * width[1]).min(last)];
+        let drive = self.drive.map(|drive| amount(setup.drive, drive));
+        let ranges = [drive, width, self.D, tau, middle];
+        let whole = ranges.iter().all(|[lo, hi]| lo.is_finite() && lo <= hi);
+        (whole && drive[0] > 0.0 && width[0] > 0.0 && self.D[0] > 0.0).then_some(ranges)
+    }
+}
+
+/// Whether `value` lies in the range, or next to it.
+pub fn holds([lo, hi]: [f64; 2], value: f64) -> bool {
+    let slack = SLACK * lo.abs().max(hi.abs());
+    value >= lo - slack && value <= hi + slack
+}
+
+/// Ranges of quantities at `a` from numbers in mm.
+pub fn scaled(kind: Drive, numbers: &[[f64; 2]; AXES], a: f64) -> [[f64; 2]; AXES] {
+    let factors = factors(kind, a);
+    std::array::from_fn(|k| numbers[k].map(|x| x * factors[k]))
+}
+
+/// Numbers in mm from ranges of quantities at `a`.
+pub fn unscaled(kind: Drive, ranges: &[[f64; 2]; AXES], a: f64) -> [[f64; 2]; AXES] {
+    let factors = factors(kind, a);
+    std::array::from_fn(|k| ranges[k].map(|x| x / factors[k]))
+}
+
+/// Quantities at `a` over drive, x2 − x1, D, τ and (x1 + x2)/2.
+pub fn factors(kind: Drive, a: f64) -> [f64; AXES] {
+    let drive = if kind == Drive::Angle { 1.0 } else { 1.0 / a };
+    [drive, 1.0 / a, 1.0 / a, a, 1.0 / a]
+}

@@ -1,0 +1,150 @@
+//! Taps read from the charts of their distances in place of being solved.
+
+use rayon::prelude::*;
+
+use super::axis::{AXES, Quantity};
+use super::distance::{DistanceChart, linear_force};
+use super::lanes::Readings;
+use super::ranges::{NEAREST, Wanted, factors, holds, scaled};
+use super::scope::Summary;
+use crate::design::{Design, amount};
+use crate::error::SolveError;
+use crate::evaluate::{Outcome, Task, told};
+use crate::kernel::Effects;
+use crate::reduce::Sweeps;
+use crate::scene::{Contact, Drive, Geometry, Setup};
+
+/// Taps below which charts do not pay.
+pub const LEAST_TAPS: u64 = 1 << 17;
+
+/// Most distances: each has its chart.
+pub const MOST_DISTANCES: usize = 64;
+
+/// Taps of one work item.
+const GRAIN: usize = 4096;
+
+/// Charts of some distances of one rig.
+#[derive(Debug)]
+pub struct Reader {
+    charts: Vec<DistanceChart>,
+    readings: Readings,
+    contact: Contact,
+    kind: Drive,
+}
+
+impl Reader {
+    /// Charts of `setup` at `distances` mm for whiskers as `wanted`, their strain good to a tenth of `tolerance`. `None` where a tap is no
+    /// smooth function of what it depends on, or next to none of them would be read: it is then solved.
+    pub fn new(
+        setup: &Setup,
+        distances: &[f64],
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read.
+        let sticks = setup.model.contact == Contact::Stick;
+        if sticks || Effects::new(&setup.model, setup.gauge.side, sticks).plain() {
+            return Ok(None);
+        }
+        let charts = charts(setup, distances, wanted, tolerance)?;
+        let readings = Readings::new(&charts, setup.drive);
+        let (contact, kind) = (setup.model.contact, setup.drive);
+        Ok((!charts.is_empty()).then_some(Self { charts, readings, contact, kind }))
+    }
+
+    /// The charts.
+    pub fn charts(&self) -> &[DistanceChart] {
+        &self.charts
+    }
+
+    /// What `run.json` says of the charts.
+    pub fn summary(&self) -> Summary {
+        Summary::of(&self.charts, self.kind)
+    }
+
+    /// Of the taps solved to make the charts.
+    pub fn sweeps(&self) -> Sweeps {
+        let mut all = Sweeps::default();
+        self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
+        all
+    }
+
+    /// What the charts say of `tasks`; `None` of those outside them.
+    pub fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
+        let part = |tasks: &[Task]| {
+            let mut out = vec![None; tasks.len()];
+            let (mut places, mut taps, mut found) = (Vec::new(), Vec::new(), Vec::new());
+            for (i, chart) in self.charts.iter().enumerate() {
+                places.clear();
+                taps.clear();
+                found.clear();
+                for (place, task) in tasks.iter().enumerate() {
+                    let Some(numbers) = self.numbers(setup, chart, designs, task) else { continue };
+                    places.push(place);
+                    taps.push(numbers);
+                }
+                self.readings.read(i, &taps, &mut found);
+                for ((place, read), q) in places.iter().zip(&found).zip(&taps) {
+                    let task = &tasks[*place];
+                    let mut mm = *q;
+                    mm[0] /= if factors(setup.drive, chart.a)[0] == 1.0 { 1.0 } else { chart.a };
+                    let force = linear_force(setup, chart.a, &mm) * (1.0 + f64::from(read.functions[2]));
+                    let friction = match self.contact {
+                        Contact::Coulomb(mu) if mu != 0.0 => f64::from(read.share) * mu,
+                        _ => 0.0,
+                    };
+                    let sticking = friction != 0.0 && read.share.abs() < 1.0;
+                    let design = &designs[task.design as usize];
+                    let [strain, arc, _] = read.functions.map(f64::from);
+                    out[*place] = told(setup, design, task, [strain, arc, force, friction], sticking);
+                }
+            }
+            out
+        };
+        tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
+    }
+
+    /// Quantities of `task`, the drive in rad or mm, if it is at the distance of `chart` and within it.
+    fn numbers(
+        &self,
+        setup: &Setup,
+        chart: &DistanceChart,
+        designs: &[Design],
+        task: &Task,
+    ) -> Option<[f64; AXES]> {
+        let a = chart.a;
+        if task.a != a {
+            return None;
+        }
+        let design = &designs[task.design as usize];
+        let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, a, task.drive))?;
+        let [x1, x2] = shared.gauge;
+        let drive = amount(setup.drive, task.drive);
+        let q = [drive, (x2 - x1) / a, design.tuple.D / a, shared.taper.tau * a, 0.5 * (x1 + x2) / a];
+        let scale = factors(setup.drive, a)[Quantity::Drive as usize];
+        let inside = chart.axes().iter().zip(q).enumerate().all(|(k, (axis, q))| {
+            holds(axis.range, if k == Quantity::Drive as usize { q * scale } else { q })
+        });
+        inside.then_some(q)
+    }
+}
+
+/// Charts of `setup` at `distances` mm for whiskers as `wanted`, their strain good to a tenth of `tolerance`: those that there are.
+pub fn charts(
+    setup: &Setup,
+    distances: &[f64],
+    wanted: &Wanted,
+    tolerance: f64,
+) -> Result<Vec<DistanceChart>, SolveError> {
+    if setup.model.geometry != Geometry::Exact || distances.len() > MOST_DISTANCES {
+        return Ok(Vec::new());
+    }
+    let far = distances.iter().copied().fold(0.0, f64::max);
+    let chart = |a: &f64| {
+        let Some(ranges) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
+        DistanceChart::new(setup, *a, scaled(setup.drive, &ranges, *a), tolerance)
+    };
+    let charts: Vec<Option<DistanceChart>> =
+        distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
+    Ok(charts.into_iter().flatten().collect())
+}

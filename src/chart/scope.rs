@@ -1,0 +1,195 @@
+//! Which sweeps charts can rank, and what all their designs share.
+
+use rayon::prelude::*;
+
+use super::axis::{AXES, Quantity};
+use super::distance::DistanceChart;
+use super::ranges::{NEAREST, Wanted, holds, scaled, unscaled};
+use crate::design::{amount, is_whisker};
+use crate::error::SolveError;
+use crate::estimate::WIDENING;
+use crate::physics::taper::Taper;
+use crate::plan::Layout;
+use crate::reduce::Sweeps;
+use crate::scene::{Convention, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::smooth::Case;
+
+/// Taps below which charts do not pay.
+const LEAST_TAPS: u64 = 1 << 17;
+
+/// Most distances of a design: each has its chart.
+const MOST_DISTANCES: u64 = 64;
+
+/// Most drives of a design.
+const MOST_DRIVES: u64 = 4096;
+
+/// What ranks the rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rank {
+    /// Column.
+    pub by: RankBy,
+    /// Rows or designs compete.
+    pub per: Per,
+    /// Candidates to bring back: more than asked, because they are solved again before they are ranked.
+    pub keep: usize,
+}
+
+/// What `run.json` says of charts.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Charts: one for each distance.
+    pub charts: usize,
+    /// Range of τa.
+    pub taper: [f64; 2],
+    /// Range of the middle of the gauge over a.
+    pub place: [f64; 2],
+    /// Range of D/a.
+    pub base: [f64; 2],
+    /// Largest θ, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub theta_deg: Option<f64>,
+    /// Coefficients of all series.
+    pub coefficients: usize,
+    /// Largest relative error of the strain at the points that checked the charts.
+    pub strain_error: f64,
+    /// Taps solved to make and to check them.
+    pub solved: u64,
+}
+
+impl Summary {
+    /// Of `charts`.
+    pub fn of(charts: &[DistanceChart], kind: Drive) -> Self {
+        let widest = |quantity: Quantity| {
+            let ranges = charts.iter().map(|c| c.axes()[quantity as usize].range);
+            ranges.fold([f64::INFINITY, f64::NEG_INFINITY], |all, r| [all[0].min(r[0]), all[1].max(r[1])])
+        };
+        let series = charts.iter().flat_map(|c| &c.branches).flat_map(|b| &b.series);
+        Self {
+            charts: charts.len(),
+            taper: widest(Quantity::Taper),
+            place: widest(Quantity::Place),
+            base: widest(Quantity::Base),
+            theta_deg: (kind == Drive::Angle).then(|| widest(Quantity::Drive)[1].to_degrees()),
+            coefficients: series.map(|s| s.terms()).sum(),
+            strain_error: charts.iter().map(|c| c.error).fold(0.0, f64::max),
+            solved: charts.iter().map(|c| c.sweeps.taps).sum(),
+        }
+    }
+}
+
+/// Everything that the designs of a sweep share.
+#[derive(Debug, Clone)]
+pub struct Scope {
+    /// Rig and model.
+    pub setup: Setup,
+    /// One per distance, in the layout's order.
+    pub charts: Vec<DistanceChart>,
+    /// a/a_lo − 1 and a/a_hi − 1 of each distance, of the widened range of interest.
+    pub ends: Vec<[f64; 2]>,
+    /// Drives of every design, rad or mm, ascending, each as asked (degrees or mm) and with its place in the layout; empty where each design has its own.
+    pub drives: Vec<(f64, f64, u32)>,
+    /// What is ranked.
+    pub rank: Rank,
+    /// Smallest and largest distance, mm.
+    reach: [f64; 2],
+    /// Where every chart holds: drive (rad or mm), x2 − x1, D, τ, (x1 + x2)/2 in mm and 1/mm.
+    within: [[f64; 2]; AXES],
+}
+
+impl Scope {
+    /// Whether `study` is such that charts may rank it.
+    pub fn fits(study: &Study, layout: &Layout) -> bool {
+        let setup = &study.setup;
+        let model = &setup.model;
+        let told = setup.estimate.theory != Theory::Exact;
+        let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
+        let sizes = (2..=MOST_DISTANCES).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
+        let few = study.output.top.is_some_and(|top| top <= 1 << 16);
+        // With elongation a given K has the unit of each design's gauge.
+        let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
+        let exact = model.geometry == Geometry::Exact;
+        exact && told && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
+    }
+
+    /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
+    pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
+        if !Self::fits(study, layout) {
+            return Ok(None);
+        }
+        let Some(top) = study.output.top else { return Ok(None) };
+        let setup = &study.setup;
+        let [near, far] = layout.reach();
+        let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
+        let Some(asked) = Wanted::of(layout).ranges(setup, far, NEAREST * near.min(lo)) else {
+            return Ok(None);
+        };
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let chart = |a: &f64| {
+            let ranges = scaled(setup.drive, &asked, *a);
+            DistanceChart::new(setup, *a, ranges, tolerance)
+        };
+        let charts: Vec<Option<DistanceChart>> =
+            distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
+        let Some(charts) = charts.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let mut within = asked;
+        for chart in &charts {
+            let ranges = unscaled(setup.drive, &chart.axes().map(|axis| axis.range), chart.a);
+            for (within, range) in within.iter_mut().zip(ranges) {
+                *within = [within[0].max(range[0]), within[1].min(range[1])];
+            }
+        }
+        let ends = |a: &f64| [a / (lo * (1.0 - WIDENING)) - 1.0, a / (hi * (1.0 + WIDENING)) - 1.0];
+        let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
+            Some(axis) => axis
+                .iter()
+                .zip(0..)
+                .map(|(drive, place)| (amount(setup.drive, drive), drive, place))
+                .collect(),
+            None => Vec::new(),
+        };
+        drives.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let holds = |drive: &f64| holds(within[Quantity::Drive as usize], *drive);
+        if !drives.iter().all(|(drive, ..)| holds(drive)) {
+            return Ok(None);
+        }
+        Ok(Some(Self {
+            setup: setup.clone(),
+            ends: distances.iter().map(ends).collect(),
+            charts,
+            drives,
+            rank: Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 },
+            reach: [near, far],
+            within,
+        }))
+    }
+
+    /// How the design `t` is dealt with.
+    pub fn case(&self, t: &Tuple) -> Case {
+        if !is_whisker(t) {
+            return Case::Void;
+        }
+        let taper = Taper::new(t.D, t.d, t.L_a);
+        let [x1, x2] = taper.gauge(t.x_ss, t.l);
+        // Where all designs share their drives these lie within.
+        let drive = if self.drives.is_empty() {
+            amount(self.setup.drive, t.drive)
+        } else {
+            self.within[Quantity::Drive as usize][0]
+        };
+        let numbers = [drive, x2 - x1, t.D, taper.tau, 0.5 * (x1 + x2)];
+        let inside = self.within.iter().zip(numbers).all(|(range, number)| holds(*range, number));
+        if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
+    }
+
+    /// What `run.json` says of the charts.
+    pub fn summary(&self) -> Summary {
+        Summary::of(&self.charts, self.setup.drive)
+    }
+
+    /// Of the taps solved to make the charts.
+    pub fn sweeps(&self) -> Sweeps {
+        let mut all = Sweeps::default();
+        self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
+        all
+    }
+}

@@ -1,0 +1,106 @@
+//! `vibrissa chart SPEC.toml`.
+
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::chart::{
+    document::document,
+    ranges::Wanted,
+    reader::{MOST_DISTANCES, charts},
+    scope::Summary,
+};
+use vibrissa::error::{Error, InputError};
+use vibrissa::sink::folder::{Folder, Question};
+use vibrissa::sink::run_json;
+use vibrissa::spec;
+
+use super::args::Chart;
+use super::calibrate::prepared;
+use super::reply::Reply;
+use super::say;
+
+/// Tolerance of a chart where nothing is said: that of single precision.
+const TOLERANCE: f64 = 1e-5;
+
+const FILE: &str = "chart.json";
+
+/// Writes the charts of a spec's distances.
+pub fn run(args: &Chart) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let spec = spec::read(&args.spec)?;
+    let options = prepared(&args.common, &spec)?;
+    let out = super::folder(options.out.as_ref(), &spec.name, "chart");
+    let quiet = options.quiet == Some(true);
+    if !quiet {
+        spec.warnings.iter().for_each(say::warning);
+    }
+    let refused = |what: &str, key: &str, allowed: &str| {
+        InputError::new(what).at(args.spec.display().to_string(), None).key(key).allowed(allowed)
+    };
+    let Some(layout) = spec.study.space.layout() else {
+        return Err(refused(
+            "a chart needs ranges, not a list of tuples",
+            "tuples",
+            "[whisker], [gauge] and [tap]",
+        )
+        .into());
+    };
+    let most = MOST_DISTANCES as u64;
+    if layout.n_distances > most {
+        return Err(refused("each distance has its chart", "tap.a", "64 distances at most")
+            .value(layout.n_distances)
+            .into());
+    }
+    let setup = &spec.study.setup;
+    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+    let tolerance = options.tolerance.unwrap_or(TOLERANCE);
+    if options.plan == Some(true) {
+        let text =
+            format!("{}: {} charts to {}; nothing was run\n", spec.name, distances.len(), out.display());
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    let found = charts(setup, &distances, &Wanted::of(&layout), tolerance)?;
+    if found.is_empty() {
+        let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
+        return Err(
+            refused(why, "model", "an exact model, contacts beyond 1.12 times the end of a gauge").into()
+        );
+    }
+    let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
+    let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
+    let mut file = folder.file(FILE)?;
+    file.write(document(setup, &found).to_string().as_bytes())?;
+    file.close()?;
+    let summary = Summary::of(&found, setup.drive);
+    let without: Vec<f64> =
+        distances.iter().copied().filter(|a| found.iter().all(|chart| chart.a != *a)).collect();
+    let counts = json!({ "charts": summary, "without": without });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let body = json!({
+        "in_force": run_json::in_force(&spec), "warnings": spec.warnings, "tolerance": tolerance,
+        "counts": counts, "seconds": seconds,
+    });
+    folder.run_json(&run_json::document("chart", run_json::spec(&spec), body))?;
+    let written = folder.finish()?;
+    let text = format!(
+        "{} charts, {} coefficients from {} taps, strain error {:.1e} at their checking points{}\nwrote {} in {:.2} s\n",
+        summary.charts,
+        summary.coefficients,
+        summary.solved,
+        summary.strain_error,
+        if without.is_empty() { String::new() } else { format!("; none at a = {without:?} mm") },
+        super::listed(&written.files),
+        start.elapsed().as_secs_f64()
+    );
+    let reply = Reply {
+        text,
+        out: Some(out),
+        files: written.files,
+        counts,
+        seconds,
+        backend: Value::Null,
+        quiet,
+        ..Reply::default()
+    };
+    Ok(reply.removing(&written.removed))
+}

@@ -1,0 +1,272 @@
+//! From the solved taps of candidates, and of whiskers sampled around them, to scores.
+
+use super::score::{Limit, Score};
+use crate::design::{Design, amount};
+use crate::estimate::Estimator;
+use crate::evaluate::Outcome;
+use crate::profile::{Profile, Reach};
+use crate::scene::search::{Calibrated, Measure, Robust, Search};
+use crate::scene::{Convention, Setup, Theory, Tuple};
+use crate::statistics::{DriveRow, Reduction, Told};
+use crate::status::Status;
+
+/// What turns solved taps into scores.
+pub(super) struct Judge<'a> {
+    pub setup: &'a Setup,
+    pub search: &'a Search,
+    pub distances: Vec<f64>,
+    pub reach: [f64; 2],
+    pub deviations: Vec<[f64; 7]>,
+}
+
+impl Judge<'_> {
+    /// Whisker `w` of a point: the nominal one, or a sampled one.
+    pub fn whisker(&self, point: &Tuple, w: usize) -> Tuple {
+        let (Some(robust), Some(sample)) = (&self.search.robust, w.checked_sub(1)) else { return *point };
+        let (mut values, z) = (point.to_array(), &self.deviations[sample]);
+        for ((value, sd), z) in values.iter_mut().zip(&robust.sd).zip(z) {
+            // A gauge bonded at the clamp cannot lie before it.
+            *value += sd * z;
+        }
+        values[3] = values[3].max(0.0);
+        Tuple::from_array(values)
+    }
+
+    /// Where the model's own curve of whisker `w` of a point is wanted, if it is.
+    pub fn reach_of(&self, w: usize) -> Option<Reach> {
+        if self.setup.estimate.theory != Theory::Exact {
+            return None;
+        }
+        let robust = self.search.robust.as_ref().filter(|_| !self.deviations.is_empty());
+        let nominal = robust.is_some_and(|r| r.calibrated == Calibrated::Nominal);
+        match (nominal, self.search.limits.unambiguous) {
+            (true, _) if w == 0 => Some(Reach::Whole(self.reach)),
+            (_, true) => Some(Reach::Peak(self.reach)),
+            (true, false) => None,
+            (false, false) => Some(Reach::Asked(self.reach)),
+        }
+    }
+
+    /// Score of one candidate: its nominal whisker, then the sampled ones; `own` are the model's own curves, where distances are told by
+    /// them.
+    pub fn score(&self, designs: &[Design], taps: &[Outcome], own: &[Option<Profile>]) -> Score {
+        let n = self.distances.len();
+        let nominal = Read::new(self, &designs[0], &taps[..n], Told::by(own, 0), None);
+        let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
+            return nominal.score;
+        };
+        let calibration = match (robust.calibrated, &designs[0].shared) {
+            (Calibrated::Nominal, Some(shared)) => {
+                let profile = own.first().and_then(Option::as_ref);
+                let estimator = Estimator::new(self.setup, shared, self.reach);
+                let known = nominal.k.is_some() || profile.is_some();
+                known.then_some(Calibration {
+                    estimator,
+                    k: nominal.k,
+                    drive: designs[0].tuple.drive,
+                    profile,
+                })
+            }
+            _ => None,
+        };
+        let samples: Vec<Score> = (1..designs.len())
+            .map(|w| {
+                let taps = &taps[w * n..(w + 1) * n];
+                let read = Read::new(self, &designs[w], taps, Told::by(own, w), calibration.as_ref());
+                read.score
+            })
+            .collect();
+        gather(robust, &nominal.score, &samples)
+    }
+
+    /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one.
+    pub fn reduce(
+        &self,
+        design: &Design,
+        taps: &[Outcome],
+        own: Told<'_>,
+        given: Option<&Calibration<'_>>,
+    ) -> DriveRow {
+        let n = (taps.len(), 1);
+        let mut reduced = match given {
+            Some(other) => Reduction::with(self.setup, design, Some(other.estimator), n),
+            None => Reduction::new(self.setup, design, self.reach, n),
+        };
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        let told = given.and_then(|other| other.profile).map_or(own, Told::Other);
+        let drive = match given {
+            Some(other) => {
+                reduced.calibrate_as(other.k);
+                other.drive
+            }
+            None => {
+                reduced.calibrate();
+                design.tuple.drive
+            }
+        };
+        for (i, tap) in taps.iter().enumerate() {
+            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told);
+        }
+        reduced.drives[0]
+    }
+}
+
+/// With what readings are turned into distances, where it is not the whisker's own.
+pub(super) struct Calibration<'a> {
+    /// f.
+    estimator: Estimator<'a>,
+    /// K̄, where f needs it.
+    k: Option<f64>,
+    drive: f64,
+    /// The model's curve, where it stands in for f.
+    profile: Option<&'a Profile>,
+}
+
+/// What one whisker gives.
+struct Read {
+    score: Score,
+    k: Option<f64>,
+}
+
+impl Read {
+    fn new(
+        judge: &Judge<'_>,
+        design: &Design,
+        taps: &[Outcome],
+        told: Told<'_>,
+        other: Option<&Calibration<'_>>,
+    ) -> Self {
+        let (setup, limits) = (judge.setup, &judge.search.limits);
+        let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
+        let mut score = Score::NOTHING;
+        // Rounding of a sum of decimal numbers is no violation.
+        let over = |value: f64| if value <= 1e-12 { value.min(0.0) } else { value };
+        score.set(Limit::Gauge, over((x_ss + l) / L_a - 1.0));
+        score.set(Limit::Reach, over(judge.distances.iter().copied().fold(0.0, f64::max) / L_a - 1.0));
+        if limits.tip_not_wider {
+            score.set(Limit::Tip, d / D - 1.0);
+        }
+        let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
+        let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
+            if !score.outside() {
+                score.set(Limit::Solved, 1.0);
+            }
+            return Self { score, k: None };
+        };
+        // A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
+        let taps: Vec<Outcome> =
+            taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
+        let own = Estimator::new(setup, shared, judge.reach);
+        let row = judge.reduce(design, &taps, told, other);
+        if row.complete() {
+            score.figures = figures(judge, &row, &own, L_a);
+        }
+
+        let largest =
+            |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let unsolved =
+            taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
+        let share = unsolved as f64 / taps.len() as f64;
+        score.set(Limit::Solved, if unsolved > 0 { share } else { f64::NEG_INFINITY });
+        let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
+        let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
+        score.set(Limit::NoStrain, shared.gauge[0] / nearest - 1.0);
+        score.set(Limit::Slipped, over(largest(&|t| t.arc) / L_a - 1.0));
+        score.set(Limit::Strain, largest(&|t| t.strain.abs()) / limits.strain - 1.0);
+        if let Some(force) = limits.force {
+            score.set(Limit::Force, largest(&|t| t.normal_force) / force - 1.0);
+        }
+        let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
+        let highest = match (told, other.and_then(|other| other.profile)) {
+            (_, Some(profile)) => Some((1.0, profile.peak().1)),
+            (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
+            // What a whisker reads of its own tap has a distance.
+            (Told::Own(_) | Told::Other(_), None) => None,
+        };
+        if let (Some((k, peak)), true) = (highest, judge.search.objective.needs_distance()) {
+            score.set(Limit::Root, k * largest(&|t| t.strain.abs()) / peak - 1.0);
+        }
+        if limits.unambiguous {
+            let range = setup.estimate.range.unwrap_or(judge.reach);
+            let peak = match told {
+                Told::Own(Some(profile)) => profile.peak().0,
+                _ => shared.theory.peak().0,
+            };
+            score.set(Limit::Unambiguous, 1.0 - range[0] / peak);
+        }
+        Self { score, k: row.k }
+    }
+}
+
+/// K_sd, total_rms_mm, weighted sum.
+fn figures(judge: &Judge<'_>, row: &DriveRow, own: &Estimator<'_>, length: f64) -> [f64; 3] {
+    let unit = if judge.setup.estimate.convention == Convention::Elongation { own.k_unit } else { 1.0 };
+    let sd = row.deviation.sd().unwrap_or(f64::NAN);
+    let total = row.total_rms().unwrap_or(f64::NAN);
+    let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);
+    let [by_sd, by_distance] = judge.search.weights;
+    // A weight of 0 leaves its term out, also where that has no value.
+    let term = |weight: f64, value: f64| if weight == 0.0 { 0.0 } else { weight * value };
+    [sd * unit, total, term(by_sd, sd / mean) + term(by_distance, total / length)]
+}
+
+/// Figures over the samples; limits of the nominal whisker, and that 90 % of the samples keep theirs.
+fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
+    let mut score = *nominal;
+    let mut worst: Vec<f64> = samples
+        .iter()
+        .map(|s| if s.figures.iter().all(|f| f.is_nan()) { s.worst().max(1.0) } else { s.worst() })
+        .collect();
+    worst.sort_by(f64::total_cmp);
+    let kept = (0.9 * worst.len() as f64).ceil() as usize;
+    score.set(Limit::Samples, worst[kept - 1]);
+    for (i, figure) in score.figures.iter_mut().enumerate() {
+        let values: Vec<f64> = samples.iter().map(|s| s.figures[i]).filter(|f| f.is_finite()).collect();
+        *figure = measure(robust.measure, values);
+    }
+    score
+}
+
+/// Mean, or mean of the worst tenth (R. T. Rockafellar and S. Uryasev, J. Risk 2, 2000); NaN of nothing.
+fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
+    let n = values.len() as f64;
+    match measure {
+        Measure::Mean => values.iter().sum::<f64>() / n,
+        Measure::Cvar90 => {
+            values.sort_by(|a, b| b.total_cmp(a));
+            let mass = 0.1 * n;
+            let part = |(i, v): (usize, &f64)| v * (mass - i as f64).clamp(0.0, 1.0);
+            values.iter().enumerate().map(part).sum::<f64>() / mass
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_tenth_takes_its_share_of_the_next_value() {
+        let values: Vec<f64> = (1..=25).map(f64::from).collect();
+        assert_eq!(measure(Measure::Mean, values.clone()), 13.0);
+        // 2.5 values: 25, 24 and half of 23.
+        assert!((measure(Measure::Cvar90, values) - (25.0 + 24.0 + 11.5) / 2.5).abs() < 1e-12);
+        assert!(measure(Measure::Mean, vec![]).is_nan() && measure(Measure::Cvar90, vec![]).is_nan());
+    }
+
+    #[test]
+    fn nine_of_ten_samples_keep_the_limits() {
+        let sample = |strain| {
+            let mut s = Score { figures: [1.0; 3], ..Score::NOTHING };
+            s.set(Limit::Strain, strain);
+            s
+        };
+        let robust =
+            Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+        let with = |bad: usize| {
+            let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
+            gather(&robust, &sample(-0.5), &all).violation()
+        };
+        assert_eq!((with(0), with(1), with(2)), (0.0, 0.0, 0.5));
+    }
+}

@@ -1,0 +1,346 @@
+//! Zeros and drives as rigs have them: bridges out of balance, counts that begin anew, drives with a zero of their own, what nobody recorded.
+
+use std::fmt::Write as _;
+
+use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, table};
+use crate::common::program::Desk;
+use crate::common::sweeping::{Row, Table};
+use vibrissa::calibrate::Reason;
+use vibrissa::calibrate::report::result;
+use vibrissa::calibrate::{Calibrated, Options, calibrate, coverage::coverage};
+use vibrissa::estimator::taps::Tap;
+use vibrissa::measure::Rig;
+use vibrissa::measure::unit::quarter_bridge_output;
+use vibrissa::scene::{Drive, Setup};
+use vibrissa::simulate::Settings;
+
+fn spec() -> String {
+    prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL])
+}
+
+fn rig_table(zero_every: Option<u64>, repeats: u64) -> String {
+    table(&spec(), &Settings { repeats, noise: 1e-5, zero_every, seed: 1, ..Settings::default() })
+}
+
+/// Distance, drive and `f` of (share of the file, strain) of every row.
+fn signals(table: &str, column: &str, f: impl Fn(f64, f64) -> f64) -> String {
+    let mut out = format!("a_mm,theta_deg,{column}\n");
+    let rows = data(table).rows;
+    for (k, row) in rows.iter().enumerate() {
+        let a = if row.a.is_finite() { row.a.to_string() } else { String::new() };
+        let _ = writeln!(out, "{a},{},{}", row.drive, f(k as f64 / rows.len() as f64, row.value));
+    }
+    out
+}
+
+fn distances(desk: &Desk, folder: &str) -> Vec<f64> {
+    let table = Table::read(&desk.path(&format!("{folder}/located.csv")));
+    table.rows.iter().map(|r| r["distance_mm"].parse().unwrap_or(f64::NAN)).collect()
+}
+
+fn apart(p: &[f64], q: &[f64]) -> f64 {
+    assert_eq!(p.len(), q.len());
+    p.iter().zip(q).map(|(p, q)| (p - q).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_zero_of_a_bridge_is_subtracted_as_it_is_shown() {
+    let desk = Desk::new(&spec());
+    let measured = rig_table(Some(20), 3);
+    desk.write("balanced.csv", signals(&measured, "bridge_mV_per_V", |_, e| quarter_bridge_output(e, 2.21)));
+    desk.write(
+        "off.csv",
+        signals(&measured, "bridge_mV_per_V", |_, e| quarter_bridge_output(e, 2.21) + 0.35),
+    );
+    for name in ["balanced", "off"] {
+        let (file, cal) = (format!("{name}.csv"), format!("c_{name}"));
+        desk.run(&["calibrate", &file, "--whisker", "spec.toml", "--out", &cal]).exits(0);
+        let calibration = format!("{cal}/calibration.toml");
+        desk.run(&["locate", &calibration, &file, "--out", &format!("l_{name}")]).exits(0);
+    }
+    let (balanced, off) = (distances(&desk, "l_balanced"), distances(&desk, "l_off"));
+    assert!(apart(&balanced, &off) < 1e-3, "{}", apart(&balanced, &off));
+    let stream = |value: f64, zero: &str| {
+        let ran = desk
+            .pipe(&["locate", "c_off/calibration.toml", "--zero", zero], &format!("4,{value}\n"))
+            .exits(0);
+        ran.stdout.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse::<f64>().unwrap()
+    };
+    assert!((stream(12.0, "0") - stream(12.35, "0.35")).abs() < 1e-6);
+}
+
+/// Counts of a rig that rests above its taps, three rests among them; each `count` of what the sensor would say.
+fn counts(count: impl Fn(f64) -> f64) -> String {
+    let mut out = String::from("a_mm,delta_mm,reading\n");
+    for run in 0..3 {
+        let off = 400.0 * f64::from(run * run);
+        let _ = writeln!(out, "144,0,{}", count(50_000.0 + off));
+        for k in 0..7 {
+            let a = 117.0 + 4.5 * f64::from(k);
+            for delta in [2.0, 4.0, 6.0, 8.0, 10.0] {
+                let signal = 5_300.0 * delta * (117.0 / a).powi(3);
+                let _ = writeln!(out, "{a},{delta},{}", count((50_000.0 - signal + 0.3 * off).round()));
+            }
+        }
+    }
+    out
+}
+
+#[test]
+fn one_rest_beyond_the_end_of_the_range_is_joined_to_the_others() {
+    let desk = Desk::new("");
+    desk.write("plain.csv", counts(|x| x));
+    desk.write("turned.csv", counts(|x| (x + 14_500.0).rem_euclid(65_536.0)));
+    for name in ["plain", "turned"] {
+        let (file, cal) = (format!("{name}.csv"), format!("c_{name}"));
+        let ran = desk.run(&["calibrate", &file, "--out", &cal]).exits(0);
+        assert_eq!(ran.stderr.contains("16 bits"), name == "turned", "{}", ran.stderr);
+        let calibration = format!("{cal}/calibration.toml");
+        desk.run(&["locate", &calibration, &file, "--out", &format!("l_{name}")]).exits(0);
+    }
+    let [plain, turned] = ["l_plain", "l_turned"].map(|l| distances(&desk, l));
+    let answered = plain.iter().filter(|a| a.is_finite()).count();
+    assert_eq!(answered, turned.iter().filter(|a| a.is_finite()).count());
+    assert!(answered > 100 && apart(&plain, &turned) < 1e-6, "{answered}: {}", apart(&plain, &turned));
+}
+
+/// A calibrated whisker whose zero was read, on a desk.
+fn desk() -> Desk {
+    let desk = Desk::new(&spec());
+    desk.write("cal.csv", rig_table(Some(20), 2));
+    desk.run(&["calibrate", "cal.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk
+}
+
+#[test]
+fn a_wild_zero_of_a_stream_is_told_and_not_used() {
+    let desk = desk();
+    let ask = |input: &str, more: &[&str]| {
+        let ran = desk.pipe(&[&["locate", "cal/calibration.toml"], more].concat(), input).exits(0);
+        let lines: Vec<String> = ran.stdout.lines().skip(1).map(str::to_owned).collect();
+        (lines, ran.stderr)
+    };
+    let answer = |line: &String| line.split(',').nth(2).unwrap().to_owned();
+    let (plain, said) = ask("0,0\n4,0.02\n", &[]);
+    assert!(!said.contains("far off"), "{said}");
+    let (wild, said) = ask("0,0\n0,0.02\n4,0.02\n0,0\n4,0.02\n", &[]);
+    assert_eq!([answer(&wild[2]), answer(&wild[4])], [answer(&plain[1]), answer(&plain[1])]);
+    assert!(said.contains("line 2") && said.contains("far off"), "{said}");
+    // A zero that has moved is believed the second time.
+    let (moved, _) = ask("0,0\n0,0.01\n0,0.01\n4,0.03\n", &[]);
+    let number = |l: &String| answer(l).parse::<f64>().unwrap();
+    assert!((number(&moved[3]) - number(&plain[1])).abs() < 1e-6);
+    let (_, said) = ask("4,0.02\n0,0\n4,0.02\n", &["--zero", "1e-300"]);
+    assert!(said.contains("line 2 on") && said.contains("--zero 1e-300"), "{said}");
+    let (commented, _) = ask("# a note\n0,0\n# another\n4,0.02\n", &[]);
+    assert_eq!(commented, plain);
+}
+
+#[test]
+fn names_and_comments_of_a_file_of_readings_are_kept_apart() {
+    let desk = desk();
+    desk.write("r.csv", "# rig 3\nline,given_line,theta_deg,strain\n# begun\n7,8,0,0\n9,10,4,0.02\n");
+    desk.run(&["locate", "cal/calibration.toml", "r.csv", "--out", "l"]).exits(0);
+    let located = Table::read(&desk.path("l/located.csv"));
+    assert_eq!(located.columns[..3], ["line", "given_given_line", "given_line"], "{:?}", located.columns);
+    let row = &located.rows[1];
+    assert_eq!([&row["line"], &row["given_given_line"], &row["given_line"]], ["5", "9", "10"]);
+    assert_eq!(row["status"], "ok");
+}
+
+#[test]
+fn readings_for_a_calibration_that_could_not_tell_its_zero_are_warned_about() {
+    let two = prototype(10.0, &["noise_strain = 1e-5\n", "[tap]\na = [30, 40]\ntheta = 4\n", REAL]);
+    let desk = Desk::new(&two);
+    desk.write("d.csv", table(&two, &Settings { repeats: 3, noise: 1e-5, ..Settings::default() }));
+    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    let ran = desk.pipe(&["locate", "cal/calibration.toml"], "4,0.02\n").exits(0);
+    assert!(ran.stderr.contains("could not tell a constant offset"), "{}", ran.stderr);
+}
+
+#[test]
+fn readings_with_a_drive_are_answered_where_the_calibration_has_none() {
+    let one = prototype(
+        10.0,
+        &["noise_strain = 1e-5\n", "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = 4\n", REAL],
+    );
+    let measured = table(&one, &Settings { repeats: 3, noise: 1e-5, ..Settings::default() });
+    let mut blind = String::from("a_mm,reading\n");
+    data(&measured).rows.iter().for_each(|r| writeln!(blind, "{},{}", r.a, 4.7e5 * r.value).unwrap());
+    let desk = Desk::new("");
+    desk.write("d.csv", blind);
+    desk.run(&["calibrate", "d.csv", "--out", "cal"]).exits(0);
+    let ask = |input: &str| desk.pipe(&["locate", "cal/calibration.toml"], input).exits(0);
+    let plain = ask("reading\n9400\n");
+    let distance = |line: &str| line.split(',').nth(2).unwrap().to_owned();
+    let wanted = distance(plain.stdout.lines().nth(1).unwrap());
+    let driven = ask("delta_mm,reading\n0,500\n2,9900\n2.01,9900\n5,9900\n");
+    let lines: Vec<&str> = driven.stdout.lines().skip(1).collect();
+    assert!(lines[0].ends_with("no_strain") && lines[3].ends_with("outside_calibration"), "{lines:?}");
+    assert_eq!([distance(lines[1]), distance(lines[2])], [wanted.clone(), wanted]);
+    assert!(driven.stderr.contains("was not recorded"), "{}", driven.stderr);
+}
+
+/// A rig whose drive is counted from a zero of its own; contact begins at `begin`.
+fn own_zero(begin: f64, drives: &[f64], rest: f64) -> String {
+    let mut out = String::from("a_mm,delta_mm,reading\n");
+    for run in 0..3 {
+        let _ = writeln!(out, "144,{rest},{}", 50_000 + run);
+        for k in 0..7 {
+            let a = 117.0 + 4.5 * f64::from(k);
+            for d in drives {
+                let signal = 2_700.0 * (d - begin) * (117.0 / a).powi(3) * (1.0 + 0.01 * (d - begin));
+                let noise = f64::from((7 * k + 3 * run) % 5 - 2) * 60.0;
+                let _ = writeln!(out, "{a},{d},{}", (50_000.0 - signal + noise).round());
+            }
+        }
+    }
+    out
+}
+
+fn without_whisker(text: &str) -> Calibrated {
+    let rig = Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.0).unwrap();
+    calibrate(&data(text), &rig, &Options::default()).unwrap()
+}
+
+#[test]
+fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
+    let text = own_zero(-6.0, &[-4.0, -2.0, 0.0, 2.0, 4.0], -7.85);
+    let desk = Desk::new("");
+    desk.write("d.csv", &text);
+    let ran = desk.run(&["calibrate", "d.csv", "--out", "cal", "--export", "python"]).exits(0);
+    assert!(
+        ran.stdout.contains("105 of 105 taps used, 3 zero") && ran.stderr.contains("counted from there"),
+        "{}",
+        ran.stderr
+    );
+    let ran = desk.run(&["locate", "cal/calibration.toml", "d.csv", "--out", "loc"]).exits(0);
+    let located = Table::read(&desk.path("loc/located.csv"));
+    let words = |w: &str| located.rows.iter().filter(|r| r["status"] == w).count();
+    assert_eq!([words("no_strain"), words("ok")], [3, 105], "{}", ran.stderr);
+    let number = |r: &Row, c: &str| r[c].parse::<f64>().unwrap();
+    let off = |r: &&Row| (number(r, "distance_mm") - number(r, "a_mm")).abs() / number(r, "sigma_mm");
+    assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));
+    let rows = Table::read(&desk.path("cal/rows.csv"));
+    assert!(rows.rows[0]["delta_mm"] == "-7.85" && rows.rows[1]["delta_mm"] == "-4");
+    assert!(desk.read("cal/locate.py").contains("drive -= -7.85e0"));
+}
+
+#[test]
+fn a_rest_row_whose_drive_is_also_there_as_a_positive_one_is_no_slip() {
+    let judged = |text: &str| {
+        let found = without_whisker(text);
+        let outside = |t: &&Tap| t.reason == Some(Reason::OutsideDomain);
+        (found.zeros.len(), found.taps.iter().filter(outside).count())
+    };
+    let plan = [2.0, 4.0, 6.0, 8.0, 10.0];
+    assert_eq!(judged(&own_zero(-6.0, &plan, -8.0)), (3, 0));
+    // Neither is a slip of the sign, nor the other side of the whisker, a rest.
+    assert_eq!(judged(&own_zero(0.0, &plan, 0.0).replacen("117,4,", "117,-4,", 1)), (3, 1));
+    assert_eq!(judged(&own_zero(0.0, &[-8.0, -4.0, 4.0, 8.0, 10.0], 0.0)), (3, 42));
+}
+
+#[test]
+fn a_column_that_the_signal_follows_is_not_ignored() {
+    let desk = Desk::new(&spec());
+    let measured = rig_table(None, 1);
+    let renamed = |name: &str| measured.replacen("theta_deg", name, 1);
+    for name in ["ch_7", "step", "Winkel (deg)"] {
+        desk.write("d.csv", renamed(name));
+        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "o"]).exits(2);
+        let quote = if name.contains(' ') { "'" } else { "" };
+        assert!(
+            ran.stderr.contains("d.csv:1") && ran.stderr.contains(&format!("{quote}theta={name}{quote}")),
+            "{}",
+            ran.stderr
+        );
+        let said = format!("theta={name}");
+        desk.run(&[
+            "calibrate",
+            "d.csv",
+            "--whisker",
+            "spec.toml",
+            "--columns",
+            &said,
+            "--out",
+            "o",
+            "--force",
+        ])
+        .exits(0);
+    }
+    // What only counts, drifts or is called like a drive is passed over, the last with a word.
+    let mut text = String::from("a_mm,step,t_s,reading\n");
+    for (k, a) in (0..60).map(|k| (k, 20 + k % 10)) {
+        let _ = writeln!(text, "{a},{},{},{}", k / 10, k, 1e6 / f64::from(a) + 30.0 * f64::from(k / 10));
+    }
+    desk.write("d.csv", text);
+    let ran = desk.run(&["calibrate", "d.csv", "--out", "p"]).exits(0);
+    assert!(ran.stderr.contains("theta=step"), "{}", ran.stderr);
+}
+
+/// Value and standard error of the zero and of the offset of the drive, as they are said.
+fn said(found: &Calibrated) -> [[f64; 2]; 2] {
+    let located = crate::common::measuring::locator(found, None);
+    let said = result(found, &found.calibration.rig, &coverage(found, &located));
+    let fitted = said["sides"][0]["parameters"]["fitted"].as_array().unwrap().clone();
+    let offset = fitted.iter().find(|p| p["name"] == "theta_offset").expect("it is fitted");
+    let pair = |v: &serde_json::Value, error: &str| ["value", error].map(|k| v[k].as_f64().unwrap());
+    [pair(&said["zero"], "error"), pair(offset, "standard_error")]
+}
+
+#[test]
+fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
+    let plain = rig_table(None, 1);
+    for (offset, drift) in [
+        (0.0, 0.0),
+        (2e-5, 0.0),
+        (4e-5, 0.0),
+        (8e-5, 0.0),
+        (0.0, 4e-5),
+        (0.0, 8e-5),
+        (0.0, -8e-5),
+        (0.0, 4e-4),
+    ] {
+        let found = calibrated(&signals(&plain, "strain", |t, e| e + offset + drift * t), &spec(), &[]);
+        let [[zero, of_zero], [theta, of_theta]] = said(&found);
+        assert!((zero - offset - 0.5 * drift).abs() < 3.0 * of_zero, "{offset} {drift}: {zero} ± {of_zero}");
+        assert!(theta.abs() < 3.0 * of_theta, "{offset} {drift}: {theta} ± {of_theta}");
+        assert!(drift > 1e-4 || of_zero < 1.5e-4 && of_theta < 0.02, "{of_zero} {of_theta}");
+        let told = found.warnings.iter().any(|w| w.contains("A drift of the zero"));
+        assert_eq!(told, zero != 0.0, "{:?}", found.warnings);
+    }
+}
+
+/// The rows of a table in another order.
+fn shuffled(plain: &str) -> String {
+    let rows: Vec<&str> = plain.lines().skip(1).collect();
+    let order: Vec<&str> = (0..rows.len()).map(|k| rows[37 * k % rows.len()]).collect();
+    format!("{}\n{}\n", plain.lines().next().unwrap(), order.join("\n"))
+}
+
+#[test]
+fn a_drift_that_what_is_left_shows_is_told() {
+    let shuffled = shuffled(&rig_table(None, 1));
+    for drift in [0.0, 8e-5, -8e-5] {
+        let found = calibrated(&signals(&shuffled, "strain", |t, e| e + drift * t), &spec(), &[]);
+        let told = found.warnings.iter().any(|w| w.contains("order of the lines"));
+        assert_eq!(told, drift != 0.0, "{drift}: {:?}", found.warnings);
+        let [[zero, of_zero], _] = said(&found);
+        assert!((zero - 0.5 * drift).abs() < 4.0 * of_zero, "{drift}: {zero} ± {of_zero}");
+    }
+}
+
+#[test]
+fn a_drift_is_told_where_a_sharp_tip_follows_not_all_taps() {
+    let taps = "[tap]\na = { from = 21, to = 48, step = 1 }\ntheta = [0.5, 2, 4, 6, 8, 10]\n";
+    let spec = prototype(0.5, &["noise_strain = 1e-5\n", taps]);
+    let once = Settings { noise: 1e-5, zero_every: None, seed: 1, ..Settings::default() };
+    let shuffled = shuffled(&table(&spec, &once));
+    for drift in [0.0, 8e-5] {
+        let found = calibrated(&signals(&shuffled, "strain", |t, e| e + drift * t), &spec, &[]);
+        let side = &found.sides[0];
+        assert!(side.fit.as_ref().unwrap().cells.len() < side.cells.len());
+        let told = found.warnings.iter().any(|w| w.contains("order of the lines"));
+        assert_eq!(told, drift != 0.0, "{drift}: {:?}", found.warnings);
+    }
+}
