@@ -154,17 +154,19 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
 pub(super) fn group(layout: &Layout, ranker: &Ranker, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
-        let mut easy: Vec<(u64, Tuple)> = Vec::with_capacity(ks.len());
+        let mut easy: (Vec<u64>, Vec<Tuple>) = (Vec::with_capacity(ks.len()), Vec::with_capacity(ks.len()));
         for &k in ks {
             let tuple = layout.design(k);
             match ranker.case(&tuple) {
-                Case::Easy => easy.push((k, tuple)),
+                Case::Easy => {
+                    easy.0.push(k);
+                    easy.1.push(tuple);
+                }
                 Case::Hard => found.hard.push(k),
                 Case::Void => found.words.invalid += layout.block(),
             }
         }
-        let (ks, tuples): (Vec<u64>, Vec<Tuple>) = easy.into_iter().unzip();
-        ranker.rank(&ks, &tuples, bound, &mut found);
+        ranker.rank(&easy.0, &easy.1, bound, &mut found);
         found
     };
     let merge = |mut a: Found, b: Found| {

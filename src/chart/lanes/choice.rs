@@ -4,7 +4,7 @@
 //! what holds the arc. So the sliding solutions at a few T/P between −μ and μ, smooth in T/P, tell it all.
 
 use super::Lanes;
-use super::read::{Flat, dot};
+use super::read::{Flat, Values, dot};
 use crate::chart::axis::AXES;
 use crate::chart::distance::{FUNCTIONS, lobatto, matrix_at};
 
@@ -32,7 +32,7 @@ impl Choice {
         &self,
         branches: &[[Flat; FUNCTIONS]],
         basis: &[Vec<Lanes<FMA>>; AXES],
-        products: &[Lanes<FMA>],
+        products: &Values<FMA>,
     ) -> ([Lanes<FMA>; FUNCTIONS], Lanes<FMA>) {
         let of = Lanes::<FMA>::of;
         let (zero, n) = (of(0.0), branches.len());
@@ -76,7 +76,7 @@ impl Choice {
 }
 
 /// Polynomials over the axes, and products of some.
-type At<'a, const FMA: bool> = (&'a [Vec<Lanes<FMA>>; AXES], &'a [Lanes<FMA>]);
+type At<'a, const FMA: bool> = (&'a [Vec<Lanes<FMA>>; AXES], &'a Values<FMA>);
 
 // Functions and no closures: what is not inlined would not be compiled for the instruction set of its caller.
 

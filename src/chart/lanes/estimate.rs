@@ -1,8 +1,9 @@
 //! The distance estimate in a pack: errors of a row, and the words of its taps.
 
 use super::rows::{Row, Rows};
+use super::tally::Tally;
 use super::tap::Tap;
-use super::{Distance, LANES, Lanes, Tables, Words};
+use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
 
@@ -22,7 +23,9 @@ pub(super) fn bounds<const FMA: bool>(
 ) -> [Lanes<FMA>; 3] {
     let (lo, hi) = (Pack::splat(distance.ends[0]), Pack::splat(distance.ends[1]));
     let growth = &tap.growth;
-    let [at_lo, at_hi, peak] = [lo, hi, growth.vertex].map(|eta| growth.at(tables, eta)[0]);
+    let at_lo = growth.at(tables, lo)[0];
+    let at_hi = growth.at(tables, hi)[0];
+    let peak = growth.at(tables, growth.vertex)[0];
     let never = Lanes::<FMA>::of(1e30);
     [lo.if_less(growth.vertex, never, at_lo), growth.vertex.if_less(hi, at_hi, never).min(peak), peak]
 }
@@ -82,11 +85,11 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
     ) -> [Lanes<FMA>; 2] {
         let of = Lanes::<FMA>::of;
         let zero = of(0.0);
-        let mean = |k: usize| if tables.fixed.is_some() { zero } else { rows.mean[k] };
-        let middle = mean(0) - tap.kappa[0];
+        let mean = if tables.fixed.is_some() { [zero; ORDERS] } else { rows.mean };
+        let middle = mean[0] - tap.kappa[0];
         let mut around = zero;
         for k in 1..m {
-            around = around + (mean(k) - tap.kappa[k]).abs();
+            around = around + (mean[k] - tap.kappa[k]).abs();
         }
         let (mut lo, mut hi) = (middle - around, middle + around);
         if !every && tables.fixed.is_none() {
@@ -115,8 +118,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         (tap, distance): (&Tap<Lanes<FMA>>, &Distance),
         edges: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
-        counts: &mut [Words; LANES],
-        hard: &mut [bool; LANES],
+        tally: &mut Tally<Lanes<FMA>>,
     ) {
         let of = Lanes::<FMA>::of;
         let m = tables.points;
@@ -141,25 +143,19 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         let beyond = (of(-0.9) * farthest).max(of(fewest));
         let beyond = least.if_less(beyond, one, of(highest).if_less(most, one, zero));
 
-        let mut open = false;
-        for lane in 0..rows.live {
-            let count = &mut counts[lane];
-            let (above, slipped) = (edges.above.0[lane] as u64, edges.slipped.0[lane] as u64);
-            count.strain += drives as u64 - above;
-            count.slipped += drives as u64 - slipped;
-            if beyond.0[lane] > 0.5 {
-                hard[lane] = true;
-            } else if certain.0[lane] * clear.0[lane] > 0.5 {
-                count.ok += above.min(slipped);
-            } else if certain.0[lane] * ambiguous.0[lane] > 0.5 {
-                count.ambiguous += drives as u64;
-            } else if (complete.0[lane] as usize) < drives {
-                hard[lane] = true;
-            } else {
-                open = true;
-            }
-        }
-        if !open {
+        let all = of(drives as f64);
+        tally.strain = tally.strain + (all - edges.above);
+        tally.slipped = tally.slipped + (all - edges.slipped);
+        let clear = certain * clear;
+        let ambiguous = certain * ambiguous * (one - clear);
+        let near = one - beyond;
+        tally.ok = tally.ok + near * clear * edges.above.min(edges.slipped);
+        tally.ambiguous = tally.ambiguous + near * ambiguous * all;
+        let rest = near * (one - clear) * (one - ambiguous);
+        let whole = complete.if_less(all, zero, one);
+        tally.hard = tally.hard.max(beyond).max(rest * (one - whole));
+        let open = rest * whole;
+        if open.all_at_most(zero) {
             return;
         }
         let clean = edges.above.min(edges.slipped);
@@ -173,15 +169,9 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
             twice = twice + two;
             free = free + of(j as f64).if_less(clean, one - none.max(two), zero);
         }
-        for lane in 0..rows.live {
-            let settled = beyond.0[lane] + certain.0[lane] * (clear.0[lane] + ambiguous.0[lane]);
-            if settled < 0.5 {
-                let count = &mut counts[lane];
-                count.rootless += rootless.0[lane] as u64;
-                count.ambiguous += twice.0[lane] as u64;
-                count.ok += free.0[lane] as u64;
-            }
-        }
+        tally.rootless = tally.rootless + open * rootless;
+        tally.ambiguous = tally.ambiguous + open * twice;
+        tally.ok = tally.ok + open * free;
     }
 }
 
@@ -197,7 +187,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         m: usize,
         edges: &[Edges<Lanes<FMA>>],
         place: Lanes<FMA>,
-        counts: &mut [Words; LANES],
+        tally: &mut Tally<Lanes<FMA>>,
     ) -> (Lanes<FMA>, Lanes<FMA>) {
         let of = Lanes::<FMA>::of;
         let (zero, one) = (of(0.0), of(1.0));
@@ -227,14 +217,11 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             slip_sum = slip_sum + off;
             free_sum = free_sum + (one - none.max(near).max(over).max(off));
         }
-        for lane in 0..self.live {
-            let count = &mut counts[lane];
-            count.rootless += none_sum.0[lane] as u64;
-            count.ambiguous += two_sum.0[lane] as u64;
-            count.strain += strain_sum.0[lane] as u64;
-            count.slipped += slip_sum.0[lane] as u64;
-            count.ok += free_sum.0[lane] as u64;
-        }
+        tally.rootless = tally.rootless + none_sum;
+        tally.ambiguous = tally.ambiguous + two_sum;
+        tally.strain = tally.strain + strain_sum;
+        tally.slipped = tally.slipped + slip_sum;
+        tally.ok = tally.ok + free_sum;
         let share = of(1.0 / taps.len() as f64);
         let rank = match tables.by {
             RankBy::ErrorMax => largest,

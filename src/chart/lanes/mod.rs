@@ -13,10 +13,12 @@
 #![allow(clippy::needless_range_loop)]
 
 mod choice;
+mod dispatch;
 mod estimate;
 mod outcome;
 mod read;
 mod rows;
+mod tally;
 mod tap;
 
 use super::axis::{AXES, Map, ORDERS, Quantity};
@@ -24,16 +26,17 @@ use super::build::Built;
 use super::distance::{DistanceChart, FUNCTIONS, Function};
 use super::scope::Scope;
 use crate::design::amount;
-use crate::kernel::cpu::{Cpu, Pack};
+use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 use crate::scene::{Convention, Drive, Per, RankBy, Theory, Tuple};
 pub use crate::smooth::lanes::{Found, Words};
 use choice::Choice;
+use dispatch::{Work, best};
 use estimate::Edges;
 pub use outcome::{Read, Readings};
-use read::{Flat, Products};
+use read::{Flat, Products, Values};
 use rows::Rows;
 use tap::Tap;
 
@@ -125,9 +128,37 @@ struct Angle {
     place: u32,
 }
 
-/// Whether lanes of eight with fused operations are there.
-fn fused() -> bool {
-    Cpu::instructions() == "avx2+fma"
+/// [`Tables::rank`] for an instruction set.
+struct Rank<'a> {
+    tables: &'a Tables,
+    ks: &'a [u64],
+    tuples: &'a [Tuple],
+    bound: f32,
+    found: &'a mut Found,
+}
+
+impl Work for Rank<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) {
+        self.tables.rank_lanes::<FMA>(self.ks, self.tuples, self.bound, self.found);
+    }
+}
+
+/// [`Tables::deviations`] for an instruction set.
+struct Deviations<'a> {
+    tables: &'a Tables,
+    taps: &'a [(Tuple, usize)],
+}
+
+impl Work for Deviations<'_> {
+    type Out = Vec<f64>;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> Vec<f64> {
+        self.tables.deviations_lanes::<FMA>(self.taps)
+    }
 }
 
 impl Distance {
@@ -175,7 +206,7 @@ impl Distance {
         quantities: &[Lanes<FMA>; AXES],
         first: usize,
         basis: &mut [Vec<Lanes<FMA>>; AXES],
-        products: &mut [Lanes<FMA>],
+        products: &mut Values<FMA>,
     ) {
         let one = Lanes::<FMA>::of(1.0);
         for k in first..AXES {
@@ -273,19 +304,7 @@ impl Tables {
 
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
     pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        #[cfg(target_arch = "x86_64")]
-        if fused() {
-            // SAFETY: the CPU has just been found to have both features.
-            unsafe { self.rank_avx2(ks, tuples, bound, found) };
-            return;
-        }
-        self.rank_lanes::<{ cfg!(target_arch = "aarch64") }>(ks, tuples, bound, found);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn rank_avx2(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        self.rank_lanes::<true>(ks, tuples, bound, found);
+        best(Rank { tables: self, ks, tuples, bound, found });
     }
 
     #[inline(always)]
@@ -344,18 +363,7 @@ impl Tables {
 
     /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        #[cfg(target_arch = "x86_64")]
-        if fused() {
-            // SAFETY: the CPU has just been found to have both features.
-            return unsafe { self.deviations_avx2(taps) };
-        }
-        self.deviations_lanes::<{ cfg!(target_arch = "aarch64") }>(taps)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn deviations_avx2(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        self.deviations_lanes::<true>(taps)
+        best(Deviations { tables: self, taps })
     }
 
     #[inline(always)]
@@ -390,7 +398,7 @@ struct Scratch<const FMA: bool> {
     /// Chebyshev polynomials over each axis.
     basis: [Vec<Lanes<FMA>>; AXES],
     /// Products of those over taper and place.
-    products: Vec<Lanes<FMA>>,
+    products: Box<Values<FMA>>,
     /// A tap per distance.
     taps: Vec<Tap<Lanes<FMA>>>,
     /// Where its words begin.
@@ -403,10 +411,7 @@ impl<const FMA: bool> Scratch<FMA> {
         let most = |k: usize| tables.distances.iter().map(|d| d.sizes[k]).max().unwrap_or(1).max(2);
         Self {
             basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
-            products: vec![
-                Pack::default();
-                tables.distances.iter().map(|d| d.products.len()).max().unwrap_or(0)
-            ],
+            products: Products::values(),
             taps: vec![Tap::default(); tables.distances.len()],
             edges: Vec::with_capacity(tables.distances.len()),
         }

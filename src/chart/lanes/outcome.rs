@@ -1,7 +1,9 @@
 //! Single taps read in lanes.
 
 use super::choice::Choice;
-use super::{Distance, LANES, Lanes, fused};
+use super::dispatch::{Work, best};
+use super::read::Products;
+use super::{Distance, LANES, Lanes};
 use crate::chart::axis::AXES;
 use crate::chart::distance::{DistanceChart, FUNCTIONS};
 use crate::kernel::cpu::Pack;
@@ -38,19 +40,7 @@ impl Readings {
 
     /// Taps at distance `i`; their quantities, the drive in rad or mm, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        #[cfg(target_arch = "x86_64")]
-        if fused() {
-            // SAFETY: the CPU has just been found to have both features.
-            unsafe { self.read_avx2(i, quantities, out) };
-            return;
-        }
-        self.read_lanes::<{ cfg!(target_arch = "aarch64") }>(i, quantities, out);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn read_avx2(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        self.read_lanes::<true>(i, quantities, out);
+        best(Reading { readings: self, i, quantities, out });
     }
 
     #[inline(always)]
@@ -59,7 +49,7 @@ impl Readings {
         let of = Lanes::<FMA>::of;
         let mut basis: [Vec<Lanes<FMA>>; AXES] =
             std::array::from_fn(|k| vec![of(0.0); distance.sizes[k].max(2)]);
-        let mut products = vec![of(0.0); distance.products.len()];
+        let mut products = Products::values();
         for part in quantities.chunks(LANES) {
             let mut columns = [[0.0f32; LANES]; AXES];
             for lane in 0..LANES {
@@ -87,5 +77,22 @@ impl Readings {
                     .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),
             );
         }
+    }
+}
+
+/// [`Readings::read`] for an instruction set.
+struct Reading<'a> {
+    readings: &'a Readings,
+    i: usize,
+    quantities: &'a [[f64; AXES]],
+    out: &'a mut Vec<Read>,
+}
+
+impl Work for Reading<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) {
+        self.readings.read_lanes::<FMA>(self.i, self.quantities, self.out);
     }
 }

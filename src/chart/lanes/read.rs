@@ -5,6 +5,13 @@ use crate::chart::axis::AXES;
 use crate::chart::series::Series;
 use crate::kernel::cpu::Pack;
 
+/// Most products: any pair of orders, and a power of two, so that a place needs no check.
+const MOST_PRODUCTS: usize = 256;
+const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
+
+/// Values of products, by place.
+pub(super) type Values<const FMA: bool> = [Lanes<FMA>; MOST_PRODUCTS];
+
 /// Series over the same axes, flat: the products of polynomials over taper and place are made once, and every coefficient is then one
 /// multiply–add, in blocks that share their orders over drive, width and base.
 #[derive(Debug, Default)]
@@ -17,7 +24,7 @@ pub(super) struct Products {
 #[derive(Debug, Default)]
 pub(super) struct Flat {
     blocks: Vec<Block>,
-    terms: Vec<(u32, f32)>,
+    terms: Vec<Term>,
 }
 
 /// Terms that share their orders over drive, width and base.
@@ -27,23 +34,30 @@ struct Block {
     terms: u32,
 }
 
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    coefficient: f32,
+    place: u8,
+}
+
 impl Products {
-    /// Products there are.
-    pub fn len(&self) -> usize {
-        self.pairs.len()
+    /// No values yet.
+    #[inline(always)]
+    pub fn values<const FMA: bool>() -> Box<Values<FMA>> {
+        Box::new([Lanes::<FMA>::of(0.0); MOST_PRODUCTS])
     }
 
-    fn place(&mut self, pair: [u8; 2]) -> u32 {
+    fn place(&mut self, pair: [u8; 2]) -> u8 {
         let at = self.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
             self.pairs.push(pair);
             self.pairs.len() - 1
         });
-        at as u32
+        at as u8
     }
 
     /// Their values.
     #[inline(always)]
-    pub fn fill<const FMA: bool>(&self, basis: &[Vec<Lanes<FMA>>; AXES], into: &mut [Lanes<FMA>]) {
+    pub fn fill<const FMA: bool>(&self, basis: &[Vec<Lanes<FMA>>; AXES], into: &mut Values<FMA>) {
         for ([taper, place], value) in self.pairs.iter().zip(into) {
             *value = basis[3][usize::from(*taper)] * basis[4][usize::from(*place)];
         }
@@ -59,7 +73,8 @@ impl Flat {
                 flat.blocks.push(Block { orders, terms: 0 });
             }
             for (place, c) in row.coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                flat.terms.push((products.place([taper, place as u8]), *c as f32));
+                let place = products.place([taper, place as u8]);
+                flat.terms.push(Term { coefficient: *c as f32, place });
                 if let Some(block) = flat.blocks.last_mut() {
                     block.terms += 1;
                 }
@@ -78,28 +93,29 @@ impl Flat {
     pub fn read<const FMA: bool>(
         &self,
         basis: &[Vec<Lanes<FMA>>; AXES],
-        products: &[Lanes<FMA>],
+        products: &Values<FMA>,
     ) -> [Lanes<FMA>; ORDERS] {
-        let mut out = [Lanes::<FMA>::of(0.0); ORDERS];
+        let zero = Lanes::<FMA>::of(0.0);
+        let mut out = [zero; ORDERS];
         let [_, width, base, ..] = basis;
         let mut terms = self.terms.as_slice();
         for block in &self.blocks {
             let (these, rest) = terms.split_at(block.terms as usize);
             terms = rest;
             // Two sums, so that one need not wait for the other.
-            let mut sums = [Lanes::<FMA>::of(0.0); 2];
+            let (mut even, mut odd) = (zero, zero);
             let pairs = these.chunks_exact(2);
             let last = pairs.remainder();
             for pair in pairs {
-                for (sum, (at, c)) in sums.iter_mut().zip(pair) {
-                    *sum = products[*at as usize].mul_add(Pack::splat(*c), *sum);
-                }
+                let [a, b] = [pair[0], pair[1]];
+                even = products[usize::from(a.place)].mul_add(Pack::splat(a.coefficient), even);
+                odd = products[usize::from(b.place)].mul_add(Pack::splat(b.coefficient), odd);
             }
-            if let [(at, c)] = last {
-                sums[0] = products[*at as usize].mul_add(Pack::splat(*c), sums[0]);
+            if let [a] = last {
+                even = products[usize::from(a.place)].mul_add(Pack::splat(a.coefficient), even);
             }
             let [drive, w, b] = block.orders.map(usize::from);
-            out[drive] = (sums[0] + sums[1]).mul_add(width[w] * base[b], out[drive]);
+            out[drive] = (even + odd).mul_add(width[w] * base[b], out[drive]);
         }
         out
     }

@@ -1,8 +1,9 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
 use super::estimate::{Decided, Edges};
+use super::tally::{Tally, sum};
 use super::tap::{Tap, Whisker};
-use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables, Words};
+use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
 use crate::scene::{Per, RankBy, Tuple};
@@ -152,13 +153,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let (taps, edges) = (&scratch.taps, &mut scratch.edges);
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
-        let mut hard = [false; LANES];
-        for lane in 0..self.live {
-            let largest = self.largest.0[lane];
-            hard[lane] = largest.is_nan() || largest >= if OWN { MOST } else { LARGEST };
-        }
-        let mut words = Words::default();
-        let mut per_lane = [Words::default(); LANES];
+        let most = Pack::splat(if OWN { MOST } else { LARGEST });
+        let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
         edges.clear();
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
@@ -171,15 +167,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         if !estimates {
             let decided = Decided::new(tables, self);
             for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
-                decided.count::<OWN>(
-                    tables,
-                    self,
-                    (tap, distance),
-                    edge,
-                    &complete,
-                    &mut per_lane,
-                    &mut hard,
-                );
+                decided.count::<OWN>(tables, self, (tap, distance), edge, &complete, &mut tally);
             }
         }
 
@@ -196,7 +184,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             let place = of(j as f64);
             let mut rank = if estimates {
                 let row = self.row::<OWN>(tables, j);
-                let (rank, whole) = self.estimate(tables, &row, taps, m, edges, place, &mut per_lane);
+                let (rank, whole) = self.estimate(tables, &row, taps, m, edges, place, &mut tally);
                 let whole = place.if_less(complete, whole, of(0.0));
                 rows_complete = rows_complete + whole;
                 of(0.5).if_less(whole, rank, never)
@@ -218,7 +206,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 Per::Row => {
                     for lane in 0..self.live {
                         let place = if OWN { places[lane] } else { tables.angles[j].place };
-                        if rank.0[lane] < bound.0[lane] && !hard[lane] {
+                        if rank.0[lane] < bound.0[lane] && !tally.is_hard(lane) {
                             found.rows.push((rank.0[lane], ks[lane], place));
                         }
                     }
@@ -229,36 +217,31 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 }
             }
         }
-        for lane in 0..self.live {
-            if hard[lane] {
-                continue;
-            }
-            words.add(&per_lane[lane]);
-            let complete = rows_complete.0[lane] as u64;
-            if tables.per == Per::Row {
-                found.complete += complete;
-                continue;
-            }
-            found.complete += u64::from(complete > 0);
-            if best[0].0[lane] < bound.0[lane] {
+        let counts = tally.counts(self.live);
+        found.words.add(&tally.words(counts));
+        found.complete += match tables.per {
+            Per::Row => sum(rows_complete * counts),
+            Per::Design => sum(of(0.0).if_less(rows_complete, counts, of(0.0))),
+        };
+        if tables.per == Per::Design && !bound.all_at_most(best[0]) {
+            for lane in (0..self.live).filter(|&lane| best[0].0[lane] < bound.0[lane]) {
                 let j = best[1].0[lane] as usize;
                 let place = if OWN { places[lane] } else { tables.angles[j].place };
                 found.rows.push((best[0].0[lane], ks[lane], place));
             }
         }
-        found.words.add(&words);
-        if hard[..self.live].contains(&true) {
+        if (0..self.live).any(|lane| tally.is_hard(lane)) {
             // Rows pushed before a design turned out to be hard.
             let mut at = start;
             while at < found.rows.len() {
                 let lane = ks.iter().position(|&k| k == found.rows[at].1);
-                if lane.is_some_and(|lane| hard[lane]) {
+                if lane.is_some_and(|lane| tally.is_hard(lane)) {
                     found.rows.swap_remove(at);
                 } else {
                     at += 1;
                 }
             }
-            found.hard.extend((0..self.live).filter(|&lane| hard[lane]).map(|lane| ks[lane]));
+            found.hard.extend((0..self.live).filter(|&lane| tally.is_hard(lane)).map(|lane| ks[lane]));
         }
     }
 

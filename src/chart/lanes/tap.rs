@@ -58,9 +58,6 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
     #[inline(always)]
     pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 2] {
         let one = Lanes::<FMA>::of(1.0);
-        let grow = |a: [Lanes<FMA>; 2], b: [Lanes<FMA>; 2]| {
-            [a[0] + b[0] + a[0] * b[0], a[1] * (one + b[0]) + b[1] * (one + a[0])]
-        };
         let mut all = grow([self.steep * eta, self.steep], [-(self.gauge * eta), -self.gauge]);
         if tables.theory.plain {
             return all;
@@ -73,6 +70,13 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
         let slope = -(two * self.shear * more * (one + self.shear) * below * below);
         grow(all, [value, slope])
     }
+}
+
+/// Two growths, each with its slope, together.
+#[inline(always)]
+fn grow<const FMA: bool>(a: [Lanes<FMA>; 2], b: [Lanes<FMA>; 2]) -> [Lanes<FMA>; 2] {
+    let one = Lanes::<FMA>::of(1.0);
+    [a[0] + b[0] + a[0] * b[0], a[1] * (one + b[0]) + b[1] * (one + a[0])]
 }
 
 impl Tables {
