@@ -32,6 +32,25 @@ pub struct DriveRow {
 }
 
 impl DriveRow {
+    /// Of taps of which so many were asked and have a distance: spread of K − 1, largest |strain| and force of those that count, errors and noise of
+    /// the distances, K̄ and all words.
+    pub fn of(
+        [asked, told]: [u64; 2],
+        deviation: Spread,
+        [strain, force]: [f64; 2],
+        [errors, noise]: [Errors; 2],
+        k: Option<f64>,
+        status: Status,
+    ) -> Self {
+        let mut row = Self { asked, deviation, errors, noise, k, status, ..Self::default() };
+        if deviation.n > 0 {
+            row.strain.push(strain);
+            row.force.push(force);
+        }
+        row.incomplete = k.is_some() && told < deviation.n;
+        row
+    }
+
     /// Largest |strain| of the counting taps.
     pub fn strain_max(&self) -> Option<f64> {
         self.strain.get()

@@ -26,6 +26,7 @@ pub mod leja;
 pub mod ranges;
 pub mod ranker;
 pub mod reader;
+pub mod rows;
 pub mod scope;
 pub mod series;
 pub mod taps;

@@ -77,6 +77,12 @@ impl Summary {
     }
 }
 
+/// Whether rows of `setup` can be read from charts: distances told by a theory, and the given K, if any, the same of all designs.
+fn charted(setup: &Setup) -> bool {
+    let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
+    setup.model.geometry == Geometry::Exact && setup.estimate.theory != Theory::Exact && !unit
+}
+
 /// Everything that the designs of a sweep share.
 #[derive(Debug, Clone)]
 pub struct Scope {
@@ -100,15 +106,10 @@ impl Scope {
     /// Whether `study` is such that charts may rank it.
     pub fn fits(study: &Study, layout: &Layout) -> bool {
         let setup = &study.setup;
-        let model = &setup.model;
-        let told = setup.estimate.theory != Theory::Exact;
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let sizes = (2..=MOST_DISTANCES).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        // With elongation a given K has the unit of each design's gauge.
-        let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
-        let exact = model.geometry == Geometry::Exact;
-        exact && told && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
+        charted(setup) && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
@@ -118,12 +119,53 @@ impl Scope {
         }
         let Some(top) = study.output.top else { return Ok(None) };
         let setup = &study.setup;
-        let [near, far] = layout.reach();
-        let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
-        let Some(asked) = Wanted::of(layout).ranges(setup, far, NEAREST * near.min(lo)) else {
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let Some(mut scope) = Self::over(setup, &distances, &Wanted::of(layout), tolerance)? else {
             return Ok(None);
         };
-        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
+            Some(axis) => axis
+                .iter()
+                .zip(0..)
+                .map(|(drive, place)| (amount(setup.drive, drive), drive, place))
+                .collect(),
+            None => Vec::new(),
+        };
+        drives.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let holds = |drive: &f64| holds(scope.within[Quantity::Drive as usize], *drive);
+        if !drives.iter().all(|(drive, ..)| holds(drive)) {
+            return Ok(None);
+        }
+        scope.drives = drives;
+        scope.rank = Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 };
+        Ok(Some(scope))
+    }
+
+    /// For rows of whiskers as `wanted`, each at its own drive; `None` where they must be reduced from taps.
+    pub fn of_rows(
+        setup: &Setup,
+        distances: &[f64],
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        let count = distances.len() as u64;
+        if !charted(setup) || !(2..=MOST_DISTANCES).contains(&count) {
+            return Ok(None);
+        }
+        Self::over(setup, distances, wanted, tolerance)
+    }
+
+    /// Charts at all of `distances`, each design with its own drive.
+    fn over(
+        setup: &Setup,
+        distances: &[f64],
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let far = distances.iter().copied().fold(0.0, f64::max);
+        let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
+        let Some(asked) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else { return Ok(None) };
         let chart = |a: &f64| {
             let ranges = scaled(setup.drive, &asked, *a);
             DistanceChart::new(setup, *a, ranges, tolerance)
@@ -139,25 +181,12 @@ impl Scope {
             }
         }
         let ends = |a: &f64| [a / (lo * (1.0 - WIDENING)) - 1.0, a / (hi * (1.0 + WIDENING)) - 1.0];
-        let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
-            Some(axis) => axis
-                .iter()
-                .zip(0..)
-                .map(|(drive, place)| (amount(setup.drive, drive), drive, place))
-                .collect(),
-            None => Vec::new(),
-        };
-        drives.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let holds = |drive: &f64| holds(within[Quantity::Drive as usize], *drive);
-        if !drives.iter().all(|(drive, ..)| holds(drive)) {
-            return Ok(None);
-        }
         Ok(Some(Self {
             setup: setup.clone(),
             ends: distances.iter().map(ends).collect(),
             charts,
-            drives,
-            rank: Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 },
+            drives: Vec::new(),
+            rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
             reach: [near, far],
             within,
         }))

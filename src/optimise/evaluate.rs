@@ -7,7 +7,11 @@ use rayon::prelude::*;
 use super::judge::Judge;
 use super::normal::deviations;
 use super::score::Score;
-use crate::chart::reader::Reader;
+use crate::chart::{
+    lanes::{Counting, Figures},
+    reader::Reader,
+    rows::RowReader,
+};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Task};
@@ -22,11 +26,24 @@ use crate::statistics::{DriveRow, Told};
 const BATCH: [usize; 2] = [1 << 18, 1 << 11];
 const CURVE: usize = 4;
 
+/// Taps that are read from charts together.
+const READ: usize = 1 << 16;
+
+/// What scores are read from in place of solved taps.
+#[derive(Debug, Clone, Default)]
+pub struct Readers {
+    /// Whole rows.
+    pub rows: Option<Arc<RowReader>>,
+    /// Single taps.
+    pub taps: Option<Arc<Reader>>,
+}
+
 /// Scores candidates of one search on one backend.
 pub struct Scorer<'a> {
     evaluator: Evaluator<'a>,
     judge: Judge<'a>,
     batch: usize,
+    rows: Option<Arc<RowReader>>,
 }
 
 impl<'a> Scorer<'a> {
@@ -36,7 +53,7 @@ impl<'a> Scorer<'a> {
         let samples = search.robust.as_ref().map_or(0, |r| r.samples);
         let deviations = deviations(search.seed, samples);
         let judge = Judge { setup, search, distances, reach: layout.reach(), deviations };
-        Self { evaluator: Evaluator::new(setup, method), judge, batch: BATCH[0] }
+        Self { evaluator: Evaluator::new(setup, method), judge, batch: BATCH[0], rows: None }
     }
 
     /// The same in parts after which a CPU can be stopped.
@@ -44,9 +61,14 @@ impl<'a> Scorer<'a> {
         Self { batch: BATCH[1], ..self }
     }
 
-    /// With taps read by `reader` while candidates are scored.
-    pub fn reading(self, reader: Option<Arc<Reader>>) -> Self {
-        Self { evaluator: self.evaluator.reading(reader), ..self }
+    /// With what is read from charts while candidates are scored.
+    pub fn reading(self, readers: Readers) -> Self {
+        Self { evaluator: self.evaluator.reading(readers.taps), rows: readers.rows, ..self }
+    }
+
+    /// Whether rows are read from charts: to their error, and smoothly.
+    pub fn reads(&self) -> bool {
+        self.rows.is_some()
     }
 
     /// Taps of one evaluation.
@@ -63,7 +85,8 @@ impl<'a> Scorer<'a> {
     pub fn scores_while(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
         let mut scores = Vec::with_capacity(points.len());
         let more = if self.judge.setup.estimate.theory == Theory::Exact { CURVE } else { 1 };
-        for part in points.chunks((self.batch / (more * self.taps())).max(1)) {
+        let batch = if self.reads() { READ.max(self.batch) } else { self.batch };
+        for part in points.chunks((batch / (more * self.taps())).max(1)) {
             if !on() {
                 break;
             }
@@ -113,7 +136,37 @@ impl<'a> Scorer<'a> {
         Ok((0..points.len()).map(row).collect())
     }
 
+    /// Scores of whiskers read from charts, those outside them from their taps.
+    fn read(&mut self, reader: &RowReader, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        let (judge, n) = (&self.judge, self.judge.distances.len());
+        let whiskers = 1 + judge.deviations.len();
+        let tuples: Vec<Tuple> = (0..points.len() * whiskers)
+            .into_par_iter()
+            .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
+            .collect();
+        let (found, _) = reader.read(&tuples, Counting::Every);
+        let told =
+            |(tuple, figures): (&Tuple, &Option<Figures>)| figures.as_ref().map(|f| judge.told(tuple, f));
+        let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
+        let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
+        let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
+        let task = |t: usize| {
+            let drive = designs[t / n].tuple.drive;
+            Task { design: (t / n) as u32, a: judge.distances[t % n], drive }
+        };
+        let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
+        let taps = self.evaluator.run(&designs, &tasks)?;
+        let solved = |d: usize| judge.score(&designs[d..=d], &taps[d * n..(d + 1) * n], &[]);
+        let solved: Vec<Score> = (0..designs.len()).into_par_iter().map(solved).collect();
+        open.into_iter().zip(solved).for_each(|(w, score)| scores[w] = Some(score));
+        let scores: Vec<Score> = scores.into_iter().map(|s| s.unwrap_or(Score::NOTHING)).collect();
+        Ok(scores.par_chunks(whiskers).map(|scores| judge.gather(scores)).collect())
+    }
+
     fn batch(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+        if let Some(reader) = self.rows.clone() {
+            return self.read(&reader, points);
+        }
         let judge = &self.judge;
         let whiskers = 1 + judge.deviations.len();
         let n = judge.distances.len();

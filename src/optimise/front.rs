@@ -15,7 +15,7 @@ use super::global::{COLD, pick};
 use super::polish::{self, Radii};
 use super::run::Design;
 use super::score::Goal;
-use super::session::{Found, Halt, Session};
+use super::session::{Found, Halt, Session, Stage};
 use super::swarm;
 use crate::error::Error;
 use crate::scene::Tuple;
@@ -161,7 +161,7 @@ impl Scan {
         at: (&[f64], usize),
         radii: Radii,
     ) -> Result<Found, Halt> {
-        let found = polish::run(session, goal, at, radii)?;
+        let found = polish::run(session, goal, at, (Stage::Polish, radii))?;
         self.front.push(found);
         Ok(found)
     }

@@ -26,35 +26,78 @@ const DISTINCT: f64 = 0.08;
 /// Radii of a polish that begins at a swarm's candidate and ends at an optimum.
 pub const COLD: Radii = Radii { first: 0.04, last: 1e-5 };
 
+/// Radii of a polish of what is read from charts: farther down their errors show.
+const READ: Radii = Radii { first: 0.04, last: 2e-3 };
+/// Radii of the polish that begins at what that found.
+const WARM: Radii = Radii { first: 5e-3, last: 1e-5 };
+/// What is the same of what is read from charts.
+const SAME_READ: f64 = 1e-4;
+/// Candidates read from charts that are polished in f64.
+const FINISHED: usize = 2;
+
 /// Searches until starts agree, all are made, or the budget ends it.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Result<(), Halt> {
-    let mut found: Vec<f64> = Vec::new();
+    if !session.reads() {
+        return starting(session, goal, seed, starts, (Stage::Polish, COLD, SAME)).map(drop);
+    }
+    // What is read from charts is smooth, and good to their error: only what was found there is polished in f64, for which some of the
+    // budget is kept.
+    session.keep_back();
+    let mut found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
+        Err(Halt::Ended(Ended::Evaluations)) => session.best().into_iter().collect(),
+        other => other?,
+    };
+    let out_of = session.release();
+    found.sort_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score)));
+    let scored: Vec<(Stage, Found)> = found.into_iter().map(|f| (Stage::Swarm, f)).collect();
+    session.take();
+    for (u, j) in pick(session.variables, goal, &scored, FINISHED) {
+        to_the_end(session, goal, (u, j), (Stage::Polish, WARM))?;
+    }
+    if out_of { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(()) }
+}
+
+/// The best of each start: swarms, and the best of what they scored improved.
+fn starting(
+    session: &mut Session<'_>,
+    goal: Goal,
+    seed: u64,
+    starts: u32,
+    (stage, radii, same): (Stage, Radii, f64),
+) -> Result<Vec<Found>, Halt> {
+    let mut all: Vec<Found> = Vec::new();
     for start in 0..starts {
         session.start = start;
         let seeds: Vec<Vec<f64>> = session.variables.start.iter().filter(|_| start == 0).cloned().collect();
         swarm::run(session, goal, seed, &seeds)?;
         let picked = pick(session.variables, goal, &session.take(), POLISHED);
-        let mut best = f64::INFINITY;
+        let mut found: Vec<Found> = Vec::new();
         for (u, j) in picked {
-            best = best.min(goal.order(&to_the_end(session, goal, (u, j))?.score));
+            found.push(to_the_end(session, goal, (u, j), (stage, radii))?);
         }
         session.take();
-        found.push(best);
-        let least = found.iter().copied().fold(f64::INFINITY, f64::min);
-        let same = found.iter().filter(|f| (**f - least).abs() <= SAME * least.abs()).count();
-        if start + 1 >= LEAST && same >= AGREEING {
+        all.extend(found.into_iter().min_by(|a, b| goal.order(&a.score).total_cmp(&goal.order(&b.score))));
+        let orders: Vec<f64> = all.iter().map(|f| goal.order(&f.score)).collect();
+        let least = orders.iter().copied().fold(f64::INFINITY, f64::min);
+        let agreeing = orders.iter().filter(|f| (**f - least).abs() <= same * least.abs()).count();
+        if start + 1 >= LEAST && agreeing >= AGREEING {
             break;
         }
     }
-    Ok(())
+    Ok(all)
 }
 
 /// Polishes, and polishes again while that still helps: where limits of many samples meet, models stop too early.
-fn to_the_end(session: &mut Session<'_>, goal: Goal, (u, j): (Vec<f64>, usize)) -> Result<Found, Halt> {
-    let mut best = polish::run(session, goal, (&u, j), COLD)?;
+fn to_the_end(
+    session: &mut Session<'_>,
+    goal: Goal,
+    (u, j): (Vec<f64>, usize),
+    how: (Stage, Radii),
+) -> Result<Found, Halt> {
+    let mut best = polish::run(session, goal, (&u, j), how)?;
     for _ in 0..AGAIN {
         let (u, j) = session.variables.place(&best.point);
-        let next = polish::run(session, goal, (&u, j), COLD)?;
+        let next = polish::run(session, goal, (&u, j), how)?;
         let (old, new) = (goal.order(&best.score), goal.order(&next.score));
         if new < old {
             best = next;

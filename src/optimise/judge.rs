@@ -1,9 +1,11 @@
 //! From the solved taps of candidates, and of whiskers sampled around them, to scores.
 
 use super::score::{Limit, Score};
+use crate::chart::lanes::Figures;
 use crate::design::{Design, amount};
 use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
+use crate::physics::taper::Taper;
 use crate::profile::{Profile, Reach};
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
 use crate::scene::{Convention, Setup, Theory, Tuple};
@@ -79,6 +81,71 @@ impl Judge<'_> {
         gather(robust, &nominal.score, &samples)
     }
 
+    /// Score of one whisker by itself, from what charts say of it.
+    pub fn told(&self, tuple: &Tuple, figures: &Figures) -> Score {
+        let mut score = self.shape(tuple);
+        let taper = Taper::new(tuple.D, tuple.d, tuple.L_a);
+        let [x1, x2] = taper.gauge(tuple.x_ss, tuple.l);
+        let row = &figures.row;
+        let nearest = self.distances.iter().copied().fold(figures.arc[0], f64::min);
+        let [place, highest] = figures.peak;
+        if row.complete() {
+            score.figures = self::figures(self, row, x2 - x1, tuple.L_a);
+        }
+        self.limits(
+            &mut score,
+            &Seen {
+                nearest: x1 / nearest,
+                farthest: figures.arc[1] / tuple.L_a,
+                strain: figures.strain,
+                force: figures.force,
+                unsolved: 0.0,
+                highest: row.k.map(|k| (k, highest)),
+                peak: place,
+            },
+        );
+        score
+    }
+
+    /// Score of a candidate from those of its nominal whisker and the sampled ones, each by itself.
+    pub fn gather(&self, scores: &[Score]) -> Score {
+        match &self.search.robust {
+            Some(robust) if scores.len() > 1 => gather(robust, &scores[0], &scores[1..]),
+            _ => scores[0],
+        }
+    }
+
+    /// What the numbers of a whisker alone violate.
+    fn shape(&self, tuple: &Tuple) -> Score {
+        let mut score = Score::NOTHING;
+        let farthest = self.distances.iter().copied().fold(0.0, f64::max);
+        score.set(Limit::Gauge, over((tuple.x_ss + tuple.l) / tuple.L_a - 1.0));
+        score.set(Limit::Reach, over(farthest / tuple.L_a - 1.0));
+        if self.search.limits.tip_not_wider {
+            score.set(Limit::Tip, tuple.d / tuple.D - 1.0);
+        }
+        score
+    }
+
+    /// What the taps of a whisker violate.
+    fn limits(&self, score: &mut Score, seen: &Seen) {
+        let limits = &self.search.limits;
+        score.set(Limit::Solved, if seen.unsolved > 0.0 { seen.unsolved } else { f64::NEG_INFINITY });
+        score.set(Limit::NoStrain, seen.nearest - 1.0);
+        score.set(Limit::Slipped, over(seen.farthest - 1.0));
+        score.set(Limit::Strain, seen.strain / limits.strain - 1.0);
+        if let Some(force) = limits.force {
+            score.set(Limit::Force, seen.force / force - 1.0);
+        }
+        if let (Some((k, peak)), true) = (seen.highest, self.search.objective.needs_distance()) {
+            score.set(Limit::Root, k * seen.strain / peak - 1.0);
+        }
+        if limits.unambiguous {
+            let range = self.setup.estimate.range.unwrap_or(self.reach);
+            score.set(Limit::Unambiguous, 1.0 - range[0] / seen.peak);
+        }
+    }
+
     /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one.
     pub fn reduce(
         &self,
@@ -136,16 +203,9 @@ impl Read {
         told: Told<'_>,
         other: Option<&Calibration<'_>>,
     ) -> Self {
-        let (setup, limits) = (judge.setup, &judge.search.limits);
+        let setup = judge.setup;
         let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
-        let mut score = Score::NOTHING;
-        // Rounding of a sum of decimal numbers is no violation.
-        let over = |value: f64| if value <= 1e-12 { value.min(0.0) } else { value };
-        score.set(Limit::Gauge, over((x_ss + l) / L_a - 1.0));
-        score.set(Limit::Reach, over(judge.distances.iter().copied().fold(0.0, f64::max) / L_a - 1.0));
-        if limits.tip_not_wider {
-            score.set(Limit::Tip, d / D - 1.0);
-        }
+        let mut score = judge.shape(&design.tuple);
         let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
         let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
             if !score.outside() {
@@ -159,23 +219,15 @@ impl Read {
         let own = Estimator::new(setup, shared, judge.reach);
         let row = judge.reduce(design, &taps, told, other);
         if row.complete() {
-            score.figures = figures(judge, &row, &own, L_a);
+            score.figures = figures(judge, &row, own.k_unit, L_a);
         }
 
         let largest =
             |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
         let unsolved =
             taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
-        let share = unsolved as f64 / taps.len() as f64;
-        score.set(Limit::Solved, if unsolved > 0 { share } else { f64::NEG_INFINITY });
         let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
         let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
-        score.set(Limit::NoStrain, shared.gauge[0] / nearest - 1.0);
-        score.set(Limit::Slipped, over(largest(&|t| t.arc) / L_a - 1.0));
-        score.set(Limit::Strain, largest(&|t| t.strain.abs()) / limits.strain - 1.0);
-        if let Some(force) = limits.force {
-            score.set(Limit::Force, largest(&|t| t.normal_force) / force - 1.0);
-        }
         let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
         let highest = match (told, other.and_then(|other| other.profile)) {
             (_, Some(profile)) => Some((1.0, profile.peak().1)),
@@ -183,24 +235,52 @@ impl Read {
             // What a whisker reads of its own tap has a distance.
             (Told::Own(_) | Told::Other(_), None) => None,
         };
-        if let (Some((k, peak)), true) = (highest, judge.search.objective.needs_distance()) {
-            score.set(Limit::Root, k * largest(&|t| t.strain.abs()) / peak - 1.0);
-        }
-        if limits.unambiguous {
-            let range = setup.estimate.range.unwrap_or(judge.reach);
-            let peak = match told {
-                Told::Own(Some(profile)) => profile.peak().0,
-                _ => shared.theory.peak().0,
-            };
-            score.set(Limit::Unambiguous, 1.0 - range[0] / peak);
-        }
+        let peak = match told {
+            Told::Own(Some(profile)) => profile.peak().0,
+            _ => shared.theory.peak().0,
+        };
+        judge.limits(
+            &mut score,
+            &Seen {
+                nearest: shared.gauge[0] / nearest,
+                farthest: largest(&|t| t.arc) / L_a,
+                strain: largest(&|t| t.strain.abs()),
+                force: largest(&|t| t.normal_force),
+                unsolved: unsolved as f64 / taps.len() as f64,
+                highest,
+                peak,
+            },
+        );
         Self { score, k: row.k }
     }
 }
 
+/// What limits ask of the taps of a whisker.
+struct Seen {
+    /// Near end of the gauge over the nearest contact.
+    nearest: f64,
+    /// Farthest contact over L_a.
+    farthest: f64,
+    /// Largest |ε|.
+    strain: f64,
+    /// Largest P, N.
+    force: f64,
+    /// Share of the taps that are not solved.
+    unsolved: f64,
+    /// K̄, and the largest strain of which the theory has a distance, where that matters.
+    highest: Option<(f64, f64)>,
+    /// Where the curve that distances are told by peaks, mm.
+    peak: f64,
+}
+
+/// Rounding of a sum of decimal numbers is no violation.
+fn over(value: f64) -> f64 {
+    if value <= 1e-12 { value.min(0.0) } else { value }
+}
+
 /// K_sd, total_rms_mm, weighted sum.
-fn figures(judge: &Judge<'_>, row: &DriveRow, own: &Estimator<'_>, length: f64) -> [f64; 3] {
-    let unit = if judge.setup.estimate.convention == Convention::Elongation { own.k_unit } else { 1.0 };
+fn figures(judge: &Judge<'_>, row: &DriveRow, gauge: f64, length: f64) -> [f64; 3] {
+    let unit = if judge.setup.estimate.convention == Convention::Elongation { gauge } else { 1.0 };
     let sd = row.deviation.sd().unwrap_or(f64::NAN);
     let total = row.total_rms().unwrap_or(f64::NAN);
     let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);

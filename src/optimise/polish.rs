@@ -16,8 +16,6 @@ use super::quadratic::{Quadratic, Stencil, step};
 use super::score::{Goal, Score};
 use super::session::{Found, Halt, Session, Stage};
 
-/// Shortest arm of a stencil in the unit box: below it the rounding of the scores shows in the curvature.
-const ARM: f64 = 1e-3;
 /// Largest trust radius.
 const LARGEST: f64 = 0.25;
 /// Limits are drawn in by these multiples of the squared radius.
@@ -36,15 +34,25 @@ pub struct Radii {
     pub last: f64,
 }
 
-/// Improves the candidate at `u` (drive `j` of the list) and returns the best it found.
+impl Stage {
+    /// Shortest arm of a stencil in the unit box: below it the rounding of the scores shows in the curvature.
+    fn arm(self) -> f64 {
+        match self {
+            Self::Swarm => 1e-2,
+            Self::Polish => 1e-3,
+        }
+    }
+}
+
+/// Improves the candidate at `u` (drive `j` of the list) by what scores at `stage`, and returns the best it found.
 pub fn run(
     session: &mut Session<'_>,
     goal: Goal,
     (u, j): (&[f64], usize),
-    radii: Radii,
+    (stage, radii): (Stage, Radii),
 ) -> Result<Found, Halt> {
-    let local = Local { session: RefCell::new(session), drive: j, halt: RefCell::new(None) };
-    let solver = TrustRegion { goal, radius: radii.first, last: radii.last, here: None };
+    let local = Local { session: RefCell::new(session), stage, drive: j, halt: RefCell::new(None) };
+    let solver = TrustRegion { goal, arm: stage.arm(), radius: radii.first, last: radii.last, here: None };
     let halt = &local.halt;
     let run = Executor::new(&local, solver)
         .configure(|state| state.param(u.to_vec()).max_iters(STEPS))
@@ -64,6 +72,7 @@ pub fn run(
 /// The candidates around one place.
 struct Local<'s, 'a> {
     session: RefCell<&'s mut Session<'a>>,
+    stage: Stage,
     drive: usize,
     halt: RefCell<Option<Halt>>,
 }
@@ -73,7 +82,7 @@ impl Local<'_, '_> {
         let mut session = self.session.borrow_mut();
         let variables = session.variables;
         let points: Vec<_> = places.iter().map(|u| variables.point(u, self.drive)).collect();
-        session.scores(Stage::Polish, &points).map_err(|halt| {
+        session.scores(self.stage, &points).map_err(|halt| {
             let error = ArgminError::msg(halt.to_string());
             self.halt.replace(Some(halt));
             error
@@ -84,6 +93,7 @@ impl Local<'_, '_> {
 /// Sequential quadratic models in a box-shaped trust region.
 struct TrustRegion {
     goal: Goal,
+    arm: f64,
     radius: f64,
     last: f64,
     here: Option<(Vec<f64>, Score)>,
@@ -153,7 +163,7 @@ impl Solver<&Local<'_, '_>, Iterate> for TrustRegion {
             None => state.take_param().expect("a polish has a start"),
         };
         let mut ask = |places: &[Vec<f64>]| problem.problem("cost_count", |local| local.scores(places));
-        let stencil = Stencil::new(&u, (0.5 * self.radius).max(ARM));
+        let stencil = Stencil::new(&u, (0.5 * self.radius).max(self.arm));
         // The centre is known but for the first time.
         let mut scores = match self.here {
             Some((_, here)) => vec![here],

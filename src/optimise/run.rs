@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::Value;
 
 use super::blame::{infeasible, shortfall};
-use super::evaluate::Scorer;
+use super::evaluate::{Readers, Scorer};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::journal::{GivesWay, Journal};
@@ -20,11 +20,12 @@ use super::write;
 use crate::backend::{Backend, Choice};
 use crate::chart::{
     ranges::Wanted,
-    reader::{MOST_DISTANCES, Reader},
+    reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
+    rows::RowReader,
 };
 use crate::error::{Error, InputError};
 use crate::plan::Layout;
-use crate::scene::search::{Objective, Search};
+use crate::scene::search::{Calibrated, Objective, Search};
 use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question};
 use crate::sink::table::AtDrive;
@@ -174,17 +175,17 @@ pub fn run(
 /// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
 const SPREAD: f64 = 3.5;
 
-/// What reads the taps of the swarms, where charts can.
-fn reader(
+/// What the candidates of swarms are read from, where charts can and it pays.
+fn readers(
     setup: &Setup,
     layout: &Layout,
     (search, variables): (&Search, &Variables),
     choice: &Choice,
-) -> Result<Option<Arc<Reader>>, Error> {
-    let Some(tolerance) = choice.chart_tolerance().filter(|_| layout.n_distances <= MOST_DISTANCES as u64)
-    else {
-        return Ok(None);
-    };
+) -> Result<Readers, Error> {
+    let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
+    let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
+    let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
+    let Some(tolerance) = choice.chart_tolerance().filter(|_| !few) else { return Ok(Readers::default()) };
     let drives = Wanted::of(layout).drive;
     let range = |column: Column| {
         let k = column as usize;
@@ -208,7 +209,13 @@ fn reader(
         drive: range(Column::Drive),
     };
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    Ok(Reader::new(setup, &distances, &wanted, tolerance)?.map(Arc::new))
+    // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
+    let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
+    if own && let Some(rows) = RowReader::new(setup, &distances, &wanted, tolerance)? {
+        return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
+    }
+    let taps = Reader::new(setup, &distances, &wanted, tolerance)?.map(Arc::new);
+    Ok(Readers { rows: None, taps })
 }
 
 fn whole(
@@ -234,8 +241,8 @@ fn whole(
         Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
     };
     let swarm = scorer(choice, search)?;
-    let reader = reader(setup, &layout, (search, &variables), choice)?;
-    let scorers = [swarm.reading(reader), scorer(&precise, search)?];
+    let readers = readers(setup, &layout, (search, &variables), choice)?;
+    let scorers = [swarm.reading(readers), scorer(&precise, search)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
     let mut session =

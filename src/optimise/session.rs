@@ -14,6 +14,9 @@ use crate::scene::search::Budget;
 /// Time for what is reported of a search that was asked to stop: beside it, all is written within two seconds.
 const LAST: Duration = Duration::from_millis(500);
 
+/// Most evaluations that are kept for the polish at the end.
+const KEPT_BACK: u64 = 3000;
+
 /// Where candidates are scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
@@ -121,6 +124,8 @@ pub struct Session<'a> {
     /// What counts as best.
     pub goal: Goal,
     budget: Budget,
+    /// Evaluations of it that are kept for the end.
+    kept_back: u64,
     begun: Instant,
     stop: &'a AtomicBool,
     journal: Option<Journal>,
@@ -156,6 +161,7 @@ impl<'a> Session<'a> {
             variables,
             goal,
             budget,
+            kept_back: 0,
             begun: Instant::now(),
             stop,
             journal,
@@ -218,7 +224,25 @@ impl<'a> Session<'a> {
 
     /// Evaluations that the budget still allows.
     pub fn left(&self) -> Option<u64> {
-        self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations))
+        let kept = self.kept_back;
+        self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
+    }
+
+    /// Whether candidates of the swarm are read from charts.
+    pub fn reads(&self) -> bool {
+        self.swarm.reads()
+    }
+
+    /// Keeps some evaluations for a polish at the end.
+    pub fn keep_back(&mut self) {
+        self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
+    }
+
+    /// Gives back what was kept, and says whether the rest of the budget is spent.
+    pub fn release(&mut self) -> bool {
+        let spent = self.left() == Some(0);
+        self.kept_back = 0;
+        spent
     }
 
     fn scorer(&mut self, stage: Stage) -> &mut Scorer<'a> {

@@ -8,7 +8,7 @@ pub use crate::scene::Layout;
 pub use way::Way;
 
 use crate::backend::Choice;
-use crate::chart::{ranker::Ranker, reader::Reader};
+use crate::chart::{ranker::Ranker, reader::Reader, rows::RowReader};
 use crate::error::InputError;
 use crate::scene::{Geometry, Space, Study, Theory, Tuple};
 
@@ -47,6 +47,8 @@ pub struct Plan {
     pub ranker: Option<Arc<Ranker>>,
     /// What reads the taps, with [`Way::Read`].
     pub reader: Option<Arc<Reader>>,
+    /// What reads whole rows, with [`Way::Read`] where only they are written.
+    pub row_reader: Option<Arc<RowReader>>,
 }
 
 impl Plan {
@@ -98,13 +100,17 @@ impl Plan {
         let solved = Way::solved(study, layout.as_ref(), choice);
         let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
         let layout = study.space.layout().filter(|_| ranker.is_none());
+        let only_rows = !tuples && !output.distances && output.top.is_none();
+        let of_rows = layout.as_ref().filter(|_| only_rows);
+        let row_reader = of_rows.and_then(|layout| Way::read_rows(study, layout, choice)).map(Arc::new);
+        let layout = layout.filter(|_| row_reader.is_none());
         let reader = layout.and_then(|layout| Way::read(study, &layout, choice)).map(Arc::new);
-        let solved = if reader.is_some() { Way::Read } else { solved };
+        let solved = if reader.is_some() || row_reader.is_some() { Way::Read } else { solved };
         let way = if ranker.is_some() { Way::Charted } else { solved };
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let curves = if own { full[1] } else { 0 };
-        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader })
+        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader, row_reader })
     }
 }
 

@@ -6,6 +6,7 @@ use crate::chart::{
     ranges::Wanted,
     ranker::Ranker,
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
+    rows::RowReader,
 };
 use crate::scene::Layout;
 use crate::scene::{Geometry, Study};
@@ -54,6 +55,16 @@ impl Way {
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let tolerance = choice.chart_tolerance()?;
         Reader::new(&study.setup, &distances, &Wanted::of(layout), tolerance).ok().flatten()
+    }
+
+    /// What reads the rows of a sweep in place of reducing them from taps, where charts can and it pays.
+    pub(super) fn read_rows(study: &Study, layout: &Layout, choice: &Choice) -> Option<RowReader> {
+        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+            return None;
+        }
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let tolerance = choice.chart_tolerance()?;
+        RowReader::new(&study.setup, &distances, &Wanted::of(layout), tolerance).ok().flatten()
     }
 
     /// In words.

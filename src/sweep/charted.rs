@@ -7,12 +7,16 @@ use rayon::prelude::*;
 use super::Run;
 use super::grid::{rank, task};
 use super::select::{Best, Kept};
-use crate::chart::{lanes::Found, ranker::Ranker};
+use crate::chart::{
+    lanes::{Found, Words},
+    ranker::Ranker,
+};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
+use crate::sink::run_json::Counts;
 use crate::smooth::{Case, Ranking};
 use crate::statistics::Reduction;
 use crate::status::Status;
@@ -40,7 +44,18 @@ pub(super) fn run(
         None => search.on_host(run)?,
     }
     let Search { mut all, mut best, .. } = search;
-    let words = all.words;
+    note(&mut run.counts, &all.words);
+    bound(&mut all, ranker.keep());
+    let complete = best.offered + all.complete;
+    for row in solve(run, layout, &all.rows)? {
+        best.offer(row);
+    }
+    run.counts.complete = Some(complete);
+    Ok(best.into_rows())
+}
+
+/// Counts the words of taps.
+pub(super) fn note(counts: &mut Counts, words: &Words) {
     for (status, n) in [
         (Status::OK, words.ok),
         (Status::INVALID_GEOMETRY, words.invalid),
@@ -50,16 +65,9 @@ pub(super) fn run(
         (Status::AMBIGUOUS, words.ambiguous),
     ] {
         if n > 0 {
-            run.counts.note(status, n);
+            counts.note(status, n);
         }
     }
-    bound(&mut all, ranker.keep());
-    let complete = best.offered + all.complete;
-    for row in solve(run, layout, &all.rows)? {
-        best.offer(row);
-    }
-    run.counts.complete = Some(complete);
-    Ok(best.into_rows())
 }
 
 /// What ranks on the backend's own device, where it can.

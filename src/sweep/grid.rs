@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::design::{Axes, Rendered, Visit, Wanted, competing, render};
+
 use super::select::{Best, Kept};
-use super::{CHUNK, KEEP, Run, charted};
+use super::{CHUNK, KEEP, Run, charted, rows};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
@@ -18,6 +19,10 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
         .into_iter()
         .filter(|t| run.writers.wants(*t))
         .collect();
+    let plan = run.plan;
+    if let Some(reader) = &plan.row_reader {
+        return rows::run(run, layout, reader);
+    }
     let Some(top) = run.study.output.top else {
         return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
             rendered.candidates.into_iter().for_each(|row| run.best.offer(row));

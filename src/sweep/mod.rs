@@ -11,6 +11,7 @@ mod file;
 mod grid;
 mod list;
 mod probe;
+mod rows;
 mod select;
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::grid::small;
-use super::{Run, Writers, charted};
+use super::{Run, Writers, charted, rows};
 use crate::backend::Choice;
 use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;
@@ -43,6 +43,9 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.ranker) {
         (Space::Grid(factors), Some(ranker)) => ranked(&mut run, &Layout::new(factors), ranker)?,
+        (Space::Grid(factors), None) if plan.row_reader.is_some() => {
+            rows_alone(&mut run, &Layout::new(factors))?
+        }
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
         (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])? * curves,
         (Space::File(file), _) => {
@@ -109,6 +112,18 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     paced(layout.n_designs, &mut |n| {
         let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
         ks.chunks(together as usize).try_for_each(|ks| small(run, layout, ks, &tables, &|_| None).map(drop))
+    })
+}
+
+/// Rows, read and made into text.
+fn rows_alone(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
+    let plan = run.plan;
+    let Some(reader) = &plan.row_reader else { return Ok(0.0) };
+    let total = layout.n_designs * layout.n_drives;
+    let together = (CHUNK / layout.n_distances).max(1);
+    paced(total, &mut |n| {
+        let places: Vec<u64> = (0..n).map(|i| place(i, total)).collect();
+        places.chunks(together as usize).try_for_each(|places| rows::some(run, layout, reader, places))
     })
 }
 

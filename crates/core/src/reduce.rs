@@ -10,6 +10,11 @@ pub struct Spread {
 }
 
 impl Spread {
+    /// Of `n` values with this mean and this sum of squared distances from it.
+    pub fn of(n: u64, mean: f64, squares: f64) -> Self {
+        Self { n, mean, squares }
+    }
+
     /// Takes one value.
     pub fn push(&mut self, x: f64) {
         self.n += 1;
@@ -55,6 +60,11 @@ pub struct Errors {
 }
 
 impl Errors {
+    /// Of `n` errors with this sum, sum of squares and largest absolute value.
+    pub fn of(n: u64, [sum, squares, largest]: [f64; 3]) -> Self {
+        Self { n, sum, squares, largest }
+    }
+
     /// Takes one error.
     pub fn push(&mut self, e: f64) {
         self.n += 1;

@@ -32,19 +32,22 @@ pub(super) fn bounds<const FMA: bool>(
 
 /// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
 #[inline(always)]
-fn root<const FMA: bool>(
+pub(super) fn root<const FMA: bool>(
     tables: &Tables,
     tap: &Tap<Lanes<FMA>>,
     (q, peak): (Lanes<FMA>, Lanes<FMA>),
 ) -> [Lanes<FMA>; 2] {
     let of = Lanes::<FMA>::of;
     let growth = &tap.growth;
+    let [start, discriminant] = growth.far(q);
+    if tables.theory.plain {
+        return [start, peak.if_less(q, of(0.0), discriminant)];
+    }
     // f grows from the apex, or from infinitely far, to its peak: Newton's steps, halving where one leaves what is left of that.
     let (mut lo, mut hi) = (growth.least(), growth.vertex);
-    let first = growth.at(tables, of(0.0))[1];
-    let mut eta = q / first;
-    let mut slope = first;
-    for _ in 0..if tables.theory.plain { 8 } else { 10 } {
+    let mut eta = start;
+    let mut slope = discriminant;
+    for _ in 0..10 {
         let middle = of(0.5) * (lo + hi);
         eta = lo.if_less(eta, eta.if_less(hi, eta, middle), middle);
         let [value, now] = growth.at(tables, eta);

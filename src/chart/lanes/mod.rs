@@ -15,6 +15,7 @@
 mod choice;
 mod dispatch;
 mod estimate;
+mod figures;
 mod outcome;
 mod read;
 mod rows;
@@ -35,6 +36,7 @@ pub use crate::smooth::lanes::{Found, Words};
 use choice::Choice;
 use dispatch::{Work, best};
 use estimate::Edges;
+pub use figures::{Counting, Figures};
 pub use outcome::{Read, Readings};
 use read::{Flat, Products, Values};
 use rows::Rows;
@@ -59,12 +61,18 @@ pub struct Tables {
     from_points: Vec<[f32; ORDERS]>,
     /// (drive at a point)ᵉ.
     powers: Vec<f32>,
+    /// Scale and shift from θ, or θ² where e = 2, to [−1, 1] over the drives.
+    affine: [f32; 2],
     power: i32,
     /// Drives are shared, but every tap is read at its own.
     apart: bool,
     choice: Choice,
     /// What the estimate's theory has beside the plain formula.
     theory: Plain,
+    /// 3πE/64, MPa: P per D⁴(1 − τa)(a + r₀)/a³ and radian of the linear theory.
+    stiffness: f32,
+    /// S/D² of the model.
+    shear: f32,
     strain_limit: f32,
     noise: f32,
     fixed: Option<f32>,
@@ -165,13 +173,7 @@ impl Distance {
     /// Of `chart`; `ends` as in [`Scope`], `drives` those at the points of series over the drive.
     fn new(chart: &DistanceChart, kind: Drive, ends: [f64; 2], drives: &[f64]) -> Self {
         let axes = chart.axes();
-        let affine = |axis: &super::axis::Axis| {
-            let shift = scaled(axis.ends(), 0.0);
-            match axis.is_point() {
-                true => [0.0, 0.0],
-                false => [(scaled(axis.ends(), 1.0) - shift) as f32, shift as f32],
-            }
-        };
+        let affine = |axis: &super::axis::Axis| if axis.is_point() { [0.0; 2] } else { affine(axis.ends()) };
         let per_mm = if kind == Drive::Displacement { 1.0 / chart.a } else { 1.0 };
         let all = [Function::Strain, Function::Arc, Function::Force];
         let series = || chart.branches.iter().flat_map(|b| all.map(|f| &b.series[f as usize]));
@@ -222,6 +224,12 @@ impl Distance {
         }
         self.products.fill(basis, products);
     }
+}
+
+/// Scale and shift of the variable between `ends` to [−1, 1].
+fn affine(ends: [f64; 2]) -> [f32; 2] {
+    let shift = scaled(ends, 0.0);
+    [(scaled(ends, 1.0) - shift) as f32, shift as f32]
 }
 
 fn narrow<const N: usize>(v: &[f64]) -> [f32; N] {
@@ -288,10 +296,13 @@ impl Tables {
             points: n,
             from_points: matrix(n).iter().map(|row| wide(row)).collect(),
             powers: drives.iter().map(|d| d.powi(power) as f32).collect(),
+            affine: affine(common),
             power,
             apart: chooses && !scope.drives.is_empty(),
             choice: Choice::new(),
             theory: Plain { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
+            stiffness: (3.0 * std::f64::consts::PI * setup.model.material.e0() / 64.0) as f32,
+            shear: if setup.model.shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 },
             strain_limit: setup.gauge.strain_limit as f32,
             noise: setup.gauge.noise_strain.unwrap_or(0.0) as f32,
             fixed: setup.estimate.k.map(|k| (k - 1.0) as f32),
@@ -300,6 +311,17 @@ impl Tables {
             by: scope.rank.by,
             per: scope.rank.per,
         })
+    }
+
+    /// Place of a drive in [−1, 1], and its power e.
+    #[inline(always)]
+    fn over_drives<const FMA: bool>(&self, drive: Lanes<FMA>) -> (Lanes<FMA>, Lanes<FMA>) {
+        let [scale, shift] = self.affine.map(Pack::splat);
+        match self.power {
+            0 => (drive.mul_add(scale, shift), Lanes::<FMA>::of(1.0)),
+            1 => (drive.mul_add(scale, shift), drive),
+            _ => ((drive * drive).mul_add(scale, shift), drive * drive),
+        }
     }
 
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
@@ -319,10 +341,10 @@ impl Tables {
         let places = [0; LANES];
         for (ks, tuples) in ks.chunks(LANES).zip(tuples.chunks(LANES)) {
             if self.angles.is_empty() {
-                let rows = Rows::new::<true>(self, ks.len(), tuples, &mut scratch);
+                let rows = Rows::new::<true, false>(self, ks.len(), tuples, &mut scratch);
                 rows.count_and_rank::<true>(self, (ks, &places), bound, &mut scratch, found);
             } else {
-                let rows = Rows::new::<false>(self, ks.len(), tuples, &mut scratch);
+                let rows = Rows::new::<false, false>(self, ks.len(), tuples, &mut scratch);
                 rows.count_and_rank::<false>(self, (ks, &places), bound, &mut scratch, found);
             }
         }
@@ -346,7 +368,7 @@ impl Tables {
                 (tuple.drive, *place) = (angle.asked, angle.place);
             }
             let (ks, n) = ([k; LANES], angles.len());
-            let rows = Rows::new::<true>(self, n, &tuples[..n], scratch);
+            let rows = Rows::new::<true, false>(self, n, &tuples[..n], scratch);
             rows.count_and_rank::<true>(self, (&ks[..n], &places), bound, scratch, &mut all);
             if !all.hard.is_empty() {
                 found.hard.push(k);
@@ -374,8 +396,8 @@ impl Tables {
             let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
             let own = self.angles.is_empty() || self.apart;
             let rows = match own {
-                true => Rows::new::<true>(self, taps.len(), &tuples, &mut scratch),
-                false => Rows::new::<false>(self, taps.len(), &tuples, &mut scratch),
+                true => Rows::new::<true, false>(self, taps.len(), &tuples, &mut scratch),
+                false => Rows::new::<false, false>(self, taps.len(), &tuples, &mut scratch),
             };
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);

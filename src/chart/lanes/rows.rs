@@ -3,16 +3,19 @@
 use super::estimate::{Decided, Edges};
 use super::tally::{Tally, sum};
 use super::tap::{Tap, Whisker};
-use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
+use super::{Angle, Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
 use crate::scene::{Per, RankBy, Tuple};
 
 /// Largest deviation of the strain for which K is told.
-const MOST: f32 = 0.95;
+pub(super) const MOST: f32 = 0.95;
 
 /// Largest deviation of the strain for which it is taken to grow with the drive.
 const LARGEST: f32 = 0.3;
+
+/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error.
+const REPEATS: usize = 5;
 
 /// Statistics of a pack over its distances.
 pub(super) struct Rows<T> {
@@ -52,9 +55,9 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
 }
 
 impl<const FMA: bool> Rows<Lanes<FMA>> {
-    /// Statistics of `tuples`, the first `live` of which count; their taps stay in `scratch`.
+    /// Statistics of `tuples`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in `scratch`.
     #[inline(always)]
-    pub fn new<const OWN: bool>(
+    pub fn new<const OWN: bool, const FORCE: bool>(
         tables: &Tables,
         live: usize,
         tuples: &[Tuple],
@@ -95,7 +98,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             largest: of(0.0),
         };
         for (i, distance) in tables.distances.iter().enumerate() {
-            tables.tap::<FMA, OWN>(&design, [own, power], distance, i, scratch);
+            tables.tap::<FMA, OWN, FORCE>(&design, [own, power], distance, i, scratch);
             rows.push(&scratch.taps[i], i, m);
         }
         rows
@@ -120,6 +123,17 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 at += 1;
             }
         }
+    }
+
+    /// P of the linear theory at `distance`, N.
+    #[inline(always)]
+    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes<FMA> {
+        let (a, inverse) = (Pack::splat(distance.a), Pack::splat(distance.inverse));
+        let (one, square) = (Lanes::<FMA>::of(1.0), self.design.diameter * self.design.diameter);
+        let lever = if tables.theory.displaced { one } else { a + Pack::splat(tables.theory.hub) };
+        let reach = (one - self.design.tau * a) * lever * inverse * inverse * inverse;
+        let yielding = one + Lanes::<FMA>::splat(tables.shear) * square * inverse * inverse;
+        self.own[0] * Pack::splat(tables.stiffness) * square * square * reach / yielding
     }
 
     /// Drive `j`.
@@ -265,7 +279,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             above = if OWN {
                 limit.if_less(strain, of(0.0), never)
             } else {
-                Pack(first(tables, &tap.kappa, Some(&tap.strain), limit))
+                self.first_above(tables, tap, limit, m)
             };
         }
         let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
@@ -275,10 +289,37 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             slipped = if OWN {
                 room.if_less(arc, of(0.0), never)
             } else {
-                Pack(first(tables, &tap.arc, None, room))
+                Pack(first_slipped(tables, &tap.arc, room))
             };
         }
         Edges { above, slipped }
+    }
+
+    /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
+    /// nearly proportional to the drive.
+    #[inline(always)]
+    fn first_above(&self, tables: &Tables, tap: &Tap<Lanes<FMA>>, limit: Lanes<FMA>, m: usize) -> Lanes<FMA> {
+        let of = Lanes::<FMA>::of;
+        let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.drive));
+        let linear = limit / tap.strain;
+        let mut drive = linear;
+        for _ in 0..REPEATS {
+            drive = drive.max(ends[0]).min(ends[1]);
+            let (x, power) = tables.over_drives(drive);
+            // Clenshaw's recurrence.
+            let (mut one, mut two) = (of(0.0), of(0.0));
+            for k in (1..m).rev() {
+                let next = (x + x).mul_add(one, tap.kappa[k]) - two;
+                (two, one) = (one, next);
+            }
+            let kappa = x.mul_add(one, tap.kappa[0]) - two;
+            drive = linear.mul_add(power * kappa, linear);
+        }
+        let mut places = of(0.0);
+        for angle in &tables.angles {
+            places = places + drive.if_less(Pack::splat(angle.drive), of(0.0), of(1.0));
+        }
+        places
     }
 
     /// q = K̄/K − 1 of a tap of a row.
@@ -304,42 +345,21 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     }
 }
 
-/// First place, in each lane, at which a growing value is above `limit`: `strain` θ/(1 + θᵉ v), or θᵉ v without `strain`.
-fn first<const FMA: bool>(
+/// First place, in each lane, at which the arc has grown by more than `room`.
+fn first_slipped<const FMA: bool>(
     tables: &Tables,
     values: &[Lanes<FMA>; ORDERS],
-    strain: Option<&Lanes<FMA>>,
-    limit: Lanes<FMA>,
+    room: Lanes<FMA>,
 ) -> [f32; LANES] {
     let n = tables.angles.len();
     let mut places = [n as f32; LANES];
     for (lane, place) in places.iter_mut().enumerate() {
         let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
-        let (limit, scale) = (limit.0[lane], strain.map(|s| s.0[lane]));
-        let above = |j: usize| {
-            let a = &tables.angles[j];
-            let mut read = 0.0;
-            for k in 0..tables.points {
-                read += a.basis[k] * values[k];
-            }
-            scale.map_or(a.power * read, |s| s * a.drive / (1.0 + a.power * read)) > limit
+        let off = |a: &Angle| {
+            let read: f32 = a.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
+            a.power * read > room.0[lane]
         };
-        if !above(n - 1) {
-            continue;
-        }
-        // Strain is nearly proportional to the drive: from there a few steps.
-        let guess = match scale {
-            Some(s) => limit / s,
-            None => tables.angles[n - 1].drive * 0.5,
-        };
-        let mut j = tables.angles.partition_point(|a| a.drive <= guess).min(n - 1);
-        while j > 0 && above(j - 1) {
-            j -= 1;
-        }
-        while !above(j) {
-            j += 1;
-        }
-        *place = j as f32;
+        *place = tables.angles.partition_point(|a| !off(a)) as f32;
     }
     places
 }

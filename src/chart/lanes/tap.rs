@@ -23,6 +23,8 @@ pub(super) struct Tap<T> {
     pub kappa: [T; ORDERS],
     /// (c/a − 1)/θᵉ, where the contact may slip off at all.
     pub arc: [T; ORDERS],
+    /// (P over that of the linear theory − 1)/θᵉ, where it is asked for.
+    pub force: T,
     /// Largest |δ|.
     pub largest: T,
     /// f, per radian or mm.
@@ -52,6 +54,18 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
     pub fn least(&self) -> Lanes<FMA> {
         let of = Lanes::<FMA>::of;
         (of(-1.0) / self.steep).max(of(-1.0))
+    }
+
+    /// η of the far root of a growth of `q` of the plain theory, (1 + sη)(1 − gη) − 1 = q, and the slope there.
+    #[inline(always)]
+    pub fn far(&self, q: Lanes<FMA>) -> [Lanes<FMA>; 2] {
+        let of = Lanes::<FMA>::of;
+        let (linear, square) = (self.steep - self.gauge, self.steep * self.gauge);
+        let slope = (linear * linear - of(4.0) * square * q).max(of(0.0)).sqrt();
+        // Beyond the peak the terms of one form cancel, before it those of the other.
+        let beyond = of(2.0) * q / (linear + slope);
+        let before = (linear - slope) / (of(2.0) * square);
+        [linear.if_less(of(0.0), before, beyond), slope]
     }
 
     /// The growth and its slope at η.
@@ -116,9 +130,9 @@ impl Tables {
         u
     }
 
-    /// The tap of `design` at `distance`, over the points or at its own drive.
+    /// The tap of `design` at `distance`, over the points or at its own drive; with `FORCE` its force, and its arc however little it moves.
     #[inline(always)]
-    pub(super) fn tap<const FMA: bool, const OWN: bool>(
+    pub(super) fn tap<const FMA: bool, const OWN: bool, const FORCE: bool>(
         &self,
         design: &Whisker<Lanes<FMA>>,
         [drive, power]: [Lanes<FMA>; 2],
@@ -137,17 +151,17 @@ impl Tables {
         distance.polynomials(&quantities, first, &mut scratch.basis, &mut scratch.products);
         let scale = Pack::splat(distance.scale);
         if OWN && distance.branches.len() > 1 {
-            let ([deviation, arc, _], _) =
-                self.choice.read::<FMA, false>(&distance.branches, &scratch.basis, &scratch.products);
+            let (read, _) =
+                self.choice.read::<FMA, FORCE>(&distance.branches, &scratch.basis, &scratch.products);
+            let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let tap = &mut scratch.taps[at];
-            let (deviation, arc) = (scale * deviation, scale * arc);
             let delta = power * deviation;
             tap.kappa[0] = -(deviation / (one + delta));
-            (tap.largest, tap.arc[0]) = (delta.abs(), arc);
+            (tap.largest, tap.arc[0], tap.force) = (delta.abs(), arc, force);
             self.told(design, distance, (p, [s1, s2]), tap);
             return;
         }
-        let [strain, arc, _] = &distance.branches[0];
+        let [strain, arc, force] = &distance.branches[0];
         let orders = strain.orders();
         let strain = strain.read(&scratch.basis, &scratch.products);
         let tap = &mut scratch.taps[at];
@@ -183,7 +197,7 @@ impl Tables {
         // Contacts move little: most whiskers are longer than any contact of theirs.
         let room = (design.length - Pack::splat(distance.a)) * inverse;
         tap.arc = [of(0.0); ORDERS];
-        if !(power * Pack::splat(distance.most_arc)).all_at_most(room) {
+        if FORCE || !(power * Pack::splat(distance.most_arc)).all_at_most(room) {
             let arc = arc.read(&scratch.basis, &scratch.products);
             if OWN {
                 tap.arc[0] = scale * dot(&arc, &scratch.basis[0]);
@@ -202,7 +216,10 @@ impl Tables {
                 }
             }
         }
-
+        if FORCE {
+            let force = force.read(&scratch.basis, &scratch.products);
+            tap.force = scale * dot(&force, &scratch.basis[0]);
+        }
         self.told(design, distance, (p, [s1, s2]), tap);
     }
 

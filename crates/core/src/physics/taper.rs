@@ -29,12 +29,17 @@ impl Taper {
 
     /// cos α.
     pub fn cos_alpha(&self) -> f64 {
-        1.0 / self.tan_alpha.hypot(1.0)
+        1.0 / self.secant()
+    }
+
+    /// 1/cos α.
+    fn secant(&self) -> f64 {
+        (1.0 + self.tan_alpha * self.tan_alpha).sqrt()
     }
 
     /// sin α; negative for a whisker that widens towards its tip.
     pub fn sin_alpha(&self) -> f64 {
-        self.tan_alpha / self.tan_alpha.hypot(1.0)
+        self.tan_alpha / self.secant()
     }
 
     /// Axial span [x1, x2] of a gauge whose grid of length `l` is bonded along the surface from `x_ss`, mm.

@@ -110,16 +110,30 @@ const fn directions() -> [[u32; 32]; JOE_KUO.len()] {
     all
 }
 
+/// What each byte of an index flips: the direction numbers of its bits together.
+static FLIPS: [[[u32; 256]; 4]; JOE_KUO.len()] = flips();
+
+const fn flips() -> [[[u32; 256]; 4]; JOE_KUO.len()] {
+    let mut all = [[[0; 256]; 4]; JOE_KUO.len()];
+    let mut at = 0;
+    while at < JOE_KUO.len() * 4 * 256 {
+        let (dimension, byte, bits) = (at / 1024, at / 256 % 4, at % 256);
+        if bits > 0 {
+            // One bit less, which is there already.
+            let rest = all[dimension][byte][bits & (bits - 1)];
+            all[dimension][byte][bits] =
+                rest ^ DIRECTIONS[dimension][8 * byte + bits.trailing_zeros() as usize];
+        }
+        at += 1;
+    }
+    all
+}
+
 /// Coordinate of the unscrambled Sobol point `index`.
 fn sobol(dimension: u32, index: u32) -> u32 {
-    let directions = &DIRECTIONS[dimension as usize];
-    let mut x = 0;
-    let mut bits = index;
-    while bits != 0 {
-        x ^= directions[bits.trailing_zeros() as usize];
-        bits &= bits - 1;
-    }
-    x
+    let flips = &FLIPS[dimension as usize];
+    let [a, b, c, d] = index.to_le_bytes().map(usize::from);
+    flips[0][a] ^ flips[1][b] ^ flips[2][c] ^ flips[3][d]
 }
 
 /// Nested uniform scramble: each bit is flipped depending on the bits above it only.

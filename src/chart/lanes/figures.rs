@@ -1,0 +1,206 @@
+//! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
+
+use super::dispatch::{Work, best};
+use super::estimate::{bounds, root};
+use super::rows::{MOST, Rows};
+use super::tally::Tally;
+use super::{LANES, Lanes, Scratch, Tables, Words};
+use crate::kernel::cpu::Pack;
+use crate::reduce::{Errors, Spread};
+use crate::scene::Tuple;
+use crate::statistics::DriveRow;
+use crate::status::Status;
+
+/// Share of the way to infinitely far, or to the apex, beyond which an estimate is solved.
+const FARTHEST: f64 = 1.1e-3;
+
+/// Which taps count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counting {
+    /// Those whose contact has not slipped off, as in tables.
+    OnWhisker,
+    /// All; the taper goes on, so that figures change smoothly where a contact slips off.
+    Every,
+}
+
+/// What charts say of a designs row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// The row.
+    pub row: DriveRow,
+    /// Smallest and largest contact arc of all its taps, mm.
+    pub arc: [f64; 2],
+    /// Largest |ε| and largest P, N, of all its taps.
+    pub strain: f64,
+    /// See [`Self::strain`].
+    pub force: f64,
+    /// Distance at which the strain of the theory peaks, mm, and that strain at this drive.
+    pub peak: [f64; 2],
+}
+
+impl Tables {
+    /// Figures of `tuples`, all easy, each at its own drive, and their taps per word; `None` of a row that must be solved.
+    pub fn figures(&self, tuples: &[Tuple], counting: Counting, out: &mut Vec<Option<Figures>>) -> Words {
+        best(Reading { tables: self, tuples, counting, out })
+    }
+
+    #[inline(always)]
+    fn figures_lanes<const FMA: bool>(
+        &self,
+        tuples: &[Tuple],
+        counting: Counting,
+        out: &mut Vec<Option<Figures>>,
+    ) -> Words {
+        let mut scratch = Scratch::<FMA>::new(self);
+        let mut words = Words::default();
+        for tuples in tuples.chunks(LANES) {
+            let rows = Rows::new::<true, true>(self, tuples.len(), tuples, &mut scratch);
+            words.add(&rows.figures(self, counting, &scratch, out));
+        }
+        words
+    }
+}
+
+/// [`Tables::figures`] for an instruction set.
+struct Reading<'a> {
+    tables: &'a Tables,
+    tuples: &'a [Tuple],
+    counting: Counting,
+    out: &'a mut Vec<Option<Figures>>,
+}
+
+impl Work for Reading<'_> {
+    type Out = Words;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> Words {
+        self.tables.figures_lanes::<FMA>(self.tuples, self.counting, self.out)
+    }
+}
+
+impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// Figures of the rows of a pack, whose taps are in `scratch`.
+    #[inline(always)]
+    fn figures(
+        &self,
+        tables: &Tables,
+        counting: Counting,
+        scratch: &Scratch<FMA>,
+        out: &mut Vec<Option<Figures>>,
+    ) -> Words {
+        let of = Lanes::<FMA>::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let taps = &scratch.taps;
+        let [drive, power] = self.own;
+        let limit = Pack::splat(tables.strain_limit);
+        let mut tally = Tally::new(self.largest.if_less(Pack::splat(MOST), zero, one));
+
+        // First pass: K and its spread, extremes.
+        let [mut n, mut mean, mut spread] = [zero; 3];
+        let [mut strain_max, mut force_max, mut strain_all, mut force_all] = [zero; 4];
+        let (mut nearest, mut farthest) = (of(1e30), zero);
+        for (tap, distance) in taps.iter().zip(&tables.distances) {
+            let a = Pack::splat(distance.a);
+            let deviation = power * tap.kappa[0];
+            let strain = tap.strain * drive / (one + deviation);
+            let moved = power * tap.arc[0];
+            let room = (self.design.length - a) * Pack::splat(distance.inverse);
+            let off = room.if_less(moved, one, zero);
+            let counts = if counting == Counting::Every { one } else { one - off };
+            let force = self.linear_force(tables, distance) * (one + power * tap.force);
+            n = n + counts;
+            let apart = tap.kappa[0] - mean;
+            mean = mean + counts * apart / n.max(one);
+            spread = (counts * apart).mul_add(tap.kappa[0] - mean, spread);
+            (strain_all, force_all) = (strain_all.max(strain), force_all.max(force));
+            (strain_max, force_max) = (strain_max.max(counts * strain), force_max.max(counts * force));
+            let arc = a + a * moved;
+            (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
+            tally.strain = tally.strain + limit.if_less(strain, one, zero);
+            tally.slipped = tally.slipped + off;
+        }
+
+        // Second pass, with K̄: errors of the distances.
+        let known = of(1.5).if_less(n, one, zero);
+        let (calibration, known) = match tables.fixed {
+            Some(fixed) => (Pack::splat(fixed), one),
+            None => (power * mean, known),
+        };
+        let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
+        let noise = (one + calibration) * Pack::splat(tables.noise) / drive;
+        for (tap, distance) in taps.iter().zip(&tables.distances) {
+            let a = Pack::splat(distance.a);
+            let deviation = power * tap.kappa[0];
+            let q = (calibration - deviation) / (one + deviation);
+            let [low, high, peak] = bounds(tables, tap, distance);
+            let [eta, slope] = root(tables, tap, (q, peak));
+            let whole = one / (one + eta);
+            let none = peak.if_less(q, one, zero);
+            // Infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
+            let lost = (one - none) * (one + eta).if_less(of(FARTHEST), one, zero);
+            tally.hard = tally.hard.max(known * lost);
+            let strain = tap.strain * drive / (one + deviation);
+            let off = (self.design.length - a).if_less(a * power * tap.arc[0], one, zero);
+            let counts = if counting == Counting::Every { one } else { one - off };
+            let told = counts * known * (one - none);
+            let error = zero - told * a * eta * whole;
+            let sigma = told * noise * a * whole * whole / (tap.strain * slope).max(of(1e-30));
+            errors = errors + error;
+            squares = error.mul_add(error, squares);
+            largest = largest.max(error.abs());
+            noises = sigma.mul_add(sigma, noises);
+            read = read + told;
+            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
+            let rootless = known * none;
+            tally.rootless = tally.rootless + rootless;
+            tally.ambiguous = tally.ambiguous + near;
+            let over = limit.if_less(strain, one, zero);
+            tally.ok = tally.ok + (one - rootless.max(near).max(over).max(off));
+        }
+
+        let vertex = taps[0].growth.vertex;
+        let highest = taps[0].strain * (one + taps[0].growth.at(tables, vertex)[0]) * drive;
+        let peak = one / self.design.peak;
+        let power2 = power * power;
+        let asked = taps.len() as u64;
+        for lane in 0..self.live {
+            if tally.is_hard(lane) {
+                out.push(None);
+                continue;
+            }
+            let at = |x: &Lanes<FMA>| f64::from(x.0[lane]);
+            let mut status = Status::OK;
+            for (count, word) in [
+                (&tally.slipped, Status::SLIPPED_OFF),
+                (&tally.strain, Status::STRAIN_LIMIT),
+                (&tally.rootless, Status::NO_ROOT),
+                (&tally.ambiguous, Status::AMBIGUOUS),
+            ] {
+                if count.0[lane] > 0.0 {
+                    status |= word;
+                }
+            }
+            let (counting, told) = (n.0[lane] as u64, read.0[lane] as u64);
+            let known = known.0[lane] > 0.5;
+            let row = DriveRow::of(
+                [asked, told],
+                Spread::of(counting, at(&power) * at(&mean), at(&power2) * at(&spread)),
+                [at(&strain_max), at(&force_max)],
+                [
+                    Errors::of(told, [at(&errors), at(&squares), at(&largest)]),
+                    Errors::of(told, [f64::NAN, at(&noises), f64::NAN]),
+                ],
+                known.then(|| 1.0 + at(&calibration)),
+                status,
+            );
+            out.push(Some(Figures {
+                row,
+                arc: [at(&nearest), at(&farthest)],
+                strain: at(&strain_all),
+                force: at(&force_all),
+                peak: [at(&peak), at(&highest)],
+            }));
+        }
+        tally.words(tally.counts(self.live))
+    }
+}

@@ -1,0 +1,152 @@
+//! A sweep of which only the designs table is written: its rows are read from charts, those outside them reduced from solved taps.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::select::{Best, Kept};
+use super::{CHUNK, HIGHLIGHTS, Run, charted};
+use crate::chart::{lanes::Counting, rows::RowReader};
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::Task;
+use crate::plan::Layout;
+use crate::scene::{Convention, Tuple};
+use crate::sink::{
+    csv::Text,
+    run_json::Counts,
+    table::{AtDrive, Table, fields},
+};
+use crate::statistics::{DriveRow, Reduction};
+
+/// Rows of one piece of text.
+const PIECE: usize = 512;
+
+/// Writes the rows of `layout`.
+pub(super) fn run(run: &mut Run<'_>, layout: &Layout, reader: &RowReader) -> Result<(), Error> {
+    run.counts.solved += reader.sweeps().taps;
+    run.counts.sweeps.merge(&reader.sweeps());
+    run.counts.chart = Some(serde_json::json!(reader.summary()));
+    let total = layout.n_designs * layout.n_drives;
+    let together = (CHUNK / layout.n_distances).max(1);
+    let mut from = 0;
+    while from < total {
+        let to = (from + together).min(total);
+        some(run, layout, reader, &(from..to).collect::<Vec<_>>())?;
+        from = to;
+    }
+    Ok(())
+}
+
+/// Writes the rows at `places`.
+pub(super) fn some(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    reader: &RowReader,
+    places: &[u64],
+) -> Result<(), Error> {
+    run.check_stop()?;
+    let tuples: Vec<Tuple> = places.par_iter().map(|r| tuple(layout, *r)).collect();
+    let rows = rows(run, layout, reader, &tuples)?;
+    write(run, layout, places, &tuples, &rows)?;
+    run.counts.taps += tuples.len() as u64 * layout.n_distances;
+    run.show(0);
+    Ok(())
+}
+
+/// Design and drive of row `r`.
+fn tuple(layout: &Layout, r: u64) -> Tuple {
+    let design = layout.design(r / layout.n_drives);
+    Tuple { drive: layout.drive(&design, r % layout.n_drives), ..design }
+}
+
+/// The rows of `tuples`, read or solved.
+fn rows(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    reader: &RowReader,
+    tuples: &[Tuple],
+) -> Result<Vec<DriveRow>, Error> {
+    let start = Instant::now();
+    let (found, words) = reader.read(tuples, Counting::OnWhisker);
+    run.solve += start.elapsed();
+    charted::note(&mut run.counts, &words);
+    let hard: Vec<usize> = (0..tuples.len()).filter(|&i| found[i].is_none()).collect();
+    run.counts.interpolated += (tuples.len() - hard.len()) as u64 * layout.n_distances;
+    for row in found.iter().flatten() {
+        row.row.strain_max().into_iter().for_each(|strain| run.counts.strain.push(strain));
+    }
+    let mut all: Vec<DriveRow> =
+        found.into_iter().map(|f| f.map_or_else(DriveRow::default, |f| f.row)).collect();
+    let these: Vec<Tuple> = hard.iter().map(|&i| tuples[i]).collect();
+    hard.into_iter().zip(solved(run, layout, &these)?).for_each(|(i, row)| all[i] = row);
+    Ok(all)
+}
+
+/// The rows of `tuples` from their taps.
+fn solved(run: &mut Run<'_>, layout: &Layout, tuples: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
+    if tuples.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (setup, n) = (&run.study.setup, layout.n_distances as usize);
+    let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
+    let task = |t: usize| {
+        let drive = designs[t / n].tuple.drive;
+        Task { design: (t / n) as u32, a: layout.distance((t % n) as u64), drive }
+    };
+    let tasks: Vec<Task> = (0..tuples.len() * n).into_par_iter().map(task).collect();
+    let outcomes = run.evaluate(&designs, &tasks)?;
+    let one = |at: usize| {
+        let (taps, mut counts) = (&outcomes[at * n..(at + 1) * n], Counts::default());
+        let mut reduced = Reduction::new(setup, &designs[at], layout.reach(), (n, 1));
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        reduced.calibrate();
+        for (i, tap) in taps.iter().enumerate() {
+            let at = (layout.distance(i as u64), designs[at].tuple.drive);
+            counts.note(tap.status | reduced.estimate((i, 0), at, tap).status, 1);
+        }
+        (reduced.drives[0], counts)
+    };
+    let rows: Vec<(DriveRow, Counts)> = (0..tuples.len()).into_par_iter().map(one).collect();
+    for (_, counts) in &rows {
+        run.absorb(counts);
+    }
+    Ok(rows.into_iter().map(|(row, _)| row).collect())
+}
+
+/// Writes the rows of `tuples`, which are those at `places`, and offers the complete ones for the summary.
+fn write(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    places: &[u64],
+    tuples: &[Tuple],
+    rows: &[DriveRow],
+) -> Result<(), Error> {
+    let study = run.study;
+    let by = study.output.by;
+    let unit = |t: &Tuple| match study.setup.estimate.convention {
+        Convention::Mean => 1.0,
+        Convention::Elongation => Design::new(&study.setup, *t).elongation(&study.setup).unwrap_or(1.0),
+    };
+    let piece = |(p, (tuples, rows)): (usize, (&[Tuple], &[DriveRow]))| {
+        let (mut text, mut values, mut best) = (Text::default(), Vec::new(), Best::new(HIGHLIGHTS));
+        for (i, (design, row)) in tuples.iter().zip(rows).enumerate() {
+            let unit = unit(design);
+            fields(&AtDrive::COLUMNS, &AtDrive { design, drive: design.drive, row, unit }, &mut values);
+            text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+            if let Some(rank) = row.rank(by, unit) {
+                let r = places[p * PIECE + i];
+                let index = (r / layout.n_drives, (r % layout.n_drives) as u32);
+                best.offer(Kept { rank, index, design: *design, drive: design.drive, row: *row, unit });
+            }
+        }
+        Ok((text.into_bytes(), best, rows.len() as u64))
+    };
+    let pieces = tuples.par_chunks(PIECE).zip(rows.par_chunks(PIECE)).enumerate().map(piece);
+    let pieces: Vec<(Vec<u8>, Best, u64)> = pieces.collect::<Result<_, Error>>()?;
+    for (text, best, rows) in pieces {
+        run.write(Table::Designs, &text, rows)?;
+        run.best.merge(best);
+    }
+    Ok(())
+}
