@@ -20,14 +20,25 @@ pub enum Ranker {
 }
 
 impl Ranker {
-    /// What ranks `study` at `tolerance`; `None` where its taps must be solved one by one.
-    pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        if let Some(scope) = smooth::Scope::new(study, layout, tolerance) {
+    /// What ranks `study` at `tolerance`; `None` where its taps must be solved one by one. A device reads the chart of the rod; in lanes the
+    /// charts of single distances are read faster, but there are rods that they do not hold.
+    pub fn new(
+        study: &Study,
+        layout: &Layout,
+        tolerance: f64,
+        on_device: bool,
+    ) -> Result<Option<Self>, SolveError> {
+        let rod = || {
+            let scope = smooth::Scope::new(study, layout, tolerance)?;
             let tables = smooth::Tables::new(&scope);
-            return Ok(Some(Self::Rod(Box::new((scope, tables)))));
+            Some(Self::Rod(Box::new((scope, tables))))
+        };
+        if on_device && let Some(rod) = rod() {
+            return Ok(Some(rod));
         }
-        let Some(scope) = Scope::new(study, layout, tolerance)? else { return Ok(None) };
-        Ok(Tables::new(&scope).map(|tables| Self::Model(Box::new((scope, tables)))))
+        let scope = Scope::new(study, layout, tolerance)?;
+        let tables = scope.as_ref().and_then(Tables::new);
+        Ok(scope.zip(tables).map(|both| Self::Model(Box::new(both))).or_else(rod))
     }
 
     /// The scope that a device can rank.

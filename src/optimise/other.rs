@@ -2,15 +2,17 @@
 
 use super::evaluate::Scorer;
 use super::run::{Design, unit};
-use super::score::Goal;
+use super::score::{Goal, Score};
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;
 use crate::scene::search::Search;
 use crate::scene::{Column, Setup, Theory, Tuple};
 
-/// Drives looked at first, and then between the neighbours of the best, so many times.
-const LOOKS: ([usize; 2], u32) = ([65, 17], 4);
+/// Drives looked at first, with the nominal whisker alone, and how far on either side of the best of them the best of all samples is sought.
+const FIRST: (usize, usize) = (65, 4);
+/// Drives looked at then, and again between the neighbours of the best, so many times.
+const NEXT: (usize, u32) = (9, 5);
 
 /// The best design where distances are told in another way.
 #[derive(Debug)]
@@ -36,18 +38,28 @@ pub(super) fn judge(
     let mut scorer = Scorer::new(&setup, layout, search, method);
     let mut best: Option<Tuple> = None;
     if let Some(v) = search.variables.iter().find(|v| v.column == Column::Drive) {
-        let ([first, next], rounds) = LOOKS;
-        let (mut ends, mut n) = ([v.min, v.max], first);
-        for _ in 0..=rounds {
+        let between = |ends: [f64; 2], n: usize| -> Vec<f64> {
             let share = |i: usize| i as f64 / (n - 1) as f64;
-            let drives: Vec<f64> = (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect();
-            let Some(at) = least(&mut scorer, point, &drives, goal)? else { break };
-            best = Some(Tuple { drive: drives[at], ..*point });
-            (ends, n) = ([drives[at.saturating_sub(1)], drives[(at + 1).min(n - 1)]], next);
+            (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect()
+        };
+        let around = |drives: &[f64], at: usize, by: usize| {
+            [drives[at.saturating_sub(by)], drives[(at + by).min(drives.len() - 1)]]
+        };
+        let drives = between([v.min, v.max], FIRST.0);
+        let scores = scorer.nominal(&taps(point, &drives))?;
+        let mut ends = least(&scores, goal).map(|at| around(&drives, at, FIRST.1));
+        for _ in 0..NEXT.1 {
+            let Some(these) = ends else { break };
+            let drives = between(these, NEXT.0);
+            let scores = scorer.scores(&taps(point, &drives))?;
+            let at = least(&scores, goal);
+            best = at.map(|at| Tuple { drive: drives[at], ..*point }).or(best);
+            ends = at.map(|at| around(&drives, at, 1));
         }
     } else if layout.n_drives > 1 {
         let drives: Vec<f64> = (0..layout.n_drives).map(|j| layout.drive(point, j)).collect();
-        best = least(&mut scorer, point, &drives, goal)?.map(|at| Tuple { drive: drives[at], ..*point });
+        let scores = scorer.scores(&taps(point, &drives))?;
+        best = least(&scores, goal).map(|at| Tuple { drive: drives[at], ..*point });
     }
     let mut design = |point: Tuple| -> Result<Design, Error> {
         let score = scorer.scores(&[point])?[0];
@@ -56,10 +68,13 @@ pub(super) fn judge(
     Ok(Other { theory, here: design(*point)?, best: best.map(design).transpose()? })
 }
 
-/// Place of the best of `drives`; `None` where none keeps the limits.
-fn least(scorer: &mut Scorer<'_>, point: &Tuple, drives: &[f64], goal: Goal) -> Result<Option<usize>, Error> {
-    let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*point }).collect();
-    let scores = scorer.scores(&points)?;
-    let allowed = (0..points.len()).filter(|&i| goal.feasible(&scores[i]));
-    Ok(allowed.min_by(|&i, &j| goal.value(&scores[i]).total_cmp(&goal.value(&scores[j]))))
+/// The whisker of `point` at each of `drives`.
+fn taps(point: &Tuple, drives: &[f64]) -> Vec<Tuple> {
+    drives.iter().map(|&drive| Tuple { drive, ..*point }).collect()
+}
+
+/// Place of the best of `scores`; `None` where none keeps the limits.
+fn least(scores: &[Score], goal: Goal) -> Option<usize> {
+    let allowed = (0..scores.len()).filter(|&i| goal.feasible(&scores[i]));
+    allowed.min_by(|&i, &j| goal.value(&scores[i]).total_cmp(&goal.value(&scores[j])))
 }

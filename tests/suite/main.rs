@@ -28,6 +28,7 @@ mod optimise_errors;
 mod own_model;
 mod planned;
 mod practical;
+mod read_rows;
 mod records;
 mod reference;
 mod reference_docs;
