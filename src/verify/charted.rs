@@ -20,8 +20,9 @@ pub(super) fn line(
 ) -> Option<Line> {
     let study = case.study.as_ref()?;
     let layout = study.space.layout()?;
-    let ranker =
-        Ranker::new(study, &layout, place.chart_tolerance()?, place.backend.name == "gpu").ok().flatten()?;
+    let ranker = Ranker::new(study, &layout, place.chart_tolerance()?, place.backend().name == "gpu")
+        .ok()
+        .flatten()?;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let read = |i: usize| {
         let distance = distances.iter().position(|a| *a == tuples[i].a)?;

@@ -30,6 +30,9 @@ pub(super) fn bounds<const FMA: bool>(
     [lo.if_less(growth.vertex, never, at_lo), growth.vertex.if_less(hi, at_hi, never).min(peak), peak]
 }
 
+/// Steps to a root: each leaves the cube of what there was.
+const STEPS: usize = 6;
+
 /// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
 #[inline(always)]
 pub(super) fn root<const FMA: bool>(
@@ -39,24 +42,25 @@ pub(super) fn root<const FMA: bool>(
 ) -> [Lanes<FMA>; 2] {
     let of = Lanes::<FMA>::of;
     let growth = &tap.growth;
-    let [start, discriminant] = growth.far(q);
+    let zero = of(0.0);
     if tables.theory.plain {
-        return [start, peak.if_less(q, of(0.0), discriminant)];
+        let [eta, slope] = growth.far(q);
+        return [eta, peak.if_less(q, zero, slope)];
     }
-    // f grows from the apex, or from infinitely far, to its peak: Newton's steps, halving where one leaves what is left of that.
+    // f grows from the apex, or from infinitely far, to its peak: steps by the parabola at each place, halving where one leaves what is
+    // left of that.
     let (mut lo, mut hi) = (growth.least(), growth.vertex);
-    let mut eta = start;
-    let mut slope = discriminant;
-    for _ in 0..10 {
-        let middle = of(0.5) * (lo + hi);
-        eta = lo.if_less(eta, eta.if_less(hi, eta, middle), middle);
-        let [value, now] = growth.at(tables, eta);
-        slope = now.max(of(1e-6));
+    let (mut eta, mut slope) = (growth.vertex.if_less(zero, growth.vertex, zero), zero);
+    for _ in 0..STEPS {
+        let [value, now, curvature] = growth.at(tables, eta);
+        let rest = q - value;
         lo = value.if_less(q, eta, lo);
         hi = value.if_less(q, hi, eta);
-        eta = eta - (value - q) / slope;
+        slope = (now * now + of(2.0) * curvature * rest).max(zero).sqrt().max(of(1e-6));
+        eta = eta + of(2.0) * rest / (now.max(zero) + slope);
+        let middle = of(0.5) * (lo + hi);
+        eta = lo.if_less(eta, eta.if_less(hi, eta, middle), middle);
     }
-    let zero = of(0.0);
     [eta, peak.if_less(q, zero, slope)]
 }
 

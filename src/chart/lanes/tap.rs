@@ -68,29 +68,34 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
         [linear.if_less(of(0.0), before, beyond), slope]
     }
 
-    /// The growth and its slope at η.
+    /// The growth, its slope and its curvature at η.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 2] {
-        let one = Lanes::<FMA>::of(1.0);
-        let mut all = grow([self.steep * eta, self.steep], [-(self.gauge * eta), -self.gauge]);
+    pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 3] {
+        let of = Lanes::<FMA>::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let all = grow([self.steep * eta, self.steep, zero], [-(self.gauge * eta), -self.gauge, zero]);
         if tables.theory.plain {
             return all;
         }
-        all = grow(all, [self.hub * eta, self.hub]);
-        let two = Lanes::<FMA>::of(2.0);
+        let all = grow(all, [self.hub * eta, self.hub, zero]);
+        let two = of(2.0);
         let more = one + eta;
         let below = one / (one + self.shear * more * more);
         let value = -(self.shear * eta * (two + eta) * below);
-        let slope = -(two * self.shear * more * (one + self.shear) * below * below);
-        grow(all, [value, slope])
+        // (1 + S)/(1 + S (1 + η)²) and its derivatives.
+        let fall = two * self.shear * (one + self.shear) * below * below;
+        let curvature = fall * (of(4.0) * self.shear * more * more * below - one);
+        grow(all, [value, -(fall * more), curvature])
     }
 }
 
-/// Two growths, each with its slope, together.
+/// Two growths, each with its slope and curvature, together.
 #[inline(always)]
-fn grow<const FMA: bool>(a: [Lanes<FMA>; 2], b: [Lanes<FMA>; 2]) -> [Lanes<FMA>; 2] {
+fn grow<const FMA: bool>(a: [Lanes<FMA>; 3], b: [Lanes<FMA>; 3]) -> [Lanes<FMA>; 3] {
     let one = Lanes::<FMA>::of(1.0);
-    [a[0] + b[0] + a[0] * b[0], a[1] * (one + b[0]) + b[1] * (one + a[0])]
+    let (more_a, more_b) = (one + a[0], one + b[0]);
+    let both = a[1] * b[1];
+    [a[0] + b[0] + a[0] * b[0], a[1] * more_b + b[1] * more_a, a[2] * more_b + (both + both) + b[2] * more_a]
 }
 
 impl Tables {
