@@ -59,7 +59,7 @@ pub(super) fn root<const FMA: bool>(
         slope = (now * now + of(2.0) * curvature * rest).max(zero).sqrt().max(of(1e-6));
         eta = eta + of(2.0) * rest / (now.max(zero) + slope);
         let middle = of(0.5) * (lo + hi);
-        eta = lo.if_less(eta, eta.if_less(hi, eta, middle), middle);
+        eta = eta.if_less(lo, middle, hi.if_less(eta, middle, eta));
     }
     [eta, peak.if_less(q, zero, slope)]
 }
