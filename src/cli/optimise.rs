@@ -18,6 +18,7 @@ use vibrissa::{files, spec};
 
 use super::args::Optimise;
 use super::interrupt;
+use super::needed;
 use super::number::{grouped, rough};
 use super::reply::{self, Reply};
 use super::say;
@@ -38,7 +39,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let choice = Choice::new(&options)?;
+    let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
+    needed::settle(&mut spec, bound);
     if options.plan == Some(true) {
         return Ok(planned(&spec, &search, &choice, &out));
     }
@@ -51,7 +54,8 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         resume: args.resume,
         stop: interrupt::stop_and_keep(),
     };
-    let report = optimise::run(&spec, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    let asked = (&choice, &options, bound);
+    let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
     if report.discarded > 0 {
         say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
     }
@@ -61,7 +65,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: write::result(&spec, &search, &report),
+        result: needed::told(write::result(&spec, &search, &report), report.model_error.as_ref()),
         broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
@@ -200,6 +204,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         report.seconds[1],
         ending(report.ended)
     );
+    text += report.model_error.as_ref().map_or("", |(_, told)| told);
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds[0]);
     text

@@ -14,6 +14,7 @@ use vibrissa::tap::{self, Report, Sample};
 use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
+use super::needed;
 use super::reply::{self, Reply};
 use super::say;
 use super::sweep::{threads, where_and_why};
@@ -34,7 +35,9 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     }
     let choice = choose(&options)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
+    let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
+    needed::settle(&mut spec, bound);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let head = format!(
         "{}: best {symbol} of {}…{}{unit}, on {}",
@@ -67,7 +70,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         say::line(head);
     }
     let target = (out.as_path(), options.force == Some(true));
-    let report = tap::run(&spec, ends, objective, &choice, target).map_err(|e| match e {
+    let report = tap::run(&spec, ends, objective, &choice, target, bound).map_err(|e| match e {
         Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
             e.at(args.spec.display().to_string(), None).into()
         }
@@ -79,7 +82,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: tap::result(&spec.study, &report),
+        result: needed::told(tap::result(&spec.study, &report), report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -133,6 +136,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
             }
         }
     }
+    text += report.model_error.as_ref().map_or("", |(_, told)| told);
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds);
     text

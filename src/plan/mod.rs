@@ -3,6 +3,7 @@
 mod way;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 pub use crate::scene::Layout;
 pub use way::Way;
@@ -47,11 +48,19 @@ pub struct Plan {
     pub ranker: Option<Arc<Ranker>>,
     /// What reads the taps, with [`Way::Read`].
     pub reader: Option<Arc<Reader>>,
+    /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
+    pub chart: Option<f64>,
+    /// Seconds of the whole plan, the charts' among them.
+    pub seconds: f64,
 }
+
+/// Seconds from which on a chart that did not come about was tried.
+const TRIED: f64 = 1e-3;
 
 impl Plan {
     /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
     pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
+        let begun = Instant::now();
         let (taps, designs, full) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
@@ -96,15 +105,19 @@ impl Plan {
         }
         let layout = study.space.layout();
         let solved = Way::solved(study, layout.as_ref(), choice);
+        let charting = Instant::now();
         let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
         let layout = study.space.layout().filter(|_| ranker.is_none());
         let reader = layout.and_then(|layout| Way::read(study, &layout, choice)).map(Arc::new);
+        let charted = charting.elapsed().as_secs_f64();
+        let chart = Some(charted).filter(|s| ranker.is_some() || reader.is_some() || *s > TRIED);
         let solved = if reader.is_some() { Way::Read } else { solved };
         let way = if ranker.is_some() { Way::Charted } else { solved };
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let curves = if own { full[1] } else { 0 };
-        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader })
+        let seconds = begun.elapsed().as_secs_f64();
+        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader, chart, seconds })
     }
 }
 

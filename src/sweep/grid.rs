@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
+use crate::scene::Tuple;
 use crate::sink::{csv::Text, table::Table};
 
 /// Evaluates `layout` and writes its tables.
@@ -73,6 +74,7 @@ pub(super) fn rank(
 /// Writes designs.csv of the kept rows, best first.
 pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
+    run.kept = kept.iter().map(|row| Tuple { drive: row.drive, ..row.design }).collect();
     let (mut text, mut values) = (Text::default(), Vec::new());
     for row in kept {
         row.fields(&mut values);

@@ -10,13 +10,16 @@ mod optimum;
 mod write;
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
+use crate::chart::ranges::Wanted;
 use crate::error::{Error, InputError};
+use crate::needed::{Needed, Row, Rows};
 use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Setup, Spec, Study, Theory};
+use crate::scene::{Setup, Spec, Study, Theory, Tuple};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
@@ -86,6 +89,8 @@ pub struct Report {
     pub seconds: f64,
     /// Where it was computed.
     pub backend: Backend,
+    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
+    pub model_error: Option<(serde_json::Value, String)>,
     /// Files written.
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
@@ -101,17 +106,24 @@ pub struct Other {
     pub optimum: Result<Sample, String>,
 }
 
-/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
+/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of
+/// strain stays within `bound`, if there is one, are left off.
 pub fn run(
     spec: &Spec,
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
     (out, force): (&Path, bool),
+    bound: Option<f64>,
 ) -> Result<Report, Error> {
+    let begun = Instant::now();
     let asked = serde_json::json!({ "objective": objective.word() });
     let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
-    let mut report = find(&spec.study, ends, objective, choice)?;
+    let mut report = match bound {
+        Some(bound) => find_needed(&spec.study, ends, objective, choice, bound)?,
+        None => find(&spec.study, ends, objective, choice)?,
+    };
+    report.seconds = choice.seconds + begun.elapsed().as_secs_f64();
     write::all(spec, &report, &mut folder)?;
     let written = folder.finish()?;
     (report.files, report.removed) = (written.files, written.removed);
@@ -144,6 +156,54 @@ pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice
     })
 }
 
+/// As [`find`], with effects left off whose joint change of strain stays within `bound`: over the interval, at the optima, and where a status
+/// changes from one drive of the curve to the next.
+///
+/// # Errors
+/// Those of [`find`] with the full model.
+pub fn find_needed(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    bound: f64,
+) -> Result<Report, Error> {
+    let layout = study.space.layout().ok_or_else(no_axes)?;
+    let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
+    let mut needed = Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)?;
+    let mut study = study.clone();
+    let (whisker, n) = (layout.design(0), layout.n_distances);
+    let distances: Vec<f64> = (0..n).map(|i| layout.distance(i)).collect();
+    loop {
+        study.setup = needed.setup().clone();
+        let begun = Instant::now();
+        let report = match find(&study, ends, objective, choice) {
+            Err(Error::Input(_)) if !needed.left().is_empty() => {
+                needed.give_up()?;
+                continue;
+            }
+            found => found?,
+        };
+        let seconds = begun.elapsed().as_secs_f64();
+        let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
+        if needed.keeps(&report.turns().into_iter().map(row).collect::<Vec<_>>())? {
+            let model_error = Some((needed.summary(seconds), needed.sentence()));
+            return Ok(Report { model_error, ..report });
+        }
+    }
+}
+
+impl Report {
+    /// The drives of the optima, of the ends of the curve, and those between which its status changes.
+    fn turns(&self) -> Vec<f64> {
+        let ends = self.curve.first().into_iter().chain(self.curve.last());
+        let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
+        let steps = self.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
+        let optima = [&self.optimum, &self.unconstrained];
+        optima.into_iter().chain(other).chain(ends).chain(steps).map(|s| s.drive).collect()
+    }
+}
+
 /// As [`find`], by one estimator.
 fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
@@ -173,6 +233,7 @@ fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) ->
         evaluations: curve.evaluations,
         seconds: begun.elapsed().as_secs_f64(),
         backend: choice.backend.clone(),
+        model_error: None,
         files: Vec::new(),
         removed: Vec::new(),
     })

@@ -1,0 +1,137 @@
+//! One model against another, tap by tap, in f64 on the CPU.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::rows::Row;
+use crate::backend::Choice;
+use crate::design::{Design, amount};
+use crate::error::Error;
+use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::profile::{self, Ask, Reach};
+use crate::scene::{Setup, Tuple};
+use crate::statistics::{Reduction, Told};
+use crate::status::Status;
+
+/// What a model says of the taps of some rows.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Said {
+    /// Strain and words of each tap, row after row.
+    taps: Vec<(f64, Status)>,
+    /// What it took, s.
+    pub seconds: f64,
+}
+
+impl Said {
+    /// Of `rows` in `setup`, distances told as the setup says.
+    pub fn of(setup: &Setup, choice: &Choice, rows: &[Row]) -> Result<Self, Error> {
+        let begun = Instant::now();
+        let designs: Vec<Design> = rows.par_iter().map(|row| Design::new(setup, row.point)).collect();
+        let task = |(k, row): (usize, &Row)| {
+            let (design, drive) = (k as u32, row.point.drive);
+            row.distances.iter().map(move |&a| Task { design, a, drive }).collect::<Vec<_>>()
+        };
+        let tasks: Vec<Task> = rows.iter().enumerate().flat_map(task).collect();
+        let mut evaluator = Evaluator::new(setup, choice.open(&setup.model)?);
+        let outcomes = evaluator.run(&designs, &tasks)?;
+        let ask = |(k, row): (usize, &Row)| Ask {
+            design: k as u32,
+            drive: row.point.drive,
+            reach: Reach::Asked(row.reach),
+        };
+        let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
+        let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
+        let (mut taps, mut from) = (Vec::with_capacity(tasks.len()), 0);
+        for (k, row) in rows.iter().enumerate() {
+            let these = &outcomes[from..from + row.distances.len()];
+            from += these.len();
+            let mut reduced = Reduction::new(setup, &designs[k], row.reach, (these.len(), 1));
+            these.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+            reduced.calibrate();
+            taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
+                let at = (row.distances[i], row.point.drive);
+                let estimated = reduced.estimate_by((i, 0), at, tap, Told::by(&own, k));
+                (tap.strain, tap.status | estimated.status)
+            }));
+        }
+        Ok(Self { taps, seconds: begun.elapsed().as_secs_f64() })
+    }
+
+    /// Seconds of a tap.
+    pub fn each(&self) -> f64 {
+        self.seconds / self.taps.len().max(1) as f64
+    }
+}
+
+/// How far a model is from the full one at some taps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Checked {
+    /// Taps compared.
+    pub taps: u64,
+    /// Largest |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max) where the words are the same.
+    pub error: f64,
+    /// The tap that has it.
+    pub at: Option<Tuple>,
+    /// Taps whose words differ, or of which only one model has a strain.
+    pub statuses: u64,
+    /// The first of them, the full model's words, and those of the other.
+    pub status_at: Option<(Tuple, [Status; 2])>,
+}
+
+impl Checked {
+    /// Whether no word differs and the strain is within `bound`.
+    pub fn holds(&self, bound: f64) -> bool {
+        self.statuses == 0 && self.error <= bound
+    }
+
+    /// Compares `found` with what the model of `full` said of `rows`; and the rows at which it does not keep `bound`.
+    pub(super) fn of(
+        full: &Setup,
+        rows: &[Row],
+        expected: &Said,
+        found: &Said,
+        bound: f64,
+    ) -> (Self, Vec<Row>) {
+        let (mut all, mut astray) = (Self::default(), Vec::new());
+        let mut pairs = expected.taps.iter().zip(&found.taps);
+        for row in rows {
+            let peak = Design::new(full, row.point).shared.map_or(0.0, |shared| shared.peak);
+            let least = 1e-3 * peak * amount(full.drive, row.point.drive);
+            let mut one = Self::default();
+            for (i, (expected, found)) in pairs.by_ref().take(row.distances.len()).enumerate() {
+                one.push(row.tap(i), least, *expected, *found);
+            }
+            if !one.holds(bound) {
+                astray.push(row.clone());
+            }
+            all.merge(&one);
+        }
+        (all, astray)
+    }
+
+    fn push(&mut self, tap: Tuple, least: f64, expected: (f64, Status), found: (f64, Status)) {
+        self.taps += 1;
+        let one = expected.0.is_nan() != found.0.is_nan();
+        if one || expected.1 != found.1 {
+            self.statuses += 1;
+            self.status_at = self.status_at.or(Some((tap, [expected.1, found.1])));
+            return;
+        }
+        let apart = (found.0 - expected.0).abs();
+        let error = if apart > 0.0 { apart / expected.0.abs().max(least) } else { 0.0 };
+        if self.at.is_none() || error > self.error {
+            (self.error, self.at) = (error, Some(tap));
+        }
+    }
+
+    /// Takes over other taps.
+    pub fn merge(&mut self, other: &Self) {
+        self.taps += other.taps;
+        self.statuses += other.statuses;
+        self.status_at = self.status_at.or(other.status_at);
+        if other.at.is_some() && (self.at.is_none() || other.error > self.error) {
+            (self.error, self.at) = (other.error, other.at);
+        }
+    }
+}
