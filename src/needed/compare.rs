@@ -14,11 +14,19 @@ use crate::scene::{Setup, Tuple};
 use crate::statistics::{Reduction, Told};
 use crate::status::Status;
 
+/// What a model says of one tap: strain, contact arc (mm), all words.
+#[derive(Debug, Clone, Copy)]
+struct Tap {
+    strain: f64,
+    arc: f64,
+    status: Status,
+}
+
 /// What a model says of the taps of some rows.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Said {
-    /// Strain and words of each tap, row after row.
-    taps: Vec<(f64, Status)>,
+    /// Taps row after row.
+    taps: Vec<Tap>,
     /// What it took, s.
     pub seconds: f64,
 }
@@ -52,7 +60,7 @@ impl Said {
             taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
                 let at = (row.distances[i], row.point.drive);
                 let estimated = reduced.estimate_by((i, 0), at, tap, Told::by(&own, k));
-                (tap.strain, tap.status | estimated.status)
+                Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
         }
         Ok(Self { taps, seconds: begun.elapsed().as_secs_f64() })
@@ -69,10 +77,12 @@ impl Said {
 pub struct Checked {
     /// Taps compared.
     pub taps: u64,
-    /// Largest |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max) where the words are the same.
+    /// Largest |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max).
     pub error: f64,
     /// The tap that has it.
     pub at: Option<Tuple>,
+    /// Largest |c − c_full|/c_full.
+    pub arc: f64,
     /// Taps whose words differ, or of which only one model has a strain.
     pub statuses: u64,
     /// The first of them, the full model's words, and those of the other.
@@ -110,16 +120,16 @@ impl Checked {
         (all, astray)
     }
 
-    fn push(&mut self, tap: Tuple, least: f64, expected: (f64, Status), found: (f64, Status)) {
+    fn push(&mut self, tap: Tuple, least: f64, expected: Tap, found: Tap) {
         self.taps += 1;
-        let one = expected.0.is_nan() != found.0.is_nan();
-        if one || expected.1 != found.1 {
+        let one = expected.strain.is_nan() != found.strain.is_nan();
+        if one || expected.status != found.status {
             self.statuses += 1;
-            self.status_at = self.status_at.or(Some((tap, [expected.1, found.1])));
-            return;
+            self.status_at = self.status_at.or(Some((tap, [expected.status, found.status])));
         }
-        let apart = (found.0 - expected.0).abs();
-        let error = if apart > 0.0 { apart / expected.0.abs().max(least) } else { 0.0 };
+        let relative = |apart: f64, size: f64| if apart > 0.0 { apart / size } else { 0.0 };
+        let error = relative((found.strain - expected.strain).abs(), expected.strain.abs().max(least));
+        self.arc = self.arc.max(relative((found.arc - expected.arc).abs(), expected.arc));
         if self.at.is_none() || error > self.error {
             (self.error, self.at) = (error, Some(tap));
         }
@@ -129,6 +139,7 @@ impl Checked {
     pub fn merge(&mut self, other: &Self) {
         self.taps += other.taps;
         self.statuses += other.statuses;
+        self.arc = self.arc.max(other.arc);
         self.status_at = self.status_at.or(other.status_at);
         if other.at.is_some() && (self.at.is_none() || other.error > self.error) {
             (self.error, self.at) = (other.error, other.at);

@@ -18,6 +18,7 @@ pub use rows::{Row, Rows};
 
 use crate::backend::Choice;
 use crate::error::Error;
+use crate::evaluate::Method;
 use crate::explain::{Effect, Setting, without};
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup};
 use compare::Said;
@@ -133,6 +134,21 @@ impl Needed {
     /// E.
     pub fn bound(&self) -> f64 {
         self.bound
+    }
+
+    /// How near to a threshold a strain and a contact arc may lie, relative, before the word of the full model may be another one: twice what was
+    /// measured.
+    pub fn margins(&self) -> [f64; 2] {
+        let arc = [self.spread, self.own].into_iter().flatten().map(|c| c.arc).fold(LEAST, f64::max);
+        [2.0 * self.bound, 2.0 * arc]
+    }
+
+    /// What solves taps of the full model.
+    ///
+    /// # Errors
+    /// A kernel that does not open.
+    pub fn method(&self) -> Result<Method, Error> {
+        self.choice.open(&self.full.model)
     }
 
     /// The effects left off.

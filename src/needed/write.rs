@@ -87,10 +87,15 @@ impl Needed {
             at(&self.own, "others"),
             at(&self.kept, "taps of the rows kept"),
         ];
+        let astray = self.kept.filter(|c| !c.holds(self.bound));
         let _ = write!(
             text,
-            "  strain changes by at most {}; no status changes",
-            all.into_iter().flatten().collect::<Vec<_>>().join(", ")
+            "  strain changes by at most {}; {}",
+            all.into_iter().flatten().collect::<Vec<_>>().join(", "),
+            match astray {
+                None => "no status changes".to_owned(),
+                Some(c) => format!("rows kept do not keep the bound, {} statuses change", c.statuses),
+            }
         );
         if let Some([full, reduced]) = self.each {
             let _ = write!(text, "; a tap takes 1/{:.1} of the time", full / reduced);
