@@ -109,7 +109,7 @@ pub struct Sweep {
     pub leave_off: Vec<f64>,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_negative_numbers = true, conflicts_with = "explain")]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain")]
     pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
@@ -246,7 +246,7 @@ pub struct Optimise {
     pub resume: bool,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
@@ -296,7 +296,7 @@ pub struct Tap {
     pub objective: TapObjective,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the interval of the drive: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
     pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::needed::Needed;
 use vibrissa::optimise::run::Design;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Spec;
@@ -43,7 +44,8 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     files::settle(&mut spec, &options, &choice.backend, &out);
     needed::settle(&mut spec, bound);
     if options.plan == Some(true) {
-        return Ok(planned(&spec, &search, &choice, &out));
+        let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
+        return Ok(planned(&spec, &search, &choice, needed.as_ref(), &out));
     }
     if !quiet {
         say::line(headline(&spec, &search, &choice));
@@ -110,7 +112,7 @@ fn ending(ended: Ended) -> &'static str {
     }
 }
 
-fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
+fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed>, out: &Path) -> Reply {
     let mut text = headline(spec, search, choice) + "\n";
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
     let _ = match (evaluations, seconds) {
@@ -127,7 +129,9 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
             )
         }
     };
-    let _ = writeln!(text, "  into {}; nothing was run\nvalues in force:", out.display());
+    let _ = writeln!(text, "  into {}; nothing was run", out.display());
+    text += &needed.map_or_else(String::new, Needed::sentence);
+    text += "values in force:\n";
     for (key, value, written) in &spec.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
     }
@@ -138,7 +142,7 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
-        result: json!({ "in_force": run_json::in_force(spec) }),
+        result: json!({ "in_force": run_json::in_force(spec), "model_error": needed.map(|n| n.summary(0.0)) }),
         ..Reply::default()
     }
 }

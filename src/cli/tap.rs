@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::needed::Needed;
 use vibrissa::optimise::run::precise;
 use vibrissa::scene::search::Objective;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
@@ -47,14 +48,19 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         where_and_why(&choice.backend)
     );
     if options.plan == Some(true) {
+        let needed = bound.map(|e| tap::needed(&spec.study, ends, e)).transpose()?;
         let mut text = format!(
-            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n",
-            out.display()
+            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\n{}values in force:\n",
+            out.display(),
+            needed.as_ref().map_or_else(String::new, Needed::sentence)
         );
         for (key, value, written) in &spec.in_force {
             let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
         }
-        let result = json!({ "in_force": run_json::in_force(&spec) });
+        let mut result = json!({ "in_force": run_json::in_force(&spec) });
+        if let Some(needed) = needed {
+            result["model_error"] = needed.summary(0.0);
+        }
         return Ok(Reply {
             text,
             out: Some(out),

@@ -27,6 +27,8 @@ struct Tap {
 pub(super) struct Said {
     /// Taps row after row.
     taps: Vec<Tap>,
+    /// K_sd and total_rms_mm of each row.
+    figures: Vec<[Option<f64>; 2]>,
     /// What it took, s.
     pub seconds: f64,
 }
@@ -50,7 +52,7 @@ impl Said {
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
         let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
-        let (mut taps, mut from) = (Vec::with_capacity(tasks.len()), 0);
+        let (mut taps, mut figures, mut from) = (Vec::with_capacity(tasks.len()), Vec::new(), 0);
         for (k, row) in rows.iter().enumerate() {
             let these = &outcomes[from..from + row.distances.len()];
             from += these.len();
@@ -62,8 +64,10 @@ impl Said {
                 let estimated = reduced.estimate_by((i, 0), at, tap, Told::by(&own, k));
                 Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
+            let row = &reduced.drives[0];
+            figures.push([row.deviation.sd(), row.total_rms()].map(|x| x.filter(|_| row.complete())));
         }
-        Ok(Self { taps, seconds: begun.elapsed().as_secs_f64() })
+        Ok(Self { taps, figures, seconds: begun.elapsed().as_secs_f64() })
     }
 
     /// Seconds of a tap.
@@ -87,6 +91,8 @@ pub struct Checked {
     pub statuses: u64,
     /// The first of them, the full model's words, and those of the other.
     pub status_at: Option<(Tuple, [Status; 2])>,
+    /// Largest changes of K_sd and of total_rms_mm of a row, of themselves.
+    pub figures: [f64; 2],
 }
 
 impl Checked {
@@ -117,6 +123,13 @@ impl Checked {
             }
             all.merge(&one);
         }
+        for (full, found) in expected.figures.iter().zip(&found.figures) {
+            for (k, largest) in all.figures.iter_mut().enumerate() {
+                if let (Some(x), Some(y)) = (full[k], found[k]) {
+                    *largest = largest.max(relative((y - x).abs(), x.abs()));
+                }
+            }
+        }
         (all, astray)
     }
 
@@ -127,7 +140,6 @@ impl Checked {
             self.statuses += 1;
             self.status_at = self.status_at.or(Some((tap, [expected.status, found.status])));
         }
-        let relative = |apart: f64, size: f64| if apart > 0.0 { apart / size } else { 0.0 };
         let error = relative((found.strain - expected.strain).abs(), expected.strain.abs().max(least));
         self.arc = self.arc.max(relative((found.arc - expected.arc).abs(), expected.arc));
         if self.at.is_none() || error > self.error {
@@ -140,9 +152,15 @@ impl Checked {
         self.taps += other.taps;
         self.statuses += other.statuses;
         self.arc = self.arc.max(other.arc);
+        self.figures = std::array::from_fn(|k| self.figures[k].max(other.figures[k]));
         self.status_at = self.status_at.or(other.status_at);
         if other.at.is_some() && (self.at.is_none() || other.error > self.error) {
             (self.error, self.at) = (other.error, other.at);
         }
     }
+}
+
+/// `apart` over `size`; 0 where nothing is apart, or unknown.
+fn relative(apart: f64, size: f64) -> f64 {
+    if apart > 0.0 { apart / size } else { 0.0 }
 }

@@ -1,5 +1,7 @@
 //! The taps at which models are compared: whole rows, a whisker at one drive over some of its distances.
 
+use std::sync::Arc;
+
 use crate::chart::ranges::Wanted;
 use crate::error::Error;
 use crate::explain::Sample;
@@ -21,14 +23,14 @@ pub struct Row {
     /// D, d, L_a, x_ss, l in mm and the drive in degrees or mm; its distance is not its own.
     pub point: Tuple,
     /// Contact distances, mm.
-    pub distances: Vec<f64>,
+    pub distances: Arc<[f64]>,
     /// Smallest and largest distance asked of the whisker, mm.
     pub reach: [f64; 2],
 }
 
 impl Row {
     /// Of distances that are all there are.
-    pub fn new(point: Tuple, distances: Vec<f64>) -> Self {
+    pub fn new(point: Tuple, distances: Arc<[f64]>) -> Self {
         let wider = |[lo, hi]: [f64; 2], a: &f64| [lo.min(*a), hi.max(*a)];
         let reach = distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider);
         Self { point, distances, reach }
@@ -92,7 +94,7 @@ impl Rows {
             let key = |t: &&Tuple| t.to_array()[column];
             let least = tuples.iter().min_by(|a, b| key(a).total_cmp(&key(b)));
             let largest = tuples.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
-            spread.extend(least.into_iter().chain(largest).map(|t| Row::new(*t, vec![t.a])));
+            spread.extend(least.into_iter().chain(largest).map(|t| Row::new(*t, [t.a].into())));
         }
         // The same rule on the list turned by a third of itself takes other rows.
         let mut turned = tuples.to_vec();
@@ -138,20 +140,20 @@ fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
 /// The corners of a box, each once.
 fn corners<'a>(
     wanted: &Wanted,
-    distances: &'a [f64],
+    distances: &'a Arc<[f64]>,
     reach: [f64; 2],
 ) -> impl Iterator<Item = Row> + use<'a> {
     let sides = sides(wanted);
     let one = move |k: u32| -> Option<Row> {
         let repeated = |i: usize| k >> i & 1 == 1 && sides[i][0] == sides[i][1];
         let values = std::array::from_fn(|i| sides[i][(k >> i & 1) as usize]);
-        (!(0..6).any(repeated)).then(|| Row { point: point(values), distances: distances.to_vec(), reach })
+        (!(0..6).any(repeated)).then(|| Row { point: point(values), distances: distances.clone(), reach })
     };
     (0..1 << 6).filter_map(one)
 }
 
 /// At most [`DISTANCES`] distances of `layout`, first and last among them.
-fn even(layout: &Layout) -> Vec<f64> {
+fn even(layout: &Layout) -> Arc<[f64]> {
     let (n, some) = (layout.n_distances, layout.n_distances.min(DISTANCES));
     let gaps = u128::from(some.saturating_sub(1).max(1));
     (0..some).map(|i| layout.distance((u128::from(i) * u128::from(n - 1) / gaps) as u64)).collect()

@@ -101,6 +101,13 @@ impl Needed {
             let _ = write!(text, "; a tap takes 1/{:.1} of the time", full / reduced);
         }
         text.push('\n');
+        if let Some(kept) = &self.kept {
+            let [sd, total] = kept.figures.map(|x| 100.0 * x);
+            let _ = writeln!(
+                text,
+                "  of the rows kept K_sd changes by up to {sd:.2} %, total_rms_mm by up to {total:.2} %"
+            );
+        }
         text
     }
 
@@ -119,7 +126,7 @@ fn checked(kind: Drive, c: &Checked) -> Value {
         at[kind.column()] = t.drive.into();
         at
     };
-    let mut value = json!({ "taps": c.taps, "error": c.error, "at": c.at.as_ref().map(at), "statuses_changed": c.statuses });
+    let mut value = json!({ "taps": c.taps, "error": c.error, "at": c.at.as_ref().map(at), "statuses_changed": c.statuses, "K_sd_changed": c.figures[0], "total_rms_changed": c.figures[1] });
     if let Some((tap, [full, other])) = &c.status_at {
         value["status_at"] = at(tap);
         value["status"] = json!([full.to_string(), other.to_string()]);

@@ -236,6 +236,16 @@ fn wanted(layout: &Layout, search: &Search, variables: &Variables) -> Wanted {
     }
 }
 
+/// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
+///
+/// # Errors
+/// A tuple file; a kernel that fails.
+pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
+    let layout = spec.study.space.layout().ok_or_else(no_axes)?;
+    let wanted = wanted(&layout, search, &Variables::new(&layout, search));
+    Needed::new(&spec.study.setup, Rows::of_box(&wanted, &layout), bound)
+}
+
 fn whole(
     spec: &Spec,
     search: &Search,
@@ -251,8 +261,7 @@ fn whole(
     let names = write::names(search.objective);
     let variables = Variables::new(&layout, search);
     let wanted = wanted(&layout, search, &variables);
-    let fewer = |e| Needed::new(setup, Rows::of_box(&wanted, &layout), e);
-    let mut needed = bound.map(fewer).transpose()?;
+    let mut needed = bound.map(|e| self::needed(spec, search, e)).transpose()?;
     // One for every model that the swarms may have, the full one last.
     let setups: [OnceCell<Setup>; MOST as usize + 1] = std::array::from_fn(|_| OnceCell::new());
     let of_swarm = |needed: Option<&Needed>| match needed {
@@ -296,7 +305,7 @@ fn whole(
         };
         let best = settle(&mut session, ended, goal)?;
         if let Some(needed) = needed.as_mut().filter(|_| ended != Ended::Interrupted) {
-            let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+            let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
             let found = front.iter().flatten().chain([&best]);
             let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
             if ended != Ended::Converged {

@@ -1,6 +1,7 @@
 //! A sweep by a model with effects left off: taps at which a word could be another one, and the rows that show whether the model does.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::key;
 use crate::design::Design;
@@ -67,7 +68,7 @@ pub(super) fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
         _ if kept.is_empty() => {}
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
-            let all: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+            let all: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
             return Ok(kept.iter().map(|t| Row::new(*t, all.clone())).collect());
         }
         Space::List(tuples) => tuples.iter().for_each(note),
@@ -78,6 +79,6 @@ pub(super) fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
             }
         }
     }
-    let row = |t: &Tuple| Row::new(*t, distances[&identity(t)].clone());
+    let row = |t: &Tuple| Row::new(*t, distances[&identity(t)].as_slice().into());
     Ok(kept.iter().map(row).collect())
 }

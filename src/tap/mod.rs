@@ -10,6 +10,7 @@ mod optimum;
 mod write;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
@@ -169,11 +170,9 @@ pub fn find_needed(
     bound: f64,
 ) -> Result<Report, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
-    let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
-    let mut needed = Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)?;
-    let mut study = study.clone();
+    let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
     let (whisker, n) = (layout.design(0), layout.n_distances);
-    let distances: Vec<f64> = (0..n).map(|i| layout.distance(i)).collect();
+    let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
         study.setup = needed.setup().clone();
         let begun = Instant::now();
@@ -191,6 +190,16 @@ pub fn find_needed(
             return Ok(Report { model_error, ..report });
         }
     }
+}
+
+/// What the one whisker of `study` needs of its model for a strain within `bound`, over its distances and the drives `ends`.
+///
+/// # Errors
+/// A tuple file; a kernel that fails.
+pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
+    let layout = study.space.layout().ok_or_else(no_axes)?;
+    let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
+    Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)
 }
 
 impl Report {
