@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::rows::Row;
+use super::{DOUBT, rows::Row};
 use crate::backend::Choice;
 use crate::design::{Design, amount};
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::evaluate::{Evaluator, Outcome, Task, doubts};
 use crate::profile::{self, Ask, Reach};
 use crate::scene::{Setup, Tuple};
 use crate::statistics::{Reduction, Told};
@@ -85,8 +85,8 @@ pub struct Checked {
     pub error: f64,
     /// The tap that has it.
     pub at: Option<Tuple>,
-    /// Largest |c − c_full|/c_full.
-    pub arc: f64,
+    /// Taps so near to a threshold that the full model solves them.
+    pub by_full: u64,
     /// Taps whose words differ, or of which only one model has a strain.
     pub statuses: u64,
     /// The first of them, the full model's words, and those of the other.
@@ -96,9 +96,9 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Whether no word differs and the strain is within `bound`.
+    /// Whether taps were compared, no word differs and the strain is within `bound`.
     pub fn holds(&self, bound: f64) -> bool {
-        self.statuses == 0 && self.error <= bound
+        self.taps > 0 && self.statuses == 0 && self.error <= bound
     }
 
     /// Compares `found` with what the model of `full` said of `rows`; and the rows at which it does not keep `bound`.
@@ -112,11 +112,18 @@ impl Checked {
         let (mut all, mut astray) = (Self::default(), Vec::new());
         let mut pairs = expected.taps.iter().zip(&found.taps);
         for row in rows {
-            let peak = Design::new(full, row.point).shared.map_or(0.0, |shared| shared.peak);
+            let design = Design::new(full, row.point);
+            let peak = design.shared.as_ref().map_or(0.0, |shared| shared.peak);
             let least = 1e-3 * peak * amount(full.drive, row.point.drive);
             let mut one = Self::default();
             for (i, (expected, found)) in pairs.by_ref().take(row.distances.len()).enumerate() {
-                one.push(row.tap(i), least, *expected, *found);
+                let tap = (found.strain, found.arc, found.status);
+                if doubts(full, &design, tap, DOUBT * bound) {
+                    one.taps += 1;
+                    one.by_full += 1;
+                } else {
+                    one.push(row.tap(i), least, *expected, *found);
+                }
             }
             if !one.holds(bound) {
                 astray.push(row.clone());
@@ -141,7 +148,6 @@ impl Checked {
             self.status_at = self.status_at.or(Some((tap, [expected.status, found.status])));
         }
         let error = relative((found.strain - expected.strain).abs(), expected.strain.abs().max(least));
-        self.arc = self.arc.max(relative((found.arc - expected.arc).abs(), expected.arc));
         if self.at.is_none() || error > self.error {
             (self.error, self.at) = (error, Some(tap));
         }
@@ -151,7 +157,7 @@ impl Checked {
     pub fn merge(&mut self, other: &Self) {
         self.taps += other.taps;
         self.statuses += other.statuses;
-        self.arc = self.arc.max(other.arc);
+        self.by_full += other.by_full;
         self.figures = std::array::from_fn(|k| self.figures[k].max(other.figures[k]));
         self.status_at = self.status_at.or(other.status_at);
         if other.at.is_some() && (self.at.is_none() || other.error > self.error) {

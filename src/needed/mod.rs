@@ -4,7 +4,7 @@
 //! scene's own space with its ends ([`rows`]), beginning with the effect that changes least alone and adding one at a time, so that
 //! what is bounded is the change of all of them together. The model that results must keep the bound at taps that did not choose it, and at
 //! every row that is kept ([`Needed::keeps`]); rows at which it does not join the spread, and it is chosen anew. Where a word of a status
-//! would change, that of the estimate too, an effect stays. So do finite rotation, without which K is 1 and nothing can be ranked, and hub
+//! would change, that of the estimate too, an effect stays, but for taps near a threshold: they are solved by the full model ([`Needed::guard`]). So do finite rotation, without which K is 1 and nothing can be ranked, and hub
 //! and side, which are geometry.
 
 mod compare;
@@ -18,7 +18,7 @@ pub use rows::{Row, Rows};
 
 use crate::backend::Choice;
 use crate::error::Error;
-use crate::evaluate::Method;
+use crate::evaluate::Guard;
 use crate::explain::{Effect, Setting, without};
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup};
 use compare::Said;
@@ -39,6 +39,9 @@ pub const MOST: u32 = CANDIDATES.len() as u32;
 
 /// Of so many rows one is looked at before all are: most effects are too large at any of them.
 const FIRST: usize = 8;
+
+/// So many times the bound from a threshold, a word is that of the full model.
+const DOUBT: f64 = 2.0;
 
 /// Taps of kept rows that are compared together.
 const TOGETHER: usize = 1 << 16;
@@ -136,19 +139,12 @@ impl Needed {
         self.bound
     }
 
-    /// How near to a threshold a strain and a contact arc may lie, relative, before the word of the full model may be another one: twice what was
-    /// measured.
-    pub fn margins(&self) -> [f64; 2] {
-        let arc = [self.spread, self.own].into_iter().flatten().map(|c| c.arc).fold(LEAST, f64::max);
-        [2.0 * self.bound, 2.0 * arc]
-    }
-
-    /// What solves taps of the full model.
+    /// The model of `full`, the full one, for the taps near a threshold: to twice the bound.
     ///
     /// # Errors
     /// A kernel that does not open.
-    pub fn method(&self) -> Result<Method, Error> {
-        self.choice.open(&self.full.model)
+    pub fn guard<'a>(&self, full: &'a Setup) -> Result<Guard<'a>, Error> {
+        Ok(Guard::new(full, self.choice.open(&full.model)?, DOUBT * self.bound))
     }
 
     /// The effects left off.

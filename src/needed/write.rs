@@ -13,7 +13,7 @@ impl Needed {
         let kind = self.full.drive;
         let checked = |c: &Option<Checked>| c.as_ref().map_or(Value::Null, |c| checked(kind, c));
         let left = |p: &Part| json!({ "effect": p.effect.name(), "key": p.effect.key(), "spec": p.spec, "instead": p.instead, "alone": checked(&p.alone) });
-        let kept = |p: &Part| json!({ "effect": p.effect.name(), "key": p.effect.key(), "spec": p.spec, "why": self.why(p), "alone": checked(&p.alone), "together": checked(&p.together) });
+        let kept = |p: &Part| json!({ "effect": p.effect.name(), "key": p.effect.key(), "spec": p.spec, "why": self.why(p, "it"), "alone": checked(&p.alone), "together": checked(&p.together) });
         json!({
             "bound": self.bound,
             "left_off": self.parts.iter().filter(|p| p.left).map(left).collect::<Vec<_>>(),
@@ -39,8 +39,8 @@ impl Needed {
         solving * (times - 1.0) - self.seconds.iter().sum::<f64>()
     }
 
-    /// Why an effect is not left off.
-    fn why(&self, part: &Part) -> String {
+    /// Why an effect, which is called `it`, is not left off.
+    fn why(&self, part: &Part, it: &str) -> String {
         let told = |c: &Checked, who: &str| match c.status_at {
             Some((_, [full, other])) if c.error <= self.bound => {
                 format!("without {who} a status would change from {full} to {other}")
@@ -48,10 +48,12 @@ impl Needed {
             _ => format!("without {who} strain changes by {:.1e}", c.error),
         };
         match (&part.alone, &part.together) {
-            (None, None) => "friction needs it".to_owned(),
-            (Some(alone), _) if !alone.holds(self.bound) => told(alone, "it"),
-            (_, Some(together)) if !together.holds(self.bound) => told(together, "it and those left off"),
-            _ => "rows of the result did not keep the bound without it".to_owned(),
+            (None, None) => format!("friction needs {it}"),
+            (Some(alone), _) if !alone.holds(self.bound) => told(alone, it),
+            (_, Some(together)) if !together.holds(self.bound) => {
+                told(together, &format!("{it} and those left off"))
+            }
+            _ => format!("rows of the result did not keep the bound without {it}"),
         }
     }
 
@@ -66,10 +68,9 @@ impl Needed {
                 }
                 Some(p) => writeln!(
                     text,
-                    "--model-error {:e} leaves off nothing: {}, of the smallest effect, {}",
+                    "--model-error {:e} leaves off nothing: {}",
                     self.bound,
-                    p.effect.name(),
-                    self.why(p)
+                    self.why(p, p.effect.name())
                 ),
             };
             return text;
@@ -98,7 +99,7 @@ impl Needed {
             }
         );
         if let Some([full, reduced]) = self.each {
-            let _ = write!(text, "; a tap takes 1/{:.1} of the time", full / reduced);
+            let _ = write!(text, "; a tap is solved in {:.0} % of the time", 100.0 * reduced / full);
         }
         text.push('\n');
         if let Some(kept) = &self.kept {
@@ -126,7 +127,7 @@ fn checked(kind: Drive, c: &Checked) -> Value {
         at[kind.column()] = t.drive.into();
         at
     };
-    let mut value = json!({ "taps": c.taps, "error": c.error, "at": c.at.as_ref().map(at), "statuses_changed": c.statuses, "K_sd_changed": c.figures[0], "total_rms_changed": c.figures[1] });
+    let mut value = json!({ "taps": c.taps, "error": c.error, "at": c.at.as_ref().map(at), "by_full_model": c.by_full, "statuses_changed": c.statuses, "K_sd_changed": c.figures[0], "total_rms_changed": c.figures[1] });
     if let Some((tap, [full, other])) = &c.status_at {
         value["status_at"] = at(tap);
         value["status"] = json!([full.to_string(), other.to_string()]);

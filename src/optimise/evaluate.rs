@@ -10,7 +10,7 @@ use super::score::Score;
 use crate::chart::reader::Reader;
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
 use crate::profile::{self, Ask, Reach};
 use crate::scene::search::Search;
@@ -47,6 +47,11 @@ impl<'a> Scorer<'a> {
     /// With taps read by `reader` while candidates are scored.
     pub fn reading(self, reader: Option<Arc<Reader>>) -> Self {
         Self { evaluator: self.evaluator.reading(reader), ..self }
+    }
+
+    /// With `guard` for the taps near a threshold, if there is one.
+    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
+        Self { evaluator: self.evaluator.guarded(guard), ..self }
     }
 
     /// Taps of one evaluation.

@@ -35,7 +35,6 @@ use crate::sink::{
     table::Table,
 };
 
-use needed::Guard;
 pub use probe::seconds;
 use select::Best;
 pub use select::Kept;
@@ -138,11 +137,10 @@ fn attempt(
     let method = choice.open(&spec.study.setup.model)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let writers = Writers::new(&spec.study, plan, &mut folder)?;
-    // The rows that `top` keeps are compared as they are.
-    let full = needed.as_ref().filter(|n| !n.left().is_empty() && spec.study.output.top.is_none());
-    let full = full.map(|n| n.full().clone());
+    let full = needed.as_ref().filter(|n| !n.left().is_empty()).map(|n| n.full().clone());
     let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
-    run.guard = needed.as_ref().zip(full.as_ref()).map(|(n, full)| Guard::new(n, full)).transpose()?;
+    let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
+    run.evaluator = run.evaluator.guarded(guard);
     if let Some(reader) = &plan.reader {
         run.counts.solved += reader.sweeps().taps;
         run.counts.sweeps.merge(&reader.sweeps());
@@ -163,7 +161,7 @@ fn attempt(
                 return Ok(None);
             }
             let mut told = needed.summary(solve + plan.chart.unwrap_or(0.0));
-            told["taps_by_full_model"] = run.mended.into();
+            told["taps_by_full_model"] = run.evaluator.mended().into();
             Some(told)
         }
     };
@@ -197,9 +195,6 @@ struct Run<'a> {
     writers: Writers,
     counts: Counts,
     best: Best,
-    guard: Option<Guard<'a>>,
-    /// Taps that were solved by the full model in place of the one with effects left off.
-    mended: u64,
     /// Design and drive of the rows that `top` keeps.
     kept: Vec<Tuple>,
     solve: Duration,
@@ -217,20 +212,7 @@ impl<'a> Run<'a> {
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
         let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
-        Self {
-            study,
-            plan,
-            evaluator,
-            writers,
-            counts,
-            best,
-            guard: None,
-            mended: 0,
-            kept: Vec::new(),
-            solve,
-            stop,
-            progress,
-        }
+        Self { study, plan, evaluator, writers, counts, best, kept: Vec::new(), solve, stop, progress }
     }
 
     /// Outcomes of `tasks`; `Err` when asked to stop.
@@ -239,7 +221,7 @@ impl<'a> Run<'a> {
         let start = Instant::now();
         let outcomes = self.evaluator.run(designs, tasks)?;
         self.counts.solved += outcomes.len() as u64;
-        self.noted(designs, tasks, outcomes, start)
+        Ok(self.noted(outcomes, start))
     }
 
     /// As [`Self::evaluate`], read from charts where the plan has any.
@@ -250,7 +232,7 @@ impl<'a> Run<'a> {
         let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
         self.counts.interpolated += interpolated;
         self.counts.solved += outcomes.len() as u64 - interpolated;
-        self.noted(designs, tasks, outcomes, start)
+        Ok(self.noted(outcomes, start))
     }
 
     /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
@@ -265,7 +247,7 @@ impl<'a> Run<'a> {
         let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
         self.counts.solved += solved;
         self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.noted(designs, tasks, outcomes, start)
+        Ok(self.noted(outcomes, start))
     }
 
     /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
@@ -291,25 +273,14 @@ impl<'a> Run<'a> {
         Ok(profiles)
     }
 
-    /// `outcomes`, solved since `start`: mended where effects are left off, their sweeps and strains counted.
-    fn noted(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        mut outcomes: Vec<Outcome>,
-        start: Instant,
-    ) -> Result<Vec<Outcome>, Error> {
-        if let Some(guard) = &mut self.guard {
-            let mended = guard.mend(designs, tasks, &mut outcomes)?;
-            self.mended += mended;
-            self.counts.solved += mended;
-        }
+    /// Counts the sweeps and strains of `outcomes`, which were solved since `start`.
+    fn noted(&mut self, outcomes: Vec<Outcome>, start: Instant) -> Vec<Outcome> {
         self.solve += start.elapsed();
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         for o in outcomes.iter().filter(|o| o.status.counts()) {
             self.counts.strain.push(o.strain.abs());
         }
-        Ok(outcomes)
+        outcomes
     }
 
     /// `Err` when asked to stop.

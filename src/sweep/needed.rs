@@ -1,60 +1,12 @@
-//! A sweep by a model with effects left off: taps at which a word could be another one, and the rows that show whether the model does.
+//! The rows that a sweep kept, with their distances, for the check of a model with effects left off.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::key;
-use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Outcome, Task};
-use crate::needed::{Needed, Row};
-use crate::scene::{Layout, Setup, Space, Tuple};
-use crate::status::Status;
-
-/// Solves by the full model the taps that lie so near to a threshold that their words could be other ones.
-pub(super) struct Guard<'a> {
-    full: &'a Setup,
-    evaluator: Evaluator<'a>,
-    strain: f64,
-    arc: f64,
-}
-
-impl<'a> Guard<'a> {
-    /// For the model of `needed`, of which `full` is the full one.
-    pub fn new(needed: &Needed, full: &'a Setup) -> Result<Self, Error> {
-        let [strain, arc] = needed.margins();
-        Ok(Self { full, evaluator: Evaluator::new(full, needed.method()?), strain, arc })
-    }
-
-    /// Whether the full model may say another word of a tap of `design`.
-    fn doubts(&self, design: &Design, tap: &Outcome) -> bool {
-        let near = |x: f64, edge: f64, margin: f64| (x - edge).abs() <= margin * edge;
-        let start = design.shared.as_ref().map_or(0.0, |shared| shared.gauge[0]);
-        tap.status.has(Status::NOT_CONVERGED)
-            || tap.status.has(Status::MATERIAL_LIMIT)
-            || near(tap.strain.abs(), self.full.gauge.strain_limit, self.strain)
-            || near(tap.arc, design.tuple.L_a, self.arc)
-            || near(tap.arc, start, self.arc)
-    }
-
-    /// Replaces the doubtful ones of `outcomes`; how many.
-    pub fn mend(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        outcomes: &mut [Outcome],
-    ) -> Result<u64, Error> {
-        let doubtful = |i: &usize| self.doubts(&designs[tasks[*i].design as usize], &outcomes[*i]);
-        let places: Vec<usize> = (0..tasks.len()).filter(doubtful).collect();
-        let whisker = |i: &usize| Design::new(self.full, designs[tasks[*i].design as usize].tuple);
-        let full: Vec<Design> = places.iter().map(whisker).collect();
-        let again = |(k, i): (usize, &usize)| Task { design: k as u32, ..tasks[*i] };
-        let again: Vec<Task> = places.iter().enumerate().map(again).collect();
-        let solved = self.evaluator.run(&full, &again)?;
-        places.iter().zip(solved).for_each(|(i, outcome)| outcomes[*i] = outcome);
-        Ok(places.len() as u64)
-    }
-}
+use crate::needed::Row;
+use crate::scene::{Layout, Space, Tuple};
 
 /// The rows of `space` that are `kept`, each a design with its drive.
 ///

@@ -137,14 +137,25 @@ pub fn run(
 /// # Errors
 /// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails.
 pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
-    let report = best(study, ends, objective, choice)?;
+    find_by(study, ends, objective, choice, None)
+}
+
+/// As [`find`], by the model that is `needed`, which is in `study`.
+fn find_by(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    needed: Option<&Needed>,
+) -> Result<Report, Error> {
+    let report = best(study, ends, objective, choice, needed)?;
     if !objective.needs_distance() {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice) {
+    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice, needed) {
         Ok(other) => (Ok(other.optimum), other.evaluations, other.seconds),
         Err(Error::Input(why)) => (Err(why.message), 0, 0.0),
         Err(failed) => return Err(failed),
@@ -176,7 +187,7 @@ pub fn find_needed(
     loop {
         study.setup = needed.setup().clone();
         let begun = Instant::now();
-        let report = match find(&study, ends, objective, choice) {
+        let report = match find_by(&study, ends, objective, choice, Some(&needed)) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up()?;
                 continue;
@@ -214,11 +225,20 @@ impl Report {
 }
 
 /// As [`find`], by one estimator.
-fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
+fn best(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    needed: Option<&Needed>,
+) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);
-    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?);
+    let needed = needed.filter(|n| !n.left().is_empty());
+    let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
+    let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
+    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?).guarded(guard);
     let samples = curve.grid(ends)?;
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
