@@ -43,8 +43,8 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
     needed::settle(&mut spec, bound);
+    let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
-        let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
         return Ok(planned(&spec, &search, &choice, needed.as_ref(), &out));
     }
     if !quiet {
@@ -56,7 +56,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         resume: args.resume,
         stop: interrupt::stop_and_keep(),
     };
-    let asked = (&choice, &options, bound);
+    let asked = (&choice, &options, needed);
     let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
     if report.discarded > 0 {
         say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));

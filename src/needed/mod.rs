@@ -3,9 +3,9 @@
 //! The change is |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max), as a tolerance counts it. It is measured in f64 on the CPU over a spread of the
 //! scene's own space with its ends ([`rows`]), beginning with the effect that changes least alone and adding one at a time, so that
 //! what is bounded is the change of all of them together. The model that results must keep the bound at taps that did not choose it, and at
-//! every row that is kept ([`Needed::keeps`]); rows at which it does not join the spread, and it is chosen anew. Where a word of a status
-//! would change, that of the estimate too, an effect stays, but for taps near a threshold: they are solved by the full model ([`Needed::guard`]). So do finite rotation, without which K is 1 and nothing can be ranked, and hub
-//! and side, which are geometry.
+//! every row that is kept ([`Needed::keeps`]); rows at which it does not join the spread, and it is chosen anew. Taps near a threshold of a
+//! status are solved by the full model ([`Needed::guard`]); an effect without which any other word would change stays, those of the estimate
+//! included. So do finite rotation, without which K is 1 and nothing can be ranked, and hub and side, which are geometry.
 
 mod compare;
 mod rows;
@@ -44,7 +44,7 @@ const FIRST: usize = 8;
 const DOUBT: f64 = 2.0;
 
 /// Taps of kept rows that are compared together.
-const TOGETHER: usize = 1 << 16;
+const TOGETHER: usize = 1 << 12;
 
 /// Smallest bound that two solutions in f64 can be judged by.
 pub const LEAST: f64 = 2e-8;
@@ -162,12 +162,12 @@ impl Needed {
         self.choose()
     }
 
-    /// Whether the model keeps the bound at `rows`; where it does not, it is chosen anew, with less left off.
+    /// Whether the model keeps the bound at `rows`; where it does not, it is chosen anew, with less left off. `go_on` is asked between parts.
     ///
     /// # Errors
-    /// A kernel that fails.
-    pub fn keeps(&mut self, rows: &[Row]) -> Result<bool, Error> {
-        let astray = self.measure(rows)?;
+    /// A kernel that fails; that of `go_on`.
+    pub fn keeps(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<bool, Error> {
+        let astray = self.measure(rows, go_on)?;
         let begun = Instant::now();
         let holds = astray.is_empty();
         if !holds {
@@ -180,11 +180,15 @@ impl Needed {
         Ok(holds)
     }
 
-    /// How well the model holds at `rows`, which are kept; those at which it does not.
+    /// How well the model holds at `rows`, which are kept; those at which it does not. `go_on` is asked between parts.
     ///
     /// # Errors
-    /// A kernel that fails.
-    pub fn measure(&mut self, rows: &[Row]) -> Result<Vec<Row>, Error> {
+    /// A kernel that fails; that of `go_on`.
+    pub fn measure(
+        &mut self,
+        rows: &[Row],
+        go_on: &dyn Fn() -> Result<(), Error>,
+    ) -> Result<Vec<Row>, Error> {
         self.kept = None;
         if self.left().is_empty() || rows.is_empty() {
             return Ok(Vec::new());
@@ -193,6 +197,7 @@ impl Needed {
         let (mut all, mut astray) = (Checked::default(), Vec::new());
         let longest = rows.iter().map(|r| r.distances.len()).max().unwrap_or(1).max(1);
         for rows in rows.chunks((TOGETHER / longest).max(1)) {
+            go_on()?;
             let (one, some) = self.check(&self.setup, rows)?;
             all.merge(&one);
             astray.extend(some);

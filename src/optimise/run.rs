@@ -171,17 +171,16 @@ pub fn run(
     run_needed(spec, search, (choice, options, None), target, watch)
 }
 
-/// As [`run`], its swarms by the model that is left where effects whose joint change of strain stays within a bound, if there is one, are left
-/// off. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
+/// As [`run`], its swarms by what is [`needed`] of the model, where that was asked for. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
 pub fn run_needed(
     spec: &Spec,
     search: &Search,
-    (choice, options, bound): (&Choice, &RunOptions, Option<f64>),
+    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
     let fresh = !target.out.exists();
-    let result = whole(spec, search, (choice, options, bound), target, watch);
+    let result = whole(spec, search, (choice, options, needed), target, watch);
     if result.is_err() && fresh {
         // A folder that only this search made, and in which nothing is left to resume.
         let _ = std::fs::remove_dir(target.out);
@@ -249,7 +248,7 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
 fn whole(
     spec: &Spec,
     search: &Search,
-    (choice, options, bound): (&Choice, &RunOptions, Option<f64>),
+    (choice, options, mut needed): (&Choice, &RunOptions, Option<Needed>),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
@@ -261,7 +260,6 @@ fn whole(
     let names = write::names(search.objective);
     let variables = Variables::new(&layout, search);
     let wanted = wanted(&layout, search, &variables);
-    let mut needed = bound.map(|e| self::needed(spec, search, e)).transpose()?;
     // One for every model that the swarms may have, the full one last.
     let setups: [OnceCell<Setup>; MOST as usize + 1] = std::array::from_fn(|_| OnceCell::new());
     let of_swarm = |needed: Option<&Needed>| match needed {
@@ -281,6 +279,7 @@ fn whole(
         let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
     };
+    let before = choice.seconds + needed.as_ref().map_or(0.0, |n| n.seconds[0]);
     let mut chart = None;
     let mut swarm = |setup| {
         let (scorer, charting) = (scorer(choice, setup)?, Instant::now());
@@ -309,8 +308,8 @@ fn whole(
             let found = front.iter().flatten().chain([&best]);
             let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
             if ended != Ended::Converged {
-                needed.measure(&rows)?;
-            } else if !needed.keeps(&rows)? {
+                needed.measure(&rows, &|| Ok(()))?;
+            } else if !needed.keeps(&rows, &|| Ok(()))? {
                 session.swarm_by(swarm(of_swarm(Some(needed)))?);
                 continue;
             }
@@ -361,7 +360,7 @@ fn whole(
         replayed: session.replayed,
         discarded,
         taps_each,
-        seconds: [begun.elapsed().as_secs_f64() + choice.seconds, search_seconds],
+        seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
         model_error: needed.map(|n| (n.summary(search_seconds + chart.unwrap_or(0.0)), n.sentence())),
         binding,

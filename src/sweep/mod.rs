@@ -157,7 +157,7 @@ fn attempt(
     let model_error = match needed {
         None => None,
         Some(needed) => {
-            if !needed.keeps(&needed::rows(&spec.study.space, &run.kept)?)? {
+            if !needed.keeps(&needed::rows(&spec.study.space, &run.kept)?, &|| run.check_stop())? {
                 return Ok(None);
             }
             let mut told = needed.summary(solve + plan.chart.unwrap_or(0.0));

@@ -6,26 +6,26 @@
 //! bisection.
 
 mod curve;
+mod needed;
 mod optimum;
 mod write;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
-use crate::chart::ranges::Wanted;
 use crate::error::{Error, InputError};
-use crate::needed::{Needed, Row, Rows};
+use crate::needed::Needed;
 use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Setup, Spec, Study, Theory, Tuple};
+use crate::scene::{Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
 
+pub use needed::{find_needed, needed};
 pub use write::{result, unit};
 
 /// The curve at one drive.
@@ -166,62 +166,6 @@ fn find_by(
         seconds: report.seconds + seconds,
         ..report
     })
-}
-
-/// As [`find`], with effects left off whose joint change of strain stays within `bound`: over the interval, at the optima, and where a status
-/// changes from one drive of the curve to the next.
-///
-/// # Errors
-/// Those of [`find`] with the full model.
-pub fn find_needed(
-    study: &Study,
-    ends: [f64; 2],
-    objective: Objective,
-    choice: &Choice,
-    bound: f64,
-) -> Result<Report, Error> {
-    let layout = study.space.layout().ok_or_else(no_axes)?;
-    let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
-    let (whisker, n) = (layout.design(0), layout.n_distances);
-    let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
-    loop {
-        study.setup = needed.setup().clone();
-        let begun = Instant::now();
-        let report = match find_by(&study, ends, objective, choice, Some(&needed)) {
-            Err(Error::Input(_)) if !needed.left().is_empty() => {
-                needed.give_up()?;
-                continue;
-            }
-            found => found?,
-        };
-        let seconds = begun.elapsed().as_secs_f64();
-        let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
-        if needed.keeps(&report.turns().into_iter().map(row).collect::<Vec<_>>())? {
-            let model_error = Some((needed.summary(seconds), needed.sentence()));
-            return Ok(Report { model_error, ..report });
-        }
-    }
-}
-
-/// What the one whisker of `study` needs of its model for a strain within `bound`, over its distances and the drives `ends`.
-///
-/// # Errors
-/// A tuple file; a kernel that fails.
-pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
-    let layout = study.space.layout().ok_or_else(no_axes)?;
-    let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
-    Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)
-}
-
-impl Report {
-    /// The drives of the optima, of the ends of the curve, and those between which its status changes.
-    fn turns(&self) -> Vec<f64> {
-        let ends = self.curve.first().into_iter().chain(self.curve.last());
-        let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
-        let steps = self.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
-        let optima = [&self.optimum, &self.unconstrained];
-        optima.into_iter().chain(other).chain(ends).chain(steps).map(|s| s.drive).collect()
-    }
 }
 
 /// As [`find`], by one estimator.
