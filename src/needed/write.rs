@@ -45,7 +45,7 @@ impl Needed {
             Some((_, [full, other])) if c.error <= self.bound => {
                 format!("without {who} a status would change from {full} to {other}")
             }
-            _ => format!("without {who} strain changes by {:.1e}", c.error),
+            _ => format!("without {who} strain changes by {:.2e}", c.error),
         };
         match (&part.alone, &part.together) {
             (None, None) => format!("friction needs {it}"),
