@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use serde::Serialize;
 
@@ -44,6 +45,8 @@ pub struct Backend {
 pub struct Choice {
     /// What will run.
     pub backend: Backend,
+    /// Seconds it took to look for adapters and to open one.
+    pub seconds: f64,
     precision: Precision,
     adapter: Option<Adapter>,
     /// The device that `auto` opened to see whether it opens.
@@ -100,6 +103,12 @@ impl Choice {
     /// Decides from the options; looks for adapters only where one may be used. What `auto` takes has been opened: where that
     /// fails it is the CPU, and the reason says why.
     pub fn new(options: &RunOptions) -> Result<Self, Error> {
+        let begun = Instant::now();
+        let choice = Self::found(options)?;
+        Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
+    }
+
+    fn found(options: &RunOptions) -> Result<Self, Error> {
         match options.backend.unwrap_or(BackendChoice::Auto) {
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
             BackendChoice::Gpu => Self::among(options, &gpu::adapters()),
@@ -189,7 +198,7 @@ impl Choice {
             instructions: (name == "cpu").then(Cpu::instructions),
             software: adapter.as_ref().is_some_and(|a| a.software),
         };
-        Ok(Self { backend, precision, adapter, opened: Mutex::new(None) })
+        Ok(Self { backend, seconds: 0.0, precision, adapter, opened: Mutex::new(None) })
     }
 
     /// Opens the device for taps of `model`.

@@ -47,7 +47,7 @@ pub struct Scaled {
     pub interpolated: u64,
     /// Taps that no solution was found for: what is fast because it fails.
     pub failed: u64,
-    /// Seconds, opening the device included.
+    /// Seconds, opening the device and making charts included.
     pub seconds: Times,
 }
 
@@ -83,11 +83,12 @@ pub fn sizes(
                     Shape::Independent => independent(&hooke, taps / super::taps::DISTANCES as u64)?,
                     Shape::Gridded => gridded(&hooke, taps)?,
                 };
-                let (spec, plan) = (Spec::of(shape.name(), study.clone()), Plan::new(&study, &p.choice)?);
+                let spec = Spec::of(shape.name(), study.clone());
                 // Long runs vary little; short ones are repeated.
                 let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
                 let (report, seconds) = repeat(repeats, || {
                     let folder = tempfile::tempdir_in(scratch).map_err(|e| Error::io(scratch, e))?;
+                    let plan = Plan::new(&study, &p.choice)?;
                     let target = Target { out: &folder.path().join("sweep"), force: false, stop: watch.stop };
                     sweep::run(&spec, &plan, &p.choice, &target, &mut Silent)
                 })?;

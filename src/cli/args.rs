@@ -107,6 +107,10 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
+    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain")]
+    pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -240,6 +244,10 @@ pub struct Optimise {
     /// discard the work of an unfinished one asks for --force
     #[arg(long)]
     pub resume: bool,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
+    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -286,6 +294,10 @@ pub struct Tap {
     /// What to make small: total_rms_mm, or K_sd
     #[arg(long, value_enum, value_name = "WORD", default_value = "distance")]
     pub objective: TapObjective,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the interval of the drive: measured
+    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
 }

@@ -14,6 +14,7 @@ mod interrupt;
 mod kept;
 mod lines;
 mod locate;
+mod needed;
 mod number;
 mod optimise;
 mod patient;

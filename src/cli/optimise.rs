@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::needed::Needed;
 use vibrissa::optimise::run::Design;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Spec;
@@ -18,6 +19,7 @@ use vibrissa::{files, spec};
 
 use super::args::Optimise;
 use super::interrupt;
+use super::needed;
 use super::number::{grouped, rough};
 use super::reply::{self, Reply};
 use super::say;
@@ -38,9 +40,12 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let choice = Choice::new(&options)?;
+    let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
+    needed::settle(&mut spec, bound);
+    let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
-        return Ok(planned(&spec, &search, &choice, &out));
+        return Ok(planned(&spec, &search, &choice, needed.as_ref(), &out));
     }
     if !quiet {
         say::line(headline(&spec, &search, &choice));
@@ -51,7 +56,8 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         resume: args.resume,
         stop: interrupt::stop_and_keep(),
     };
-    let report = optimise::run(&spec, &search, (&choice, &options), &target, &mut Shown::new(quiet))?;
+    let asked = (&choice, &options, needed);
+    let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
     if report.discarded > 0 {
         say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
     }
@@ -61,7 +67,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: write::result(&spec, &search, &report),
+        result: needed::told(write::result(&spec, &search, &report), report.model_error.as_ref()),
         broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
@@ -106,7 +112,7 @@ fn ending(ended: Ended) -> &'static str {
     }
 }
 
-fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
+fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed>, out: &Path) -> Reply {
     let mut text = headline(spec, search, choice) + "\n";
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
     let _ = match (evaluations, seconds) {
@@ -123,7 +129,9 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
             )
         }
     };
-    let _ = writeln!(text, "  into {}; nothing was run\nvalues in force:", out.display());
+    let _ = writeln!(text, "  into {}; nothing was run", out.display());
+    text += &needed.map_or_else(String::new, Needed::sentence);
+    text += "values in force:\n";
     for (key, value, written) in &spec.in_force {
         let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
     }
@@ -134,7 +142,7 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, out: &Path) -> Reply {
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
-        result: json!({ "in_force": run_json::in_force(spec) }),
+        result: json!({ "in_force": run_json::in_force(spec), "model_error": needed.map(|n| n.summary(0.0)) }),
         ..Reply::default()
     }
 }
@@ -200,6 +208,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         report.seconds[1],
         ending(report.ended)
     );
+    text += report.model_error.as_ref().map_or("", |(_, told)| told);
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds[0]);
     text

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 use vibrissa::backend::{Backend, Choice};
 use vibrissa::error::Error;
+use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::run_json;
@@ -17,7 +18,7 @@ use super::number::{grouped, rough};
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
-use super::{best, explain, interrupt};
+use super::{best, explain, interrupt, needed};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
@@ -34,24 +35,41 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let choice = Choice::new(&options)?;
-    let plan = Plan::new(&spec.study, &choice)?;
+    let bound = needed::bound(args.model_error, &spec, &choice)?;
+    let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
+    let mut needed = bound.map(fewer).transpose()?;
     files::settle(&mut spec, &options, &choice.backend, &out);
-    if options.plan == Some(true) {
-        return planned(&spec, &plan, &choice, out);
+    needed::settle(&mut spec, bound);
+    let planning = options.plan == Some(true);
+    let full = match &needed {
+        Some(needed) if planning && !needed.left().is_empty() => {
+            Some(vibrissa::sweep::seconds(&spec.study, &Plan::new(&spec.study, &choice)?, &choice)?)
+        }
+        _ => None,
+    };
+    if let Some(needed) = &needed {
+        spec.study.setup = needed.setup().clone();
+    }
+    let plan = Plan::new(&spec.study, &choice)?;
+    if planning {
+        return planned(&spec, &plan, &choice, (needed.as_ref(), full), out);
     }
     if !quiet {
         say::line(headline(&spec, &plan, &choice.backend));
     }
     let mut progress = Shown::new(plan.taps, quiet);
     let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
-    let report = vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress);
+    let report = match &mut needed {
+        None => vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress),
+        Some(needed) => vibrissa::sweep::run_needed(&mut spec, plan, &choice, &target, &mut progress, needed),
+    };
     progress.finish();
     let report = report?;
     if !quiet && let Some(warning) = beyond_curve(&spec, &report) {
         say::warning(warning);
     }
     Ok(Reply {
-        text: summary(&spec, &report),
+        text: summary(&spec, &report, needed.as_ref()),
         out: Some(out),
         counts: run_json::counts(&report.counts),
         seconds: json!(report.seconds),
@@ -60,6 +78,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
             "best": report.highlights.iter().map(|k| row(&spec, k)).collect::<Vec<_>>(),
             "by": spec.study.output.by.name(),
             "ranked_rows": report.ranked,
+            "model_error": report.model_error,
         }),
         files: report.files,
         quiet,
@@ -107,7 +126,14 @@ pub(super) fn where_and_why(b: &Backend) -> String {
     format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
 }
 
-fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Reply, Error> {
+/// What would run; `needed` says which effects are left off, and how long it would take with them.
+fn planned(
+    spec: &Spec,
+    plan: &Plan,
+    choice: &Choice,
+    (needed, full): (Option<&Needed>, Option<f64>),
+    out: PathBuf,
+) -> Result<Reply, Error> {
     let (b, way) = (&choice.backend, plan.way);
     let seconds = vibrissa::sweep::seconds(&spec.study, plan, choice)?;
     let mut text = headline(spec, plan, b) + "\n";
@@ -127,6 +153,12 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         rough(seconds),
         way.name()
     );
+    if let Some(needed) = needed {
+        text += &needed.sentence();
+    }
+    if let Some(full) = full {
+        let _ = writeln!(text, "  with the full model about {} s", rough(full));
+    }
     if plan.curves > 0 {
         let _ = writeln!(
             text,
@@ -154,9 +186,9 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         out: Some(out),
         files: Vec::new(),
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes, "curves": plan.curves }),
-        seconds: json!({ "expected": seconds, "way": way.name() }),
+        seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),
-        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None) }),
+        result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),
         ..Reply::default()
     })
 }
@@ -195,7 +227,7 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     value
 }
 
-fn summary(spec: &Spec, report: &Report) -> String {
+fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
     let mut text = best::table(spec, report);
     let c = &report.counts;
     let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{} {word}", grouped(*n))).collect();
@@ -205,6 +237,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
         let (kept, complete) = (grouped(kept), grouped(complete));
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
+    text += &needed.map_or_else(String::new, Needed::sentence);
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds.total);
     text

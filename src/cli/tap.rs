@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::needed::Needed;
 use vibrissa::optimise::run::precise;
 use vibrissa::scene::search::Objective;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
@@ -14,6 +15,7 @@ use vibrissa::tap::{self, Report, Sample};
 use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
+use super::needed;
 use super::reply::{self, Reply};
 use super::say;
 use super::sweep::{threads, where_and_why};
@@ -34,7 +36,9 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     }
     let choice = choose(&options)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
+    let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
+    needed::settle(&mut spec, bound);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let head = format!(
         "{}: best {symbol} of {}…{}{unit}, on {}",
@@ -44,14 +48,19 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         where_and_why(&choice.backend)
     );
     if options.plan == Some(true) {
+        let needed = bound.map(|e| tap::needed(&spec.study, ends, e)).transpose()?;
         let mut text = format!(
-            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\nvalues in force:\n",
-            out.display()
+            "{head}\n  tap.csv with at most 1001 rows into {}; nothing was run\n{}values in force:\n",
+            out.display(),
+            needed.as_ref().map_or_else(String::new, Needed::sentence)
         );
         for (key, value, written) in &spec.in_force {
             let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
         }
-        let result = json!({ "in_force": run_json::in_force(&spec) });
+        let mut result = json!({ "in_force": run_json::in_force(&spec) });
+        if let Some(needed) = needed {
+            result["model_error"] = needed.summary(0.0);
+        }
         return Ok(Reply {
             text,
             out: Some(out),
@@ -67,7 +76,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         say::line(head);
     }
     let target = (out.as_path(), options.force == Some(true));
-    let report = tap::run(&spec, ends, objective, &choice, target).map_err(|e| match e {
+    let report = tap::run(&spec, ends, objective, &choice, target, bound).map_err(|e| match e {
         Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
             e.at(args.spec.display().to_string(), None).into()
         }
@@ -79,7 +88,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: tap::result(&spec.study, &report),
+        result: needed::told(tap::result(&spec.study, &report), report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -133,6 +142,7 @@ fn summary(spec: &Spec, report: &Report) -> String {
             }
         }
     }
+    text += report.model_error.as_ref().map_or("", |(_, told)| told);
     let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
     let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds);
     text

@@ -1,5 +1,6 @@
 //! From designs and taps to outcomes, on whichever backend: the one place where statuses of the physics are decided.
 
+mod guard;
 mod outcome;
 mod solve;
 
@@ -17,6 +18,7 @@ use crate::scene::Layout;
 use crate::scene::{Contact, Geometry, Setup};
 use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
+pub use guard::{Guard, doubts};
 pub use outcome::told;
 use outcome::{fast, reference};
 use solve::{Solved, frame};
@@ -86,6 +88,8 @@ pub struct Evaluator<'a> {
     spare: usize,
     /// Read in place of solved, where that is enough.
     reader: Option<Arc<Reader>>,
+    /// The full model, where effects are left off.
+    guard: Option<Box<Guard<'a>>>,
 }
 
 /// How taps are solved.
@@ -114,6 +118,7 @@ impl<'a> Evaluator<'a> {
             sweeps: Sweeps::default(),
             spare: usize::MAX,
             reader: None,
+            guard: None,
         }
     }
 
@@ -122,16 +127,52 @@ impl<'a> Evaluator<'a> {
         Self { reader, ..self }
     }
 
+    /// With `guard` for the taps near a threshold, if there is one.
+    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
+        Self { guard: guard.map(Box::new), ..self }
+    }
+
+    /// Whether taps near a threshold are solved by another model.
+    pub fn is_guarded(&self) -> bool {
+        self.guard.is_some()
+    }
+
+    /// Taps that the guard has solved.
+    pub fn mended(&self) -> u64 {
+        self.guard.as_ref().map_or(0, |guard| guard.mended)
+    }
+
+    /// Does `f` without the guard: what is smooth in the model that is left stays so.
+    pub fn unguarded<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
+        let guard = self.guard.take();
+        let done = f(self);
+        self.guard = guard;
+        done
+    }
+
+    /// `outcomes` with those near a threshold by the full model, where effects are left off.
+    fn mend(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        mut outcomes: Vec<Outcome>,
+    ) -> Result<Vec<Outcome>, SolveError> {
+        if let Some(guard) = &mut self.guard {
+            guard.mend(designs, tasks, &mut outcomes)?;
+        }
+        Ok(outcomes)
+    }
+
     /// Outcomes of `tasks`, in their order: read from charts where there are any, else as [`Self::run`].
     pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         let Some(reader) = &self.reader else { return self.run(designs, tasks) };
         let found = reader.read(self.setup, designs, tasks);
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
         let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
-        let solved = self.run(designs, &again)?;
+        let solved = self.unguarded(|one| one.run(designs, &again))?;
         let mut all: Vec<Outcome> = found.into_iter().map(|o| o.unwrap_or(Outcome::NOTHING)).collect();
         open.iter().zip(solved).for_each(|(&i, outcome)| all[i] = outcome);
-        Ok(all)
+        self.mend(designs, tasks, all)
     }
 
     /// Fails with [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
@@ -175,11 +216,13 @@ impl<'a> Evaluator<'a> {
     /// bears them, or whether they lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         let setup = self.setup;
-        if self.needs_no_kernel() {
-            return Ok(tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect());
-        }
-        let solved = self.solutions(designs, tasks)?;
-        self.outcomes(designs, tasks, &solved, None)
+        let outcomes = if self.needs_no_kernel() {
+            tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect()
+        } else {
+            let solved = self.solutions(designs, tasks)?;
+            self.outcomes(designs, tasks, &solved, None)?
+        };
+        self.mend(designs, tasks, outcomes)
     }
 
     /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them.
@@ -258,7 +301,8 @@ impl<'a> Evaluator<'a> {
         for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
             solved[i] = s;
         }
-        Ok((self.outcomes(designs, tasks, &solved, None)?, count))
+        let outcomes = self.outcomes(designs, tasks, &solved, None)?;
+        Ok((self.mend(designs, tasks, outcomes)?, count))
     }
 
     /// Outcomes of solved taps; `expected` is what the reference says of them, if that is known.

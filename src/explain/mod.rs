@@ -9,7 +9,7 @@ mod sample;
 mod switch;
 
 pub use sample::{LIMIT, Sample};
-pub use switch::{Effect, FRICTION, HUB, POLE_RADIUS, Pair, Setting, Switch};
+pub use switch::{Effect, FRICTION, HUB, POLE_RADIUS, Pair, Setting, Switch, without};
 
 use crate::backend::Choice;
 use crate::design::Design;
@@ -109,7 +109,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         let needless: Vec<Effect> = effects.iter().filter(small).map(|e| e.switch.effect).collect();
         let together = match needless.as_slice() {
             [] => None,
-            some => bench.compare(&said, &switch::without(&said, some))?,
+            some => bench.compare(&said, &without(&said, some))?,
         };
         verdicts.push(Verdict { tolerance, effects: needless, together });
     }

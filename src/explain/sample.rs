@@ -76,7 +76,8 @@ impl Sample {
         sample
     }
 
-    fn list(tuples: &[Tuple]) -> Self {
+    /// As [`Self::new`], of listed taps.
+    pub fn list(tuples: &[Tuple]) -> Self {
         let mut sample = Self { total: tuples.len() as u64, rows: vec![0], ..Self::default() };
         let (mut at, mut rows) = (HashMap::new(), Vec::<Vec<usize>>::new());
         for (i, t) in tuples.iter().enumerate() {

@@ -144,7 +144,7 @@ impl Effect {
     }
 
     /// Its value in `s`, as the spec writes it.
-    fn value(self, s: &Setting) -> String {
+    pub fn value(self, s: &Setting) -> String {
         let m = &s.model;
         match self {
             Self::Rotation if m.geometry == Geometry::Exact => "exact".into(),

@@ -14,7 +14,7 @@ use crate::chart::{
 };
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
 use crate::profile::{self, Ask, Reach};
 use crate::scene::search::Search;
@@ -36,6 +36,13 @@ pub struct Readers {
     pub rows: Option<Arc<RowReader>>,
     /// Single taps.
     pub taps: Option<Arc<Reader>>,
+}
+
+impl Readers {
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        self.rows.is_some() || self.taps.is_some()
+    }
 }
 
 /// Scores candidates of one search on one backend.
@@ -69,6 +76,11 @@ impl<'a> Scorer<'a> {
     /// Whether rows are read from charts: to their error, and smoothly.
     pub fn reads(&self) -> bool {
         self.rows.is_some()
+    }
+
+    /// With `guard` for the taps near a threshold, if there is one.
+    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
+        Self { evaluator: self.evaluator.guarded(guard), ..self }
     }
 
     /// Taps of one evaluation.

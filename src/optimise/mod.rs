@@ -37,5 +37,5 @@ pub mod variables;
 pub mod why;
 pub mod write;
 
-pub use run::{Report, Target, run};
+pub use run::{Report, Target, run, run_needed};
 pub use session::{Ended, Step, Watch};

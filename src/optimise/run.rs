@@ -1,8 +1,10 @@
 //! A whole search: starts, ending, what is reported.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use serde_json::Value;
 
@@ -24,9 +26,10 @@ use crate::chart::{
     rows::RowReader,
 };
 use crate::error::{Error, InputError};
+use crate::needed::{MOST, Needed, Row, Rows};
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Objective, Search};
-use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
+use crate::scene::{BackendChoice, Column, Model, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question};
 use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
@@ -96,6 +99,10 @@ pub struct Report {
     pub taps_each: usize,
     /// Seconds: all, and of the search alone.
     pub seconds: [f64; 2],
+    /// Seconds of making charts; `None` where none was tried.
+    pub chart: Option<f64>,
+    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
+    pub model_error: Option<(Value, String)>,
     /// Variables that lie at a bound, and at which.
     pub at_bounds: Vec<(Column, &'static str)>,
     /// Limits that bind.
@@ -138,11 +145,10 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
     Ok(choice)
 }
 
-/// Everything of which the scores of a search are a function.
-fn identity(spec: &Spec, backends: [&Backend; 2]) -> String {
+/// Everything of which the scores of a search are a function; `model` is that of its swarms.
+fn identity(spec: &Spec, model: &Model, backends: [&Backend; 2]) -> String {
     let free = ["run.", "output.", "optimise.budget"];
-    let mut text =
-        format!("{}\n{:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), spec.study.setup.model, spec.study.space);
+    let mut text = format!("{}\n{model:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), spec.study.space);
     for (key, value, _) in spec.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f))) {
         text += &format!("{key} = {value}\n");
     }
@@ -163,14 +169,28 @@ pub fn run(
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
+    run_needed(spec, search, (choice, options, None), target, watch)
+}
+
+/// As [`run`], its swarms by what is [`needed`] of the model, where that was asked for. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
+pub fn run_needed(
+    spec: &Spec,
+    search: &Search,
+    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
+    target: &Target<'_>,
+    watch: &mut dyn Watch,
+) -> Result<Report, Error> {
     let fresh = !target.out.exists();
-    let result = whole(spec, search, (choice, options), target, watch);
+    let result = whole(spec, search, (choice, options, needed), target, watch);
     if result.is_err() && fresh {
         // A folder that only this search made, and in which nothing is left to resume.
         let _ = std::fs::remove_dir(target.out);
     }
     result
 }
+
+/// Seconds from which on a chart that did not come about was tried.
+const TRIED: f64 = 1e-3;
 
 /// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
 const SPREAD: f64 = 3.5;
@@ -179,13 +199,26 @@ const SPREAD: f64 = 3.5;
 fn readers(
     setup: &Setup,
     layout: &Layout,
-    (search, variables): (&Search, &Variables),
+    wanted: &Wanted,
     choice: &Choice,
+    search: &Search,
 ) -> Result<Readers, Error> {
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
     let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
     let Some(tolerance) = choice.chart_tolerance().filter(|_| !few) else { return Ok(Readers::default()) };
+    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+    // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
+    let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
+    if own && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)? {
+        return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
+    }
+    let taps = Reader::new(setup, &distances, wanted, tolerance)?.map(Arc::new);
+    Ok(Readers { rows: None, taps })
+}
+
+/// What the numbers of candidates, and of whiskers sampled around them, can be.
+fn wanted(layout: &Layout, search: &Search, variables: &Variables) -> Wanted {
     let drives = Wanted::of(layout).drive;
     let range = |column: Column| {
         let k = column as usize;
@@ -200,62 +233,98 @@ fn readers(
         let least = if column == Column::GaugePosition { 0.0 } else { 0.05 * lo };
         [(lo - SPREAD * sd).max(least), hi + SPREAD * sd]
     };
-    let wanted = Wanted {
+    Wanted {
         D: range(Column::BaseDiameter),
         d: range(Column::TipDiameter),
         L_a: range(Column::Length),
         x_ss: range(Column::GaugePosition),
         l: range(Column::GridLength),
         drive: range(Column::Drive),
-    };
-    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
-    let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
-    if own && let Some(rows) = RowReader::new(setup, &distances, &wanted, tolerance)? {
-        return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
     }
-    let taps = Reader::new(setup, &distances, &wanted, tolerance)?.map(Arc::new);
-    Ok(Readers { rows: None, taps })
+}
+
+/// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
+///
+/// # Errors
+/// A tuple file; a kernel that fails.
+pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
+    let layout = spec.study.space.layout().ok_or_else(no_axes)?;
+    let wanted = wanted(&layout, search, &Variables::new(&layout, search));
+    Needed::new(&spec.study.setup, Rows::of_box(&wanted, &layout), bound)
 }
 
 fn whole(
     spec: &Spec,
     search: &Search,
-    (choice, options): (&Choice, &RunOptions),
+    (choice, options, mut needed): (&Choice, &RunOptions, Option<Needed>),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
-    let begun = std::time::Instant::now();
+    let begun = Instant::now();
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
+    let variables = Variables::new(&layout, search);
+    let wanted = wanted(&layout, search, &variables);
+    // One for every model that the swarms may have, the full one last.
+    let setups: [OnceCell<Setup>; MOST as usize + 1] = std::array::from_fn(|_| OnceCell::new());
+    let of_swarm = |needed: Option<&Needed>| match needed {
+        Some(n) => setups[n.fallbacks as usize].get_or_init(|| n.setup().clone()),
+        None => setup,
+    };
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
     let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
-    let journal = Journal::new(target.out, &identity(spec, backends), target.resume, gives_way)?;
+    let journal = Journal::new(
+        target.out,
+        &identity(spec, &of_swarm(needed.as_ref()).model, backends),
+        target.resume,
+        gives_way,
+    )?;
     let discarded = journal.discarded;
-    let variables = Variables::new(&layout, search);
-    let scorer = |choice: &Choice, search| {
+    let scorer = |choice: &Choice, setup| {
         let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
     };
-    let swarm = scorer(choice, search)?;
-    let readers = readers(setup, &layout, (search, &variables), choice)?;
-    let scorers = [swarm.reading(readers), scorer(&precise, search)?];
+    let before = choice.seconds + needed.as_ref().map_or(0.0, |n| n.seconds[0]);
+    let mut chart = None;
+    let mut swarm = |setup| {
+        let (scorer, charting) = (scorer(choice, setup)?, Instant::now());
+        let readers = readers(setup, &layout, &wanted, choice, search)?;
+        let seconds = charting.elapsed().as_secs_f64();
+        let tried = readers.any() || seconds > TRIED;
+        chart = [chart, Some(seconds).filter(|_| tried)].into_iter().flatten().reduce(|a, b| a + b);
+        Ok::<_, Error>(scorer.reading(readers))
+    };
+    let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(&precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
     let mut session =
         Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
 
-    let (ended, front) = if search.objective == Objective::Pareto {
-        let (result, points) = front::search(&mut session, search.seed)?;
-        (global::ending(result)?, Some(points))
-    } else {
-        (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
+    let (ended, front, best) = loop {
+        let (ended, front) = if search.objective == Objective::Pareto {
+            let (result, points) = front::search(&mut session, search.seed)?;
+            (global::ending(result)?, Some(points))
+        } else {
+            (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
+        };
+        let best = settle(&mut session, ended, goal)?;
+        if let Some(needed) = needed.as_mut().filter(|_| ended != Ended::Interrupted) {
+            let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+            let found = front.iter().flatten().chain([&best]);
+            let rows: Vec<Row> = found.map(|f| Row::new(f.point, distances.clone())).collect();
+            if ended != Ended::Converged {
+                needed.measure(&rows, &|| Ok(()))?;
+            } else if !needed.keeps(&rows, &|| Ok(()))? {
+                session.swarm_by(swarm(of_swarm(Some(needed)))?);
+                continue;
+            }
+        }
+        break (ended, front, best);
     };
     let search_seconds = session.seconds();
-    let best = settle(&mut session, ended, goal)?;
     if !goal.feasible(&best.score) {
         if ended == Ended::Converged {
             session.close(ended)?;
@@ -299,7 +368,9 @@ fn whole(
         replayed: session.replayed,
         discarded,
         taps_each,
-        seconds: [begun.elapsed().as_secs_f64(), search_seconds],
+        seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
+        chart,
+        model_error: needed.map(|n| (n.summary(search_seconds + chart.unwrap_or(0.0)), n.sentence())),
         binding,
         other,
         sensitivity,

@@ -176,6 +176,11 @@ impl<'a> Session<'a> {
         }
     }
 
+    /// Scores swarms by `scorer` from now on.
+    pub fn swarm_by(&mut self, scorer: Scorer<'a>) {
+        self.swarm = scorer;
+    }
+
     /// Scores `points`; the last batch of a budget may be cut short and then ends the search.
     pub fn scores(&mut self, stage: Stage, points: &[Tuple]) -> Result<Vec<Score>, Halt> {
         if self.stop.load(Ordering::Relaxed) {

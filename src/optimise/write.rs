@@ -39,19 +39,19 @@ pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) ->
         // pareto.csv holds them.
         front.remove("rows");
     }
-    let document = run_json::document(
-        "optimise",
-        run_json::spec(spec),
-        json!({
-            "in_force": run_json::in_force(spec),
-            "warnings": spec.warnings,
-            "backend": report.backends[0],
-            "backend_polish": report.backends[1],
-            "counts": counts(report),
-            "seconds": seconds(report),
-            "result": result,
-        }),
-    );
+    let mut body = json!({
+        "in_force": run_json::in_force(spec),
+        "warnings": spec.warnings,
+        "backend": report.backends[0],
+        "backend_polish": report.backends[1],
+        "counts": counts(report),
+        "seconds": seconds(report),
+        "result": result,
+    });
+    if let Some((told, _)) = &report.model_error {
+        body["model_error"] = told.clone();
+    }
+    let document = run_json::document("optimise", run_json::spec(spec), body);
     folder.run_json(&document)?;
     folder.finish()
 }
@@ -74,7 +74,11 @@ pub fn counts(report: &Report) -> Value {
 /// How long it took; the rate is that of this run.
 pub fn seconds(report: &Report) -> Value {
     let made = (report.evaluations - report.replayed) as f64;
-    json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": made / report.seconds[1].max(1e-9) })
+    let mut seconds = json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": made / report.seconds[1].max(1e-9) });
+    if let Some(chart) = report.chart {
+        seconds["chart"] = chart.into();
+    }
+    seconds
 }
 
 /// A designs row as JSON; missing is null.

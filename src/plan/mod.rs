@@ -3,6 +3,7 @@
 mod way;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 pub use crate::scene::Layout;
 pub use way::Way;
@@ -49,11 +50,19 @@ pub struct Plan {
     pub reader: Option<Arc<Reader>>,
     /// What reads whole rows, with [`Way::Read`] where only they are written.
     pub row_reader: Option<Arc<RowReader>>,
+    /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
+    pub chart: Option<f64>,
+    /// Seconds of the whole plan, the charts' among them.
+    pub seconds: f64,
 }
+
+/// Seconds from which on a chart that did not come about was tried.
+const TRIED: f64 = 1e-3;
 
 impl Plan {
     /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
     pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
+        let begun = Instant::now();
         let (taps, designs, full) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
@@ -98,6 +107,7 @@ impl Plan {
         }
         let layout = study.space.layout();
         let solved = Way::solved(study, layout.as_ref(), choice);
+        let charting = Instant::now();
         let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
         let layout = study.space.layout().filter(|_| ranker.is_none());
         let only_rows = !tuples && !output.distances && output.top.is_none();
@@ -105,12 +115,30 @@ impl Plan {
         let row_reader = of_rows.and_then(|layout| Way::read_rows(study, layout, choice)).map(Arc::new);
         let layout = layout.filter(|_| row_reader.is_none());
         let reader = layout.and_then(|layout| Way::read(study, &layout, choice)).map(Arc::new);
-        let solved = if reader.is_some() || row_reader.is_some() { Way::Read } else { solved };
+        let charted = charting.elapsed().as_secs_f64();
+        let read = reader.is_some() || row_reader.is_some();
+        let chart = Some(charted).filter(|s| ranker.is_some() || read || *s > TRIED);
+        let solved = if read { Way::Read } else { solved };
         let way = if ranker.is_some() { Way::Charted } else { solved };
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let curves = if own { full[1] } else { 0 };
-        Ok(Self { taps, designs, rows, curves, bytes, tuples, way, solved, ranker, reader, row_reader })
+        let seconds = begun.elapsed().as_secs_f64();
+        Ok(Self {
+            taps,
+            designs,
+            rows,
+            curves,
+            bytes,
+            tuples,
+            way,
+            solved,
+            ranker,
+            reader,
+            row_reader,
+            chart,
+            seconds,
+        })
     }
 }
 

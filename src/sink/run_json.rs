@@ -1,7 +1,6 @@
 //! `run.json`: what ran, on what, how long, and how it went.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -55,19 +54,15 @@ impl Counts {
 /// Seconds of a run.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Seconds {
-    /// Start of the command to last byte.
+    /// All, to the last byte: finding the device, making the charts and choosing the model among them.
     pub total: f64,
     /// Finding and opening the device.
     pub open: f64,
-    /// Solving taps.
+    /// Making charts, also those that were refused; left out where none was tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chart: Option<f64>,
+    /// Solving taps and reading charts.
     pub solve: f64,
-}
-
-impl Seconds {
-    /// From durations.
-    pub fn new(total: Duration, open: Duration, solve: Duration) -> Self {
-        Self { total: total.as_secs_f64(), open: open.as_secs_f64(), solve: solve.as_secs_f64() }
-    }
 }
 
 /// Counts as they stand in `run.json` and in `--json`.
@@ -137,9 +132,15 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
     whole
 }
 
-/// The `run.json` of a sweep.
-pub fn of_sweep(spec: &Spec, backend: &Backend, c: &Counts, seconds: Seconds) -> Value {
-    let body = json!({
+/// The `run.json` of a sweep; `model_error` says which effects were left off, where that was asked for.
+pub fn of_sweep(
+    spec: &Spec,
+    backend: &Backend,
+    c: &Counts,
+    seconds: Seconds,
+    model_error: Option<&Value>,
+) -> Value {
+    let mut body = json!({
         "in_force": in_force(spec),
         "material_fit": material_fit(spec, Some(c)),
         "warnings": spec.warnings,
@@ -148,5 +149,8 @@ pub fn of_sweep(spec: &Spec, backend: &Backend, c: &Counts, seconds: Seconds) ->
         "seconds": seconds,
         "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
     });
+    if let Some(told) = model_error {
+        body["model_error"] = told.clone();
+    }
     document("sweep", self::spec(spec), body)
 }

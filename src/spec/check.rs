@@ -36,6 +36,8 @@ pub(super) const STRAIN_LIMIT: Domain = domain("> 0 (strain; 0.05 is 5 %)", |v| 
 pub(super) const POSITIVE: Domain = domain("> 0", |v| v > 0.0);
 pub(super) const TOLERANCE: Domain = domain("0 < tolerance < 1", |v| v > 0.0 && v < 1.0);
 
+pub(super) const MODEL_ERROR: Domain = domain("0 < model_error < 1", |v| v > 0.0 && v < 1.0);
+
 /// `part ≤ whole`, up to the rounding of a sum of decimal numbers.
 fn fits(part: f64, whole: f64) -> bool {
     part <= whole * (1.0 + 1e-12)

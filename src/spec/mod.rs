@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 use crate::error::InputError;
-use crate::scene::{Drive, Search, Setup, Spec, Study};
+use crate::scene::{Drive, Search, Setup, Spec, Study, Written};
 use reader::{Document, Result};
 use schema::Sections;
 
@@ -147,6 +147,15 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let ends = tap::check(&sections, &spec, noisy)?;
     Ok((spec, ends))
+}
+
+/// `[run] model_error` of a spec that was read from a file, and where it stands.
+pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
+    let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
+    let document = Document { file: &file, text: &spec.text };
+    let user = DeTable::parse(&spec.text).map_err(|e| syntax(&document, &e))?;
+    let defaults = schema::defaults("");
+    sections::model_error(&Sections::new(&document, user.get_ref(), &defaults)?.section("run"))
 }
 
 /// A spec whose spec is the file at `path`.

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::check::{LENGTH, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
+use super::check::{LENGTH, MODEL_ERROR, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
 use super::reader::{Item, Result, Section};
 use super::schema::Sections;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
+    Written,
 };
 
 /// `[gauge]` apart from x_ss and l.
@@ -83,8 +84,14 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
 /// Most threads that can be asked for, as on the command line.
 const MOST_THREADS: u64 = 4096;
 
+/// `model_error` of `[run]`, and where it stands.
+pub(super) fn model_error(section: &Section<'_>) -> Result<Option<(f64, Option<Written>)>> {
+    section.optional("model_error", |v| Ok((v.within(&MODEL_ERROR)?, v.at())))
+}
+
 /// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
+    model_error(section)?;
     let backends = [
         ("auto", BackendChoice::Auto),
         ("gpu", BackendChoice::Gpu),

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
+use crate::scene::Tuple;
 use crate::sink::{csv::Text, table::Table};
 
 /// Evaluates `layout` and writes its tables.
@@ -20,7 +21,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
         .filter(|t| run.writers.wants(*t))
         .collect();
     let plan = run.plan;
-    if let Some(reader) = &plan.row_reader {
+    // Which taps of a row are near a threshold only its taps tell.
+    if let Some(reader) = plan.row_reader.as_ref().filter(|_| !run.evaluator.is_guarded()) {
         return rows::run(run, layout, reader);
     }
     let Some(top) = run.study.output.top else {
@@ -78,6 +80,7 @@ pub(super) fn rank(
 /// Writes designs.csv of the kept rows, best first.
 pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
+    run.kept = kept.iter().map(|row| Tuple { drive: row.drive, ..row.design }).collect();
     let (mut text, mut values) = (Text::default(), Vec::new());
     for row in kept {
         row.fields(&mut values);

@@ -10,6 +10,7 @@ mod design;
 mod file;
 mod grid;
 mod list;
+mod needed;
 mod probe;
 mod rows;
 mod select;
@@ -23,6 +24,7 @@ use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
@@ -58,6 +60,8 @@ pub struct Report {
     pub highlights: Vec<Kept>,
     /// Complete rows among which they are the best; with `top` and `per = "design"` one of each design.
     pub ranked: u64,
+    /// `model_error` of `run.json`, where effects could be left off.
+    pub model_error: Option<Value>,
 }
 
 /// Where and how a sweep writes.
@@ -79,13 +83,65 @@ pub fn run(
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
-    let start = Instant::now();
+    let clock = Clock { start: Instant::now(), before: choice.seconds + plan.seconds, chart: plan.chart };
+    let report = attempt(spec, plan, choice, target, progress, (clock, None))?;
+    Ok(report.expect("without a model to check every sweep is done"))
+}
+
+/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the fuller one
+/// that then is needed.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_needed(
+    spec: &mut Spec,
+    plan: Plan,
+    choice: &Choice,
+    target: &Target<'_>,
+    progress: &mut dyn Progress,
+    needed: &mut Needed,
+) -> Result<Report, Error> {
+    let before = choice.seconds + plan.seconds + needed.seconds[0];
+    let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
+    let mut plan = plan;
+    loop {
+        if let Some(report) = attempt(spec, &plan, choice, target, progress, (clock, Some(&mut *needed)))? {
+            return Ok(report);
+        }
+        spec.study.setup = needed.setup().clone();
+        plan = Plan::new(&spec.study, choice)?;
+        clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
+    }
+}
+
+/// When a sweep began, and what was done for it before, s.
+#[derive(Clone, Copy)]
+struct Clock {
+    start: Instant,
+    before: f64,
+    /// Making charts, in this and in earlier attempts.
+    chart: Option<f64>,
+}
+
+/// One sweep; `None`, and nothing is written, where its kept rows show that its model does not do.
+fn attempt(
+    spec: &Spec,
+    plan: &Plan,
+    choice: &Choice,
+    target: &Target<'_>,
+    progress: &mut dyn Progress,
+    (clock, needed): (Clock, Option<&mut Needed>),
+) -> Result<Option<Report>, Error> {
+    let begun = Instant::now();
     let question = Question::of_scene("sweep", spec, Value::Null);
     let mut folder = Folder::open(target.out, question, &names(&spec.study, plan), target.force)?;
     let method = choice.open(&spec.study.setup.model)?;
-    let open = start.elapsed();
+    let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let writers = Writers::new(&spec.study, plan, &mut folder)?;
+    let full = needed.as_ref().filter(|n| !n.left().is_empty()).map(|n| n.full().clone());
     let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
+    let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
+    run.evaluator = run.evaluator.guarded(guard);
     if let Some(reader) = &plan.reader {
         run.counts.solved += reader.sweeps().taps;
         run.counts.sweeps.merge(&reader.sweeps());
@@ -98,14 +154,28 @@ pub fn run(
         Space::List(tuples) => list::run(&mut run, tuples)?,
         Space::File(listed) => file::run(&mut run, listed)?,
     }
-    let (counts, solve) = (run.counts, run.solve);
+    let solve = run.solve.as_secs_f64();
+    let model_error = match needed {
+        None => None,
+        Some(needed) => {
+            if !needed.keeps(&needed::rows(&spec.study.space, &run.kept)?, &|| run.check_stop())? {
+                return Ok(None);
+            }
+            let mut told = needed.summary(solve + plan.chart.unwrap_or(0.0));
+            told["taps_by_full_model"] = run.evaluator.mended().into();
+            Some(told)
+        }
+    };
+    let counts = run.counts;
     let ranked = counts.complete.unwrap_or(run.best.offered);
     let highlights = run.best.into_rows();
     run.writers.close()?;
-    let seconds = Seconds::new(start.elapsed(), open, solve);
-    folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds))?;
+    let total = clock.start.elapsed().as_secs_f64() + clock.before;
+    let seconds = Seconds { total, open, chart: clock.chart, solve };
+    folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds, model_error.as_ref()))?;
     let Written { files, removed, .. } = folder.finish()?;
-    Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights, ranked })
+    let backend = choice.backend.clone();
+    Ok(Some(Report { files, removed, counts, seconds, backend, highlights, ranked, model_error }))
 }
 
 /// Names of the tables that are written.
@@ -126,6 +196,8 @@ struct Run<'a> {
     writers: Writers,
     counts: Counts,
     best: Best,
+    /// Design and drive of the rows that `top` keeps.
+    kept: Vec<Tuple>,
     solve: Duration,
     plan: &'a Plan,
     stop: &'a AtomicBool,
@@ -141,7 +213,7 @@ impl<'a> Run<'a> {
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
         let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
-        Self { study, plan, evaluator, writers, counts, best, solve, stop, progress }
+        Self { study, plan, evaluator, writers, counts, best, kept: Vec::new(), solve, stop, progress }
     }
 
     /// Outcomes of `tasks`; `Err` when asked to stop.
@@ -149,10 +221,8 @@ impl<'a> Run<'a> {
         self.check_stop()?;
         let start = Instant::now();
         let outcomes = self.evaluator.run(designs, tasks)?;
-        self.solve += start.elapsed();
         self.counts.solved += outcomes.len() as u64;
-        self.note(&outcomes);
-        Ok(outcomes)
+        Ok(self.noted(outcomes, start))
     }
 
     /// As [`Self::evaluate`], read from charts where the plan has any.
@@ -160,12 +230,10 @@ impl<'a> Run<'a> {
         self.check_stop()?;
         let start = Instant::now();
         let outcomes = self.evaluator.read(designs, tasks)?;
-        self.solve += start.elapsed();
         let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
         self.counts.interpolated += interpolated;
         self.counts.solved += outcomes.len() as u64 - interpolated;
-        self.note(&outcomes);
-        Ok(outcomes)
+        Ok(self.noted(outcomes, start))
     }
 
     /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
@@ -178,11 +246,9 @@ impl<'a> Run<'a> {
         self.check_stop()?;
         let start = Instant::now();
         let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
-        self.solve += start.elapsed();
         self.counts.solved += solved;
         self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.note(&outcomes);
-        Ok(outcomes)
+        Ok(self.noted(outcomes, start))
     }
 
     /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
@@ -208,12 +274,14 @@ impl<'a> Run<'a> {
         Ok(profiles)
     }
 
-    /// Counts sweeps and strains.
-    fn note(&mut self, outcomes: &[Outcome]) {
+    /// Counts the sweeps and strains of `outcomes`, which were solved since `start`.
+    fn noted(&mut self, outcomes: Vec<Outcome>, start: Instant) -> Vec<Outcome> {
+        self.solve += start.elapsed();
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         for o in outcomes.iter().filter(|o| o.status.counts()) {
             self.counts.strain.push(o.strain.abs());
         }
+        outcomes
     }
 
     /// `Err` when asked to stop.

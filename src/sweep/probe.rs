@@ -30,7 +30,7 @@ const CURVE: f64 = 16.0;
 /// Rows a second of a tuple file that is read twice or more.
 const READ: f64 = 1e6;
 
-/// Seconds that a sweep of `study` by `plan` on `choice` will take, about.
+/// Seconds that a sweep of `study` by `plan` on `choice` will take, about, the plan's own among them.
 ///
 /// # Errors
 /// A backend that does not open or fails.
@@ -56,7 +56,7 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
             (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
         }
     };
-    Ok(opened + work + plan.bytes / WRITTEN)
+    Ok(choice.seconds + plan.seconds + opened + work + plan.bytes / WRITTEN)
 }
 
 /// Serves ever more of `most` things until a helping takes long enough to tell; seconds of all of them.

@@ -2,7 +2,7 @@
 
 use super::Sample;
 use crate::error::Error;
-use crate::evaluate::Method;
+use crate::evaluate::{Guard, Method};
 use crate::optimise::evaluate::Scorer;
 use crate::scene::Layout;
 use crate::scene::search::Search;
@@ -23,6 +23,11 @@ impl<'a> Curve<'a> {
     /// Of the whisker of `layout` at its distances; `method` solves the taps.
     pub fn new((setup, layout): (&'a Setup, &Layout), search: &'a Search, method: Method) -> Self {
         Self { scorer: Scorer::new(setup, layout, search, method), whisker: layout.design(0), evaluations: 0 }
+    }
+
+    /// With `guard` for the taps near a threshold, if there is one.
+    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
+        Self { scorer: self.scorer.guarded(guard), ..self }
     }
 
     /// At these drives, degrees or mm.

@@ -6,13 +6,16 @@
 //! bisection.
 
 mod curve;
+mod needed;
 mod optimum;
 mod write;
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError};
+use crate::needed::Needed;
 use crate::optimise::run::no_axes;
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
@@ -22,6 +25,7 @@ use crate::statistics::DriveRow;
 
 use curve::Curve;
 
+pub use needed::{find_needed, needed};
 pub use write::{result, unit};
 
 /// The curve at one drive.
@@ -86,6 +90,8 @@ pub struct Report {
     pub seconds: f64,
     /// Where it was computed.
     pub backend: Backend,
+    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
+    pub model_error: Option<(serde_json::Value, String)>,
     /// Files written.
     pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
@@ -101,17 +107,24 @@ pub struct Other {
     pub optimum: Result<Sample, String>,
 }
 
-/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`.
+/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of
+/// strain stays within `bound`, if there is one, are left off.
 pub fn run(
     spec: &Spec,
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
     (out, force): (&Path, bool),
+    bound: Option<f64>,
 ) -> Result<Report, Error> {
+    let begun = Instant::now();
     let asked = serde_json::json!({ "objective": objective.word() });
     let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
-    let mut report = find(&spec.study, ends, objective, choice)?;
+    let mut report = match bound {
+        Some(bound) => find_needed(&spec.study, ends, objective, choice, bound)?,
+        None => find(&spec.study, ends, objective, choice)?,
+    };
+    report.seconds = choice.seconds + begun.elapsed().as_secs_f64();
     write::all(spec, &report, &mut folder)?;
     let written = folder.finish()?;
     (report.files, report.removed) = (written.files, written.removed);
@@ -124,14 +137,25 @@ pub fn run(
 /// # Errors
 /// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails.
 pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
-    let report = best(study, ends, objective, choice)?;
+    find_by(study, ends, objective, choice, None)
+}
+
+/// As [`find`], by the model that is `needed`, which is in `study`.
+fn find_by(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    needed: Option<&Needed>,
+) -> Result<Report, Error> {
+    let report = best(study, ends, objective, choice, needed)?;
     if !objective.needs_distance() {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice) {
+    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice, needed) {
         Ok(other) => (Ok(other.optimum), other.evaluations, other.seconds),
         Err(Error::Input(why)) => (Err(why.message), 0, 0.0),
         Err(failed) => return Err(failed),
@@ -145,11 +169,20 @@ pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice
 }
 
 /// As [`find`], by one estimator.
-fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
+fn best(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    needed: Option<&Needed>,
+) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);
-    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?);
+    let needed = needed.filter(|n| !n.left().is_empty());
+    let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
+    let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
+    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?).guarded(guard);
     let samples = curve.grid(ends)?;
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
@@ -173,6 +206,7 @@ fn best(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) ->
         evaluations: curve.evaluations,
         seconds: begun.elapsed().as_secs_f64(),
         backend: choice.backend.clone(),
+        model_error: None,
         files: Vec::new(),
         removed: Vec::new(),
     })

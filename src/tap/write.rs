@@ -96,18 +96,18 @@ pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Erro
         fields.push(Field::Status(row.status));
         text.row(&mut fields).map_err(fail)?;
     }
-    let document = run_json::document(
-        "tap",
-        run_json::spec(spec),
-        json!({
-            "in_force": run_json::in_force(spec),
-            "warnings": spec.warnings,
-            "backend": report.backend,
-            "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
-            "seconds": { "total": report.seconds },
-            "result": result(&spec.study, report),
-        }),
-    );
+    let mut body = json!({
+        "in_force": run_json::in_force(spec),
+        "warnings": spec.warnings,
+        "backend": report.backend,
+        "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
+        "seconds": { "total": report.seconds },
+        "result": result(&spec.study, report),
+    });
+    if let Some((told, _)) = &report.model_error {
+        body["model_error"] = told.clone();
+    }
+    let document = run_json::document("tap", run_json::spec(spec), body);
     let mut file = folder.file("tap.csv")?;
     file.write(&text.into_bytes())?;
     file.close()?;

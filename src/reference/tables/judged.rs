@@ -100,7 +100,7 @@ pub const SCALING: Table = table(
         ("solved", "taps solved by a kernel"),
         ("interpolated", "taps interpolated between solved ones"),
         ("failed", "taps without solution"),
-        ("seconds", "the whole sweep, opening the device included, fastest run"),
+        ("seconds", "the whole sweep, opening the device and making charts included, fastest run"),
         ("seconds_median", "the same, median run"),
         ("taps_per_second", "taps/seconds"),
         ("ns_per_tap", "seconds/taps"),

@@ -156,6 +156,14 @@ pub const RUN: Section = section(
             "1e-6",
         )
         .absent("1e-5 with f32, 1e-8 with f64"),
+        key(
+            "model_error",
+            "",
+            "leave off the effects whose joint change of strain stays within this",
+            "1e-3",
+        )
+        .absent("nothing is left off")
+        .note("sweep, tap and optimise; relative as tolerance is, and at least twice that (docs/effects.md)"),
         key("threads", "", "CPU threads", "4").absent("all cores"),
         key("plan", "", "say what would run, and run nothing", "true").absent("false"),
         key("quiet", "", "no progress, no summary", "true").absent("false"),

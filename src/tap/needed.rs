@@ -1,0 +1,70 @@
+//! The best tap angle by what is needed of the model (`--model-error`).
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::{Report, find_by};
+use crate::backend::Choice;
+use crate::chart::ranges::Wanted;
+use crate::error::Error;
+use crate::needed::{Needed, Row, Rows};
+use crate::optimise::run::no_axes;
+use crate::scene::search::Objective;
+use crate::scene::{Study, Tuple};
+
+/// As [`find`](super::find), with effects left off whose joint change of strain stays within `bound`: over the interval, at the optima, and where a status
+/// changes from one drive of the curve to the next.
+///
+/// # Errors
+/// Those of [`find`](super::find) with the full model.
+pub fn find_needed(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    bound: f64,
+) -> Result<Report, Error> {
+    let layout = study.space.layout().ok_or_else(no_axes)?;
+    let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
+    let (whisker, n) = (layout.design(0), layout.n_distances);
+    let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
+    loop {
+        study.setup = needed.setup().clone();
+        let begun = Instant::now();
+        let report = match find_by(&study, ends, objective, choice, Some(&needed)) {
+            Err(Error::Input(_)) if !needed.left().is_empty() => {
+                needed.give_up()?;
+                continue;
+            }
+            found => found?,
+        };
+        let seconds = begun.elapsed().as_secs_f64();
+        let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
+        let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
+        if needed.keeps(&rows, &|| Ok(()))? {
+            let model_error = Some((needed.summary(seconds), needed.sentence()));
+            return Ok(Report { model_error, ..report });
+        }
+    }
+}
+
+/// What the one whisker of `study` needs of its model for a strain within `bound`, over its distances and the drives `ends`.
+///
+/// # Errors
+/// A tuple file; a kernel that fails.
+pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
+    let layout = study.space.layout().ok_or_else(no_axes)?;
+    let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
+    Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)
+}
+
+impl Report {
+    /// The drives of the optima, of the ends of the curve, and those between which its status changes.
+    fn turns(&self) -> Vec<f64> {
+        let ends = self.curve.first().into_iter().chain(self.curve.last());
+        let other = self.other.as_ref().and_then(|other| other.optimum.as_ref().ok());
+        let steps = self.curve.windows(2).filter(|s| s[0].row.status != s[1].row.status).flatten();
+        let optima = [&self.optimum, &self.unconstrained];
+        optima.into_iter().chain(other).chain(ends).chain(steps).map(|s| s.drive).collect()
+    }
+}

@@ -1,0 +1,417 @@
+//! `--model-error`: what is left off, against the tables of the full model.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::program::Desk;
+use crate::common::sweeping::{Row, Table, number};
+use vibrissa::scene::Setup;
+use vibrissa::{design, spec};
+
+/// All effects of soft rubber, small taps.
+fn soft(theta: &str, more: &str) -> String {
+    format!(
+        "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+         [tap]\na = {{ from = 21, to = 48, step = 3 }}\ntheta = {theta}\n\
+         [model]\nshear = true\nextension = true\nsurface = true\nmaterial = {{ neo-hookean = 3.2 }}\n{more}"
+    )
+}
+
+fn table(desk: &Desk, out: &str, name: &str) -> Table {
+    Table::read(&desk.path(&format!("{out}/{name}.csv")))
+}
+
+/// Names of the effects in `list` of what is said of the model.
+fn names(told: &Value, list: &str) -> Vec<String> {
+    let effects = told[list].as_array().unwrap_or_else(|| panic!("no {list} in {told}"));
+    effects.iter().map(|e| e["effect"].as_str().expect("a name").to_owned()).collect()
+}
+
+/// 1e-3 θ f_max of a row of tuples.csv.
+fn least(setup: &Setup, row: &Row) -> f64 {
+    let [big, tip, length, x_ss, l, a, drive] =
+        ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", setup.drive.column()]
+            .map(|c| number(row, c).expect("a number"));
+    let tuple = vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive };
+    let shared = design::Design::new(setup, tuple).shared.expect("a whisker");
+    1e-3 * shared.peak * design::amount(setup.drive, drive)
+}
+
+/// Largest change of strain from one tuples.csv to another of the same taps, whose words must be the same.
+#[track_caller]
+fn apart(text: &str, full: &Table, fewer: &Table) -> f64 {
+    let setup = spec::parse("spec.toml", text, Path::new("")).expect("a spec").study.setup;
+    assert_eq!(full.rows.len(), fewer.rows.len());
+    let mut largest = 0.0f64;
+    for (a, b) in full.rows.iter().zip(&fewer.rows) {
+        assert_eq!((&a["a_mm"], &a["theta_deg"], &a["d_mm"]), (&b["a_mm"], &b["theta_deg"], &b["d_mm"]));
+        assert_eq!(a["status"], b["status"], "{a:?}");
+        let (Some(x), Some(y)) = (number(a, "strain"), number(b, "strain")) else {
+            assert_eq!(a["strain"], b["strain"]);
+            continue;
+        };
+        largest = largest.max((y - x).abs() / x.abs().max(least(&setup, a)));
+    }
+    largest
+}
+
+#[test]
+fn the_joint_change_of_what_is_left_off_is_what_run_json_says() {
+    let text = soft("0.5", "");
+    let desk = Desk::new(&text);
+    desk.sweep(&["--precision", "f64", "--out", "full"]).exits(0);
+    let full = table(&desk, "full", "tuples");
+    for (bound, left) in [
+        ("1e-2", &["rubber nonlinearity", "surface", "extension"][..]),
+        ("1e-3", &["rubber nonlinearity"]),
+        ("1e-4", &[]),
+    ] {
+        let out = format!("at{bound}");
+        desk.sweep(&["--precision", "f64", "--model-error", bound, "--out", &out]).exits(0);
+        let told = desk.whole(&out)["model_error"].clone();
+        let mut found = names(&told, "left_off");
+        found.sort();
+        let mut left = left.to_vec();
+        left.sort_unstable();
+        assert_eq!(found, left, "{told}");
+        assert_eq!(left.len() + names(&told, "needed").len(), 4, "{told}");
+        let change = apart(&text, &full, &table(&desk, &out, "tuples"));
+        assert!(change <= told["bound"].as_f64().expect("E"));
+        match told["spread"]["error"].as_f64() {
+            // All taps of so small a space are compared.
+            Some(error) => {
+                assert!((change - error).abs() <= 1e-6 * error + 2e-8, "{change} {error}");
+                assert_eq!(told["spread"]["taps"], 30);
+                assert!(error > 0.0 && told["seconds"]["saved"].is_number());
+            }
+            None => assert_eq!(desk.read("full/tuples.csv"), desk.read(&format!("{out}/tuples.csv"))),
+        }
+    }
+}
+
+#[test]
+fn effects_that_are_small_alone_and_large_together_are_not_all_left_off() {
+    let text = soft("0.5", "");
+    let desk = Desk::new(&text);
+    let told = |bound: &str, out: &str| {
+        desk.sweep(&["--precision", "f64", "--model-error", bound, "--out", out]).exits(0);
+        desk.whole(out)["model_error"].clone()
+    };
+    let alone: HashMap<String, f64> = {
+        let all = told("0.02", "all");
+        let parts = all["left_off"].as_array().expect("parts");
+        parts
+            .iter()
+            .map(|p| {
+                (
+                    p["effect"].as_str().expect("a name").to_owned(),
+                    p["alone"]["error"].as_f64().expect("a number"),
+                )
+            })
+            .collect()
+    };
+    // Rubber and surface change strain the same way, extension the other way.
+    let bound = alone["surface"] * 1.05;
+    let one = told(&format!("{bound:e}"), "one");
+    assert_eq!(names(&one, "left_off"), ["rubber nonlinearity"], "{one}");
+    let surface = one["needed"].as_array().expect("parts").iter().find(|p| p["effect"] == "surface");
+    let surface = surface.unwrap_or_else(|| panic!("{one}"));
+    assert!(surface["alone"]["error"].as_f64().expect("alone") <= bound);
+    assert!(surface["together"]["error"].as_f64().expect("together") > bound, "{surface}");
+}
+
+#[test]
+fn a_tap_at_the_edge_of_a_status_is_solved_by_the_full_model() {
+    let desk = Desk::new(&soft("0.5", ""));
+    let strains = |flags: &[&str], out: &str| {
+        desk.sweep(&[&["--precision", "f64", "--out", out], flags].concat()).exits(0);
+        table(&desk, out, "tuples").numbers("strain")
+    };
+    let (full, fewer) = (strains(&[], "full"), strains(&["--model-error", "1e-3"], "fewer"));
+    // A limit between the two strains of the tap at which they are the farthest apart.
+    let pairs = full.iter().zip(&fewer).map(|(a, b)| (a.expect("strain"), b.expect("strain")));
+    let (a, b) = pairs.max_by(|p, q| (p.0 - p.1).abs().total_cmp(&(q.0 - q.1).abs())).expect("taps");
+    assert!(a != b);
+    let text = soft("0.5", "")
+        .replace("noise_strain = 1e-6", &format!("noise_strain = 1e-6\nstrain_limit = {}", 0.5 * (a + b)));
+    desk.write("spec.toml", &text);
+    strains(&[], "edge");
+    let mended = strains(&["--model-error", "1e-3"], "mended");
+    assert!(apart(&text, &table(&desk, "edge", "tuples"), &table(&desk, "mended", "tuples")) <= 1e-3);
+    let has = |x: f64| mended.iter().flatten().any(|y| (x - y).abs() < 1e-3 * (a - b).abs());
+    assert!(has(a) && !has(b), "that tap is the full model's");
+    let told = desk.whole("mended")["model_error"].clone();
+    assert_eq!(names(&told, "left_off"), ["rubber nonlinearity"], "{told}");
+    let by_full = &told["taps_by_full_model"];
+    assert!(
+        by_full.as_u64().is_some_and(|n| (1..10).contains(&n)) && told["spread"]["by_full_model"] == *by_full,
+        "{told}"
+    );
+}
+
+/// Taps next to the peak of the strain: whether there is a root, and a second one, hangs on all digits.
+#[test]
+fn an_effect_stays_where_a_word_of_the_estimate_would_change() {
+    let near = |place: f64, flags: &[&str], out: &str| {
+        let text = soft("0.5", "").replace("{ from = 21, to = 48, step = 3 }", &format!("[{place}, 30]"));
+        let desk = Desk::new(&text);
+        desk.sweep(&[&["--precision", "f64", "--out", out], flags].concat()).exits(0);
+        (table(&desk, out, "tuples"), desk.whole(out)["model_error"].clone(), text)
+    };
+    let mut stayed = 0;
+    for place in [8.0, 8.5, 9.0, 9.5, 10.0, 10.5, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0] {
+        let (full, _, text) = near(place, &[], "full");
+        let (fewer, told, _) = near(place, &["--model-error", "2e-2"], "fewer");
+        assert!(apart(&text, &full, &fewer) <= 2e-2);
+        let parts = told["needed"].as_array().expect("parts");
+        let word = |p: &Value| p["why"].as_str().is_some_and(|w| w.contains("a status would change"));
+        stayed += parts.iter().filter(|p| word(p)).count();
+    }
+    assert!(stayed > 0, "at some of these places a word of the estimate hangs on an effect");
+}
+
+/// Many designs, all rows written, the limit of the gauge in the middle of their strains.
+#[test]
+fn in_a_large_table_every_status_is_that_of_the_full_model() {
+    let text = "[whisker]\nD = { min = 8, max = 12, samples = 2500 }\nd = { min = 4, max = 9, samples = 2500 }\nL_a = 50\n\
+                [gauge]\nx_ss = 5\nl = 2\nstrain_limit = 0.0021\n[tap]\na = [24, 33, 45]\ntheta = 0.5\n\
+                [model]\nshear = true\nextension = true\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n";
+    let desk = Desk::new(text);
+    desk.sweep(&["--precision", "f64", "--out", "full"]).exits(0);
+    desk.sweep(&["--precision", "f64", "--model-error", "1e-2", "--out", "fewer"]).exits(0);
+    let (full, fewer) = (table(&desk, "full", "tuples"), table(&desk, "fewer", "tuples"));
+    let over = full.statuses().iter().filter(|s| s.contains("strain_limit")).count();
+    assert!(over * 10 > full.rows.len() && over * 10 < 9 * full.rows.len(), "{over}");
+    let told = desk.whole("fewer")["model_error"].clone();
+    assert!(!names(&told, "left_off").is_empty(), "{told}");
+    let change = apart(text, &full, &fewer);
+    assert!(change <= 1e-2 && change > 1e-4, "{change}");
+    let mended = told["taps_by_full_model"].as_u64().expect("taps");
+    assert!(mended > 0 && mended < full.rows.len() as u64 / 4, "{told}");
+    assert!(told["own_taps"]["taps"].as_u64().expect("taps") >= 1000, "{told}");
+}
+
+/// A ranked sweep from charts: its kept rows, solved again with the full model as a tuple file.
+#[test]
+fn kept_rows_are_within_the_bound_of_the_full_model() {
+    let model = "[model]\nshear = true\nextension = true\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n";
+    let text = format!(
+        "[whisker]\nD = {{ min = 8, max = 12, samples = 33000 }}\nd = {{ min = 3, max = 7, samples = 33000 }}\nL_a = 50\n\
+         [gauge]\nx_ss = 5\nl = 2\n[tap]\na = [24, 30, 36, 45]\ntheta = {{ min = 0.2, max = 0.6, samples = 33000 }}\n{model}\
+         [output]\ntop = 50\n"
+    );
+    let desk = Desk::new(&text);
+    desk.sweep(&["--model-error", "1e-2", "--out", "kept"]).exits(0);
+    let run = desk.whole("kept");
+    let told = &run["model_error"];
+    assert!(names(told, "left_off").contains(&"rubber nonlinearity".to_owned()), "{told}");
+    assert_eq!(
+        (&told["rows_kept"]["taps"], &told["rows_kept"]["statuses_changed"]),
+        (&200.into(), &0.into())
+    );
+    assert!(run["counts"]["chart"].is_object(), "ranked from a chart of what is left: {}", run["counts"]);
+
+    desk.write("list.csv", desk.read("kept/tuples.csv"));
+    desk.write("full.toml", format!("[gauge]\n{model}[tuples]\nfile = \"list.csv\"\n"));
+    desk.run(&["sweep", "full.toml", "--backend", "cpu", "--precision", "f64", "--out", "full"]).exits(0);
+    let change = apart(&text, &table(&desk, "full", "tuples"), &table(&desk, "kept", "tuples"));
+    let error = told["rows_kept"]["error"].as_f64().expect("a number");
+    assert!(change <= 1e-2 && (change - error).abs() <= 2e-5, "{change} {error}");
+}
+
+/// A list in which one row that no spread sees needs shear more than all others; it has the least strain.
+#[test]
+fn a_kept_row_that_does_not_keep_the_bound_brings_the_effect_back() {
+    let mut list = String::from("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n");
+    let mut row = |big: f64, a: [f64; 2], theta: f64| {
+        a.iter().for_each(|a| list += &format!("{big},4,100,5,2,{a},{theta}\n"));
+    };
+    row(11.0, [44.0, 48.0], 1.0);
+    row(4.0, [14.0, 40.0], 0.04);
+    for i in 0..2500 {
+        row(4.0 + 1e-4 * f64::from(i), [30.0, 40.0], 1.0 + 1e-4 * f64::from(i));
+        if i == 1234 {
+            row(10.0, [15.0, 20.0], 0.05);
+        }
+    }
+    let desk = Desk::new(
+        "[gauge]\n[model]\nshear = true\nmaterial = { neo-hookean = 3.2 }\n[tuples]\nfile = \"list.csv\"\n[output]\ntop = 2\nby = \"strain_max\"\n",
+    );
+    desk.write("list.csv", &list);
+    let ran = desk.sweep(&["--model-error", "0.1", "--out", "out"]).exits(0);
+    let run = desk.whole("out");
+    let told = &run["model_error"];
+    assert_eq!(told["fallbacks"], 1, "{told}");
+    assert!(names(told, "needed").contains(&"shear".to_owned()), "{told}");
+    assert!(names(told, "left_off").contains(&"rubber nonlinearity".to_owned()), "{told}");
+    assert!(told["rows_kept"]["error"].as_f64().expect("an error") <= 0.1, "{told}");
+    assert!(ran.stdout.contains("rubber nonlinearity (hooke in place of neo-hookean)"), "{}", ran.stdout);
+    // The same table as with the model that was left in the spec.
+    desk.write("spec.toml", desk.read("spec.toml").replace("neo-hookean", "hooke"));
+    desk.sweep(&["--out", "hooke"]).exits(0);
+    assert_eq!(desk.read("out/designs.csv"), desk.read("hooke/designs.csv"));
+}
+
+#[test]
+fn friction_and_a_pole_may_go_and_the_hub_stays() {
+    let base = "[whisker]\nD = 10\nd = [4, 7]\nL_a = 50\nhub = 5\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [24, 36, 48]\ntheta = [1, 3]\n[model]\n";
+    for (model, left) in [
+        ("extension = true\ncontact = { coulomb = 1e-6 }\n", &["friction"][..]),
+        ("extension = true\ncontact = { coulomb = 0.3 }\n", &[]),
+        ("pole_radius = 1e-3\n", &["pole radius"]),
+        ("geometry = \"linear\"\nshear = true\n", &[]),
+        ("", &[]),
+    ] {
+        let text = format!("{base}{model}");
+        let desk = Desk::new(&text);
+        desk.sweep(&["--precision", "f64", "--out", "full"]).exits(0);
+        desk.sweep(&["--precision", "f64", "--model-error", "1e-4", "--out", "fewer"]).exits(0);
+        let told = desk.whole("fewer")["model_error"].clone();
+        assert_eq!(names(&told, "left_off"), left, "{model}: {told}");
+        assert!(!names(&told, "needed").contains(&"hub".to_owned()));
+        assert!(apart(&text, &table(&desk, "full", "tuples"), &table(&desk, "fewer", "tuples")) <= 1e-4);
+    }
+}
+
+#[test]
+fn distances_told_by_the_model_are_told_by_what_is_left_of_it() {
+    let text = soft("[0.3, 0.5]", "[estimate]\ntheory = \"exact\"\n");
+    let desk = Desk::new(&text);
+    desk.sweep(&["--precision", "f64", "--out", "full"]).exits(0);
+    desk.sweep(&["--precision", "f64", "--model-error", "1e-2", "--out", "fewer"]).exits(0);
+    assert!(!names(&desk.whole("fewer")["model_error"], "left_off").is_empty());
+    let (full, fewer) = (table(&desk, "full", "tuples"), table(&desk, "fewer", "tuples"));
+    assert!(apart(&text, &full, &fewer) <= 1e-2);
+    for (a, b) in full.rows.iter().zip(&fewer.rows) {
+        assert_eq!(number(a, "error_mm"), number(b, "error_mm"), "0 at the true root of either");
+        let [x, y] = [a, b].map(|row| number(row, "sigma_mm").expect("noise"));
+        assert!((x - y).abs() < 0.03 * x, "{x} {y}");
+    }
+}
+
+#[test]
+fn a_bound_is_a_value_in_force_and_a_bad_one_is_told_with_its_range() {
+    let desk = Desk::new(&soft("0.5", "[run]\nmodel_error = 1e-3\n"));
+    let in_force = |reply: &Value| {
+        let list = reply["result"]["in_force"].as_array().expect("a list").clone();
+        let found: Vec<Value> = list.into_iter().filter(|e| e["key"] == "run.model_error").collect();
+        found
+    };
+    let plan = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    assert_eq!(in_force(&plan)[0]["value"], "0.001");
+    assert_eq!(names(&plan["result"]["model_error"], "left_off"), ["rubber nonlinearity"]);
+    assert!(plan["seconds"]["expected_full"].is_number(), "{plan}");
+    let typed = desk.sweep(&["--plan", "--json", "--model-error", "1e-2"]).exits(0).json();
+    assert_eq!((in_force(&typed).len(), &in_force(&typed)[0]["value"]), (1, &Value::from("0.01")));
+    assert_eq!(names(&typed["result"]["model_error"], "left_off").len(), 3);
+
+    // Without it nothing is said, and nothing left off.
+    desk.write("spec.toml", soft("0.5", ""));
+    let plain = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    assert!(in_force(&plain).is_empty() && plain["result"]["model_error"].is_null());
+    desk.sweep(&["--out", "plain"]).exits(0);
+    assert!(desk.whole("plain").get("model_error").is_none());
+
+    for bad in ["0", "-1e-3", "NaN", "inf", "1", "1e-6", "1.9e-5"] {
+        let ran = desk.sweep(&["--model-error", bad, "--out", "bad"]).exits(2);
+        assert!(ran.stderr.contains("2e-5 ≤ E < 1: at least twice the tolerance, 1e-5"), "{}", ran.stderr);
+        assert!(!desk.path("bad").exists());
+    }
+    desk.sweep(&["--model-error", "much"]).exits(2);
+    desk.sweep(&["--model-error", "1e-3", "--explain"]).exits(2);
+    desk.sweep(&["--model-error", "1e-6", "--precision", "f64", "--out", "fine"]).exits(0);
+    for (bad, says) in
+        [("0", "0 < model_error < 1"), ("nan", "model_error"), ("1e-9", "2e-5 ≤ E < 1"), ("\"x\"", "number")]
+    {
+        desk.write("spec.toml", soft("0.5", &format!("[run]\nmodel_error = {bad}\n")));
+        let error = desk.sweep(&["--json", "--out", "bad"]).exits(2).json()["error"].clone();
+        assert_eq!((&error["key"], &error["line"]), (&"run.model_error".into(), &18.into()), "{error}");
+        assert!(error.to_string().contains(says), "{error}");
+    }
+}
+
+const TAP: &str = "[whisker]\nD = 9\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 15e-6\n\
+                   [tap]\na = { from = 21, to = 48, step = 9 }\ntheta = { min = 0.1, max = 2, samples = 2 }\n";
+
+#[test]
+fn the_best_tap_is_found_with_what_is_needed() {
+    let text = TAP.replace("{ min = 0.1, max = 2, samples = 2 }", "{ from = 0.2, to = 2, steps = 2 }")
+        + "[model]\nextension = true\nsurface = true\nshear = true\nmaterial = { neo-hookean = 3.2 }\n";
+    let desk = Desk::new(&text);
+    let tap = |flags: &[&str], out: &str| {
+        desk.run(&[&["tap", "spec.toml", "--out", out][..], flags].concat()).exits(0);
+        desk.whole(out)
+    };
+    let (full, fewer) = (tap(&[], "full"), tap(&["--model-error", "1e-2"], "fewer"));
+    let told = &fewer["model_error"];
+    assert_eq!(names(told, "left_off"), ["rubber nonlinearity", "surface", "extension"], "{told}");
+    assert!(told["rows_kept"]["taps"].as_u64().expect("taps") >= 4 * 4, "{told}");
+    let [a, b] =
+        [&full, &fewer].map(|run| run["result"]["optimum"]["total_rms_mm"].as_f64().expect("a total"));
+    assert!((a - b).abs() < 0.05 * a && a != b, "{a} {b}");
+    let (x, y) = (table(&desk, "full", "tap"), table(&desk, "fewer", "tap"));
+    assert_eq!(x.statuses(), y.statuses());
+    for (p, q) in x.numbers("strain_max").iter().zip(y.numbers("strain_max")) {
+        let (p, q) = (p.expect("strain"), q.expect("strain"));
+        assert!((p - q).abs() <= 1e-2 * p, "{p} {q}");
+    }
+    // A limit within the bound of the strain at the optimum: the drive at which it binds is that of the full model.
+    desk.write("spec.toml", text.replace("l = 2\n", "l = 2\nstrain_limit = 0.004\n"));
+    let (full, fewer) = (tap(&[], "full"), tap(&["--model-error", "1e-2"], "fewer"));
+    assert_eq!(full["result"]["limited_by"], fewer["result"]["limited_by"]);
+    assert_eq!(table(&desk, "full", "tap").statuses(), table(&desk, "fewer", "tap").statuses());
+    desk.run(&["tap", "spec.toml", "--model-error", "0"]).exits(2);
+    let plan = desk.run(&["tap", "spec.toml", "--model-error", "1e-2", "--plan"]).exits(0);
+    assert!(
+        plan.stdout.contains(
+            "--model-error 1e-2 leaves off rubber nonlinearity (hooke in place of neo-hookean), surface"
+        ),
+        "{}",
+        plan.stdout
+    );
+}
+
+const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n\
+                      [tap]\na = [24, 36, 48]\n[model]\nextension = true\nsurface = true\nshear = true\nmaterial = { neo-hookean = 3.2 }\n\
+                      [optimise]\nobjective = \"distance\"\nvariables = { d = [3, 9], theta = [0.2, 0.8] }\n";
+
+#[test]
+fn a_search_reports_the_figures_of_the_full_model() {
+    let desk = Desk::new(SEARCH);
+    let find = |flags: &[&str], out: &str| {
+        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", out][..], flags].concat())
+            .exits(0);
+        desk.whole(out)
+    };
+    let (full, fewer) = (find(&[], "full"), find(&["--model-error", "1e-2"], "fewer"));
+    let told = &fewer["model_error"];
+    assert!(names(told, "left_off").contains(&"rubber nonlinearity".to_owned()), "{told}");
+    assert!(told["rows_kept"]["error"].as_f64().expect("checked at the best") <= 1e-2, "{told}");
+    let best = |run: &Value, key: &str| run["result"]["best"][key].as_f64().expect("a figure");
+    let [a, b] = [&full, &fewer].map(|run| best(run, "total_rms_mm"));
+    assert!((a - b).abs() <= 1e-4 * a, "{a} {b}");
+    let plan = desk.run(&["optimise", "spec.toml", "--model-error", "1e-4", "--plan"]).exits(0);
+    assert!(plan.stdout.contains("leaves off nothing: without "), "{}", plan.stdout);
+    // best.toml has the whole model, and a sweep of it the same figures.
+    desk.run(&["sweep", "fewer/best.toml", "--out", "again"]).exits(0);
+    let again = table(&desk, "again", "designs");
+    let swept = number(&again.rows[0], "total_rms_mm").expect("a total");
+    assert!((swept - b).abs() <= 1e-7 * b, "{swept} {b}");
+}
+
+#[test]
+fn an_interrupted_search_goes_on_with_the_same_bound_only() {
+    let desk = Desk::new(&(SEARCH.to_owned() + "budget = { evaluations = 700 }\n"));
+    let find = |flags: &[&str]| {
+        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", "out"][..], flags].concat())
+    };
+    find(&["--model-error", "1e-2"]).exits(0);
+    // Another bound leaves off something else: another search.
+    find(&["--model-error", "1e-4", "--resume"]).exits(2);
+    desk.write("spec.toml", SEARCH.to_owned() + "budget = { evaluations = 1500 }\n");
+    find(&["--model-error", "1e-2", "--resume"]).exits(0);
+    let run = desk.whole("out");
+    assert!(run["counts"]["evaluations_resumed"].as_u64().expect("a count") >= 600, "{}", run["counts"]);
+}

@@ -1,0 +1,32 @@
+//! Seconds of `run.json`: all of them are in the total.
+
+use crate::common::program::Desk;
+
+/// A ranked sweep of a model whose charts take longer to make than to read.
+const RANKED: &str = "[whisker]\nD = { min = 8, max = 12, samples = 66000 }\nd = { min = 3, max = 7, samples = 66000 }\nL_a = 50\n\
+                      [gauge]\nx_ss = 5\nl = 2\n[tap]\na = [24, 36]\ntheta = { min = 1, max = 6, samples = 66000 }\n\
+                      [model]\nsurface = true\n[output]\ntop = 10\n";
+
+#[test]
+fn making_charts_counts() {
+    let desk = Desk::new(RANKED);
+    desk.sweep(&["--out", "out"]).exits(0);
+    let run = desk.whole("out");
+    let seconds =
+        |key: &str| run["seconds"][key].as_f64().unwrap_or_else(|| panic!("{key} in {}", run["seconds"]));
+    assert!(run["counts"]["chart"].is_object(), "{}", run["counts"]);
+    assert!(seconds("chart") > 0.0 && seconds("solve") > 0.0);
+    assert!(seconds("total") >= seconds("chart") + seconds("solve") + seconds("open"), "{}", run["seconds"]);
+    let rate = run["counts"]["taps"].as_f64().expect("taps") / seconds("total");
+    let told = run["taps_per_second"].as_f64().expect("a rate");
+    assert!((rate - told).abs() <= 1e-9 * rate, "{rate} {told}");
+    let plan = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    assert!(plan["seconds"]["expected"].as_f64().expect("seconds") > 0.3 * seconds("chart"));
+}
+
+#[test]
+fn where_no_chart_was_tried_none_is_told() {
+    let desk = Desk::new(&RANKED.replace("66000", "300").replace("top = 10", ""));
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert!(desk.whole("out")["seconds"].get("chart").is_none());
+}
