@@ -1,12 +1,14 @@
 //! What was typed.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::export::Language;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use vibrissa::sink::shard::Shard;
 
 use super::help::{Completions, Help, Man};
 
@@ -107,6 +109,13 @@ pub struct Sweep {
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
     pub leave_off: Vec<f64>,
+    /// Do part i of n alone, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins them. `slurm`: the part that this task of a
+    /// Slurm array is
+    #[arg(long, value_name = "i/n", value_parser = shard, conflicts_with = "explain")]
+    pub shard: Option<Shard>,
+    /// Make what is complete durable this often, so that the same command goes on from there if the run is stopped or killed
+    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
+    pub keep_every: Duration,
     #[command(flatten)]
     pub common: Common,
 }
@@ -343,6 +352,17 @@ pub struct Common {
     /// One JSON object on stdout and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// A part, or that of a task of a Slurm array.
+fn shard(text: &str) -> Result<Shard, String> {
+    if text == "slurm" { Shard::of_slurm(|name| std::env::var(name).ok()) } else { text.parse() }
+}
+
+/// Seconds, from none to a day.
+fn seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds = text.parse().ok().filter(|s| (0.0..=86400.0).contains(s));
+    seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
 }
 
 /// Part of a name: nothing is part of every name, and would take any adapter.

@@ -28,11 +28,15 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     threads(&options)?;
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
+        if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
+            say::warning("this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part");
+        }
     }
     if args.explain {
         return explain::run(&spec, &options, &args.leave_off);
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
+    let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::new(&options)?;
     let plan = Plan::new(&spec.study, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
@@ -43,7 +47,13 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         say::line(headline(&spec, &plan, &choice.backend));
     }
     let mut progress = Shown::new(plan.taps, quiet);
-    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
+    let target = Target {
+        out: &out,
+        force: options.force == Some(true),
+        stop: interrupt::stop(),
+        shard: args.shard,
+        every: args.keep_every,
+    };
     let report = vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress);
     progress.finish();
     let report = report?;
@@ -175,13 +185,13 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     let d = &k.design;
     let mut value = json!({
         "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
-        "n": k.row.deviation.n,
-        "error_rms_mm": k.row.error_rms(),
-        "error_max_mm": k.row.error_max(),
-        "noise_rms_mm": k.row.noise_rms(),
+        "n": k.row.n,
+        "error_rms_mm": k.row.error_rms,
+        "error_max_mm": k.row.error_max,
+        "noise_rms_mm": k.row.noise_rms,
         "total_rms_mm": k.row.total_rms(),
-        "strain_max": k.row.strain_max(),
-        "force_max_N": k.row.force_max(),
+        "strain_max": k.row.strain_max,
+        "force_max_N": k.row.force_max,
         "status": k.row.status.to_string(),
     });
     value[spec.study.setup.drive.column()] = k.drive.into();
@@ -190,8 +200,8 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     } else {
         ""
     };
-    value[format!("K_mean{unit}")] = json!(k.row.deviation.mean().map(|m| (1.0 + m) * k.unit));
-    value[format!("K_sd{unit}")] = json!(k.row.deviation.sd().map(|s| s * k.unit));
+    value[format!("K_mean{unit}")] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
+    value[format!("K_sd{unit}")] = json!(k.row.sd.map(|s| s * k.unit));
     value
 }
 

@@ -108,6 +108,13 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Taps that are evaluated together, between which a sweep can stop: fewer where each takes long.
+    pub fn together(&self) -> u64 {
+        if self.solved == Way::Reference { CHUNK / 64 } else { CHUNK }
+    }
+}
+
 /// Number of different designs with their `part`.
 fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> f64) -> u64 {
     let key = |t: &Tuple| [t.D, t.d, t.L_a, t.x_ss, t.l, part(t)].map(|x| (x + 0.0).to_bits());

@@ -5,18 +5,23 @@
 //! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a
 //! whole up to some size; of a larger one its rows are numbered, and read again.
 
+mod about;
 mod charted;
 mod design;
 mod file;
 mod grid;
+mod keep;
 mod list;
+mod parted;
 mod probe;
 mod select;
+mod writers;
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
@@ -27,15 +32,22 @@ use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
 use crate::scene::{Space, Spec, Study, Theory, Tuple};
 use crate::sink::{
-    csv::Text,
-    folder::{Folder, Output, Question, Written},
+    folder::{Folder, Left, Question, Written},
+    pack::Unpacker,
+    rows::Rows,
     run_json::{self, Counts, Seconds},
+    shard::Shard,
     table::Table,
 };
 
+use about::About;
+pub use keep::EVERY;
+use keep::Keeper;
+use parted::Place;
 pub use probe::seconds;
 use select::Best;
 pub use select::Kept;
+use writers::Writers;
 
 /// Rows that the summary shows.
 const HIGHLIGHTS: usize = 8;
@@ -68,9 +80,23 @@ pub struct Target<'a> {
     pub force: bool,
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
+    /// One part of the whole; `out` is then the folder of the part.
+    pub shard: Option<Shard>,
+    /// What is complete is kept so often.
+    pub every: Duration,
 }
 
-/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`.
+impl<'a> Target<'a> {
+    /// The whole, into `out`.
+    pub fn new(out: &'a std::path::Path, stop: &'a AtomicBool) -> Self {
+        Self { out, force: false, stop, shard: None, every: EVERY }
+    }
+}
+
+/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`; goes on where a run of the same stopped.
+///
+/// # Errors
+/// A folder that holds something else, a backend or a disk that fails, a request to stop; what is complete is kept.
 pub fn run(
     spec: &Spec,
     plan: &Plan,
@@ -79,43 +105,109 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let start = Instant::now();
-    let question = Question::of_scene("sweep", spec, Value::Null);
-    let mut folder = Folder::open(target.out, question, &names(&spec.study, plan), target.force)?;
-    let method = choice.open(&spec.study.setup.model)?;
+    let (study, about) = (&spec.study, About::new(spec, plan, choice, target.shard));
+    let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
+    let question = Question::of_scene("sweep", spec, asked);
+    let names = writers::names(study, plan, &about);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (mut folder, left) =
+        Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
+    let method = choice.open(&study.setup.model)?;
     let open = start.elapsed();
-    let writers = Writers::new(&spec.study, plan, &mut folder)?;
-    let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
-    if let Some(reader) = &plan.reader {
-        run.counts.solved += reader.sweeps().taps;
-        run.counts.sweeps.merge(&reader.sweeps());
-        run.counts.chart = Some(serde_json::json!(reader.summary()));
+    let head = left.as_ref().map(|left| left.head.clone());
+    let before = match left {
+        Some(left) => Before::read(study, plan, &about, &mut folder, left, target.force)?,
+        None => None,
+    };
+    let (before, resumed) = match before {
+        Some(before) => (before, head),
+        None => (Before::nothing(Writers::new(study, plan, &about, &mut folder)?), None),
+    };
+    let seconds = resumed.as_ref().map_or(0.0, |head| head.seconds);
+    resumed.iter().for_each(|head| progress.note(&format!("going on: {} are complete", head.done)));
+    let keeper = Keeper::new(folder, &about.identity, target.every, (start, seconds));
+    let mut run = Run::new((study, plan), method, before, (target.stop, progress));
+    (run.designs, run.keeper, run.part) = (about.designs.clone(), Some(keeper), about.places);
+    let done = routes(&mut run, spec);
+    let Run { writers, counts, best, solve, keeper, .. } = run;
+    let Some(keeper) = keeper else { return Err(keep::damaged()) };
+    let ranked = counts.complete.unwrap_or(best.offered);
+    let highlights = best.into_rows();
+    let closed = done.and_then(|()| writers.close());
+    if let Err(e) = closed {
+        return Err(keeper.explain(e));
     }
-    match &spec.study.space {
-        Space::Grid(factors) => {
-            grid::run(&mut run, &Layout::new(factors))?;
-        }
-        Space::List(tuples) => list::run(&mut run, tuples)?,
-        Space::File(listed) => file::run(&mut run, listed)?,
+    let total = start.elapsed() + Duration::from_secs_f64(keeper.before);
+    let seconds = Seconds::new(total, open, solve);
+    let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds);
+    if let Some(head) = &resumed {
+        document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }
-    let (counts, solve) = (run.counts, run.solve);
-    let ranked = counts.complete.unwrap_or(run.best.offered);
-    let highlights = run.best.into_rows();
-    run.writers.close()?;
-    let seconds = Seconds::new(start.elapsed(), open, solve);
-    folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds))?;
+    if let Some(shard) = target.shard {
+        document["shard"] = parted::description(shard, study, plan, &about);
+    }
+    let Keeper { mut folder, .. } = keeper;
+    folder.run_json(&document)?;
     let Written { files, removed, .. } = folder.finish()?;
     Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights, ranked })
 }
 
-/// Names of the tables that are written.
-fn names(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    let wanted = [plan.tuples, study.output.designs, study.output.distances];
-    [Table::Tuples, Table::Designs, Table::Distances]
-        .into_iter()
-        .zip(wanted)
-        .filter(|(_, w)| *w)
-        .map(|(t, _)| t.file())
-        .collect()
+/// The way of the space.
+fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
+    if let Some(reader) = &run.plan.reader {
+        run.counts.chart = Some(json!(reader.summary()));
+        if run.state.is_none() {
+            run.counts.solved += reader.sweeps().taps;
+            run.counts.sweeps.merge(&reader.sweeps());
+        }
+    }
+    match &spec.study.space {
+        Space::Grid(factors) => grid::run(run, &Layout::new(factors)),
+        Space::List(tuples) => list::run(run, tuples),
+        Space::File(listed) => file::run(run, listed),
+    }
+}
+
+/// How far a stopped run had come; nothing of a new one.
+struct Before {
+    writers: Writers,
+    counts: Counts,
+    best: Best,
+    solve: Duration,
+    /// What its route packed.
+    state: Option<Vec<u8>>,
+}
+
+impl Before {
+    fn nothing(writers: Writers) -> Self {
+        let (counts, best) = (Counts::default(), Best::new(HIGHLIGHTS));
+        Self { writers, counts, best, solve: Duration::ZERO, state: None }
+    }
+
+    /// From what it `left`; `None` where that is not whole and is given up by `force`.
+    fn read(
+        study: &Study,
+        plan: &Plan,
+        about: &About,
+        folder: &mut Folder,
+        left: Left,
+        force: bool,
+    ) -> Result<Option<Self>, Error> {
+        let mut state = Unpacker(&left.state);
+        let head: Option<(Counts, Best, f64)> = state.take();
+        let writers = match head {
+            Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
+            None => None,
+        };
+        match head.zip(writers) {
+            Some(((counts, best, solve), writers)) => {
+                let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
+                Ok(Some(Self { writers, counts, best, solve, state: Some(state.0.to_vec()) }))
+            }
+            None if force => folder.begin_anew().map(|()| None),
+            None => Err(keep::damaged()),
+        }
+    }
 }
 
 /// A sweep under way.
@@ -129,18 +221,41 @@ struct Run<'a> {
     plan: &'a Plan,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
+    /// Designs that are its own.
+    designs: Range<u64>,
+    /// Whether it is a part whose rows' places in the whole are written.
+    part: bool,
+    /// Keeps what is complete; nothing where nothing is written.
+    keeper: Option<Keeper>,
+    /// Where a stopped run stopped.
+    state: Option<Vec<u8>>,
 }
 
 impl<'a> Run<'a> {
     fn new(
         (study, plan): (&'a Study, &'a Plan),
         method: Method,
-        writers: Writers,
+        before: Before,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
-        let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
-        Self { study, plan, evaluator, writers, counts, best, solve, stop, progress }
+        let Before { writers, counts, best, solve, state } = before;
+        let (designs, part, keeper) = (0..plan.designs, false, None);
+        Self {
+            study,
+            evaluator,
+            writers,
+            counts,
+            best,
+            solve,
+            plan,
+            stop,
+            progress,
+            designs,
+            part,
+            keeper,
+            state,
+        }
     }
 
     /// Outcomes of `tasks`; `Err` when asked to stop.
@@ -218,7 +333,7 @@ impl<'a> Run<'a> {
     /// `Err` when asked to stop.
     fn check_stop(&self) -> Result<(), Error> {
         match self.stop.load(Ordering::Relaxed) {
-            true => Err(Error::Run("interrupted; nothing was written, an older result is as it was".into())),
+            true => Err(keep::interrupted()),
             false => Ok(()),
         }
     }
@@ -237,59 +352,28 @@ impl<'a> Run<'a> {
         self.progress.at(self.counts.taps + more, self.plan.taps);
     }
 
-    /// Appends rows to a table that is written.
-    fn write(&mut self, table: Table, text: &[u8], rows: u64) -> Result<(), Error> {
-        let (slot, count) = self.writers.slot(table);
-        if let Some(file) = slot {
-            file.write(text)?;
-            self.counts.rows[count] += rows;
+    /// Appends `n` rows to a table, if it is written.
+    fn write(&mut self, table: Table, rows: Rows, n: u64) -> Result<(), Error> {
+        self.count(table, n);
+        self.writers.write(table, rows)
+    }
+
+    /// Counts `n` rows of a table, if it is written.
+    fn count(&mut self, table: Table, n: u64) {
+        if self.writers.wants(table) {
+            self.counts.rows[table as usize] += n;
         }
-        Ok(())
-    }
-}
-
-/// The open table files; `None` for a table that is not written.
-struct Writers {
-    files: [Option<Output>; 3],
-}
-
-impl Writers {
-    /// Writes nothing.
-    fn none() -> Self {
-        Self { files: [None, None, None] }
     }
 
-    fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
-        let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
-            if !wanted {
-                return Ok(None);
-            }
-            let mut file = folder.file(table.file())?;
-            let mut text = Text::default();
-            text.header(&table.columns(&study.setup)).map_err(|e| Error::Run(e.to_string()))?;
-            file.write(&text.into_bytes())?;
-            Ok(Some(file))
-        };
-        Ok(Self {
-            files: [
-                open(Table::Tuples, plan.tuples)?,
-                open(Table::Designs, study.output.designs)?,
-                open(Table::Distances, study.output.distances)?,
-            ],
-        })
+    /// Notes where rows stand in the whole, if this is a part.
+    fn place(&mut self, places: impl Iterator<Item = Place>) -> Result<(), Error> {
+        let bytes: Vec<u8> = places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
+        self.writers.place(&bytes)
     }
 
-    fn slot(&mut self, table: Table) -> (&mut Option<Output>, usize) {
-        let at = table as usize;
-        (&mut self.files[at], at)
-    }
-
-    fn wants(&self, table: Table) -> bool {
-        self.files[table as usize].is_some()
-    }
-
-    fn close(self) -> Result<(), Error> {
-        self.files.into_iter().flatten().try_for_each(Output::close)
+    /// Rows for the tables.
+    fn rows(&self) -> Rows {
+        Rows::new(self.writers.format)
     }
 }
 

@@ -4,16 +4,18 @@ use rayon::prelude::*;
 
 use super::super::Run;
 use super::super::grid::write_kept;
+use super::super::parted::Place;
 use super::super::select::{Best, Kept};
 use super::read::Tap;
-use super::{failed, profiles, reduction};
+use super::{profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
 use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
-    csv::Text,
+    pack::{Packed, Packer, Unpacker},
+    rows::{Rows, TableFormat},
     table::{AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Told;
@@ -56,16 +58,35 @@ pub(super) struct Reduced {
     champion: Option<(u32, Kept)>,
 }
 
+impl Packed for Reduced {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.left.deviation.len() as u64).pack(to);
+        self.left.deviation.iter().for_each(|x| x.pack(to));
+        self.left.status.iter().for_each(|x| x.pack(to));
+        self.k.pack(to);
+        self.best.pack(to);
+        self.champion.pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let n: u64 = from.take()?;
+        let deviation = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
+        let status = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
+        let (k, best, champion) = from.take()?;
+        Some(Self { left: Left { deviation, status }, k, best, champion })
+    }
+}
+
 /// What some designs rows come to.
-#[derive(Default)]
 pub(super) struct Part {
-    tuples: Text,
-    designs: Text,
+    tuples: Rows,
+    designs: Rows,
+    /// First row of each designs row that is written.
+    firsts: Vec<u32>,
     counts: Counts,
     left: Vec<(u32, f64, Status)>,
     k: Vec<(u32, f64)>,
     complete: Vec<(u32, Kept)>,
-    rows: u64,
 }
 
 impl Reduced {
@@ -89,8 +110,9 @@ impl Reduced {
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
-        let part = |(at, runs): (usize, &[&[Tap]])| -> csv::Result<Part> {
-            let mut part = Part::default();
+        let format = run.writers.format;
+        let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
+            let mut part = Part::new(format);
             for (k, taps) in (at * GRAIN..).zip(runs) {
                 let told = Told::by(&profiles, k);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
@@ -98,10 +120,16 @@ impl Reduced {
             Ok(part)
         };
         let parts = runs.par_chunks(GRAIN).enumerate().map(part);
-        let parts: Vec<Part> = parts.collect::<Result<_, _>>().map_err(failed)?;
+        let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for part in parts {
-            run.write(Table::Tuples, &part.tuples.into_bytes(), if tuples { part.counts.taps } else { 0 })?;
-            run.write(Table::Designs, &part.designs.into_bytes(), part.rows)?;
+            if tuples {
+                run.place(part.left.iter().map(|(row, ..)| Place::row(Table::Tuples, u64::from(*row))))?;
+            }
+            if run.writers.wants(Table::Designs) {
+                run.place(part.firsts.iter().map(|row| Place::row(Table::Designs, u64::from(*row))))?;
+            }
+            run.write(Table::Tuples, part.tuples, if tuples { part.counts.taps } else { 0 })?;
+            run.write(Table::Designs, part.designs, part.firsts.len() as u64)?;
             run.absorb(&part.counts);
             // What nobody waits for has no place.
             part.left.into_iter().for_each(|(row, deviation, status)| self.left.put(row, deviation, status));
@@ -143,6 +171,12 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
 }
 
 impl Part {
+    fn new(format: TableFormat) -> Self {
+        let (left, k, complete, firsts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (tuples, designs, counts) = (Rows::new(format), Rows::new(format), Counts::default());
+        Self { tuples, designs, firsts, counts, left, k, complete }
+    }
+
     /// The designs row of `taps`, all of its taps, and what tells their distances; whether to write the taps, and the row.
     pub(super) fn take(
         &mut self,
@@ -151,7 +185,7 @@ impl Part {
         designs: &[Design],
         (taps, told): (&[Tap], Told<'_>),
         (tuples, row_too): (bool, bool),
-    ) -> csv::Result<()> {
+    ) -> Result<(), Error> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
         let mut reduced = reduction(&study.setup, groups, design, number);
@@ -181,17 +215,17 @@ impl Part {
         if row_too {
             fields(
                 &AtDrive::COLUMNS,
-                &AtDrive { design: &design.tuple, drive: first.drive, row: &row, unit },
+                &AtDrive { design: &design.tuple, drive: first.drive, row: row.figures(), unit },
                 &mut values,
             );
             self.designs.row(&mut values)?;
-            self.rows += 1;
+            self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
         let rank = reduced.rank(0, study.output.by);
         self.complete.extend(rank.map(|rank| {
             let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
-            (number, Kept { rank, index, design, drive, row, unit })
+            (number, Kept { rank, index, design, drive, row: row.figures(), unit, charted: f32::NAN })
         }));
         Ok(())
     }

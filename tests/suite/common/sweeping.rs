@@ -100,7 +100,7 @@ pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> R
     }
     let (spec, choice) = (spec::parse("spec.toml", text, folder.path())?, place.choice());
     let (plan, stop) = (Plan::new(&spec.study, &choice)?, AtomicBool::new(false));
-    sweep::run(&spec, &plan, &choice, &Target { out, force: false, stop: &stop }, &mut Silent)
+    sweep::run(&spec, &plan, &choice, &Target::new(out, &stop), &mut Silent)
 }
 
 /// Sweeps the spec `text` and reads all tables.

@@ -1,0 +1,78 @@
+//! One part of a sweep: what `merge` must know of its rows beside the tables.
+
+use serde_json::{Value, json};
+
+use super::about::About;
+use super::select::Kept;
+use crate::chart::ranker::Ranker;
+use crate::plan::Plan;
+use crate::scene::{Space, Study};
+use crate::sink::pack::Unpacker;
+use crate::sink::shard::Shard;
+use crate::sink::table::Table;
+
+/// Where a row of a part stands in the whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Its table.
+    pub table: Table,
+    /// The ranked value of a row that was kept; else 0.
+    pub rank: f64,
+    /// What a chart ranked it by; NaN where none did.
+    pub charted: f32,
+    /// Place of its design and drive, or its row in the tuple file.
+    pub index: (u64, u32),
+}
+
+impl Place {
+    /// Bytes of one.
+    pub const BYTES: usize = 25;
+
+    /// Of a row that was kept.
+    pub(super) fn of(row: &Kept) -> Self {
+        Self { table: Table::Designs, rank: row.rank, charted: row.charted, index: row.index }
+    }
+
+    /// Of a row of a table, by a row of the tuple file.
+    pub(super) fn row(table: Table, row: u64) -> Self {
+        Self { table, rank: 0.0, charted: f32::NAN, index: (row, 0) }
+    }
+
+    /// As bytes.
+    pub fn bytes(self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[0] = self.table as u8;
+        bytes[1..9].copy_from_slice(&self.rank.to_le_bytes());
+        bytes[9..13].copy_from_slice(&self.charted.to_le_bytes());
+        bytes[13..21].copy_from_slice(&self.index.0.to_le_bytes());
+        bytes[21..].copy_from_slice(&self.index.1.to_le_bytes());
+        bytes
+    }
+
+    /// From bytes; `None` where they are none.
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let (table, rank, charted, index): (u8, _, _, _) = Unpacker(bytes).take()?;
+        let table = *Table::ALL.get(usize::from(table))?;
+        Some(Self { table, rank, charted, index })
+    }
+}
+
+/// What run.json says of a part.
+pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &About) -> Value {
+    let distances = match &study.space {
+        Space::Grid(_) => study.space.layout().map(|layout| layout.n_distances),
+        Space::List(_) | Space::File(_) => None,
+    };
+    json!({
+        "index": shard.index,
+        "of": shard.of,
+        "designs": { "from": about.designs.start, "to": about.designs.end, "of": plan.designs },
+        "format": about.format.name(),
+        "top": study.output.top,
+        "candidates": plan.ranker.as_deref().map(Ranker::keep),
+        "distances_each": distances,
+        "tables": super::writers::tables(study, plan),
+        "chart_taps": plan.ranker.as_ref().map(|r| r.sweeps().taps).or(plan.reader.as_ref().map(|r| r.sweeps().taps)),
+        "whole": about.whole,
+    })
+}
