@@ -42,6 +42,10 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole, byte for byte
+    Merge(Merge),
+    /// Write the job scripts that run a sweep on a cluster
+    Cluster(Cluster),
     /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
     Chart(Chart),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
@@ -69,6 +73,8 @@ impl Command {
             Self::Simulate(_) => "simulate",
             Self::Optimise(_) => "optimise",
             Self::Tap(_) => "tap",
+            Self::Merge(_) => "merge",
+            Self::Cluster(_) => "cluster",
             Self::Chart(_) => "chart",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
@@ -88,6 +94,8 @@ impl Command {
             Self::Simulate(s) => Some(&s.common),
             Self::Optimise(o) => Some(&o.common),
             Self::Tap(t) => Some(&t.common),
+            Self::Merge(m) => Some(&m.common),
+            Self::Cluster(c) => Some(&c.common),
             Self::Chart(c) => Some(&c.common),
             Self::Verify(v) => Some(&v.common),
             Self::Bench(b) => Some(&b.common),
@@ -179,6 +187,36 @@ pub struct Locate {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Parts of a sweep.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa merge results/million")]
+pub struct Merge {
+    /// Folders shard-i-of-n, or the folder that holds them, where the whole goes too unless --out says otherwise
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Jobs for a cluster.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa cluster slurm sweeps/million.toml --shards 64")]
+pub struct Cluster {
+    /// Which batch system
+    #[arg(value_parser = ["slurm"])]
+    pub system: String,
+    /// The spec of the sweep
+    pub spec: PathBuf,
+    /// Parts, each a task of the array
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub shards: u32,
+    /// Tasks that run at a time [default: as many as the cluster gives]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub at_a_time: Option<u32>,
     #[command(flatten)]
     pub common: Common,
 }

@@ -29,7 +29,9 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
         if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
-            say::warning("this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part");
+            say::warning(
+                "this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part",
+            );
         }
     }
     if args.explain {

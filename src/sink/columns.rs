@@ -126,6 +126,18 @@ impl Values {
 pub struct Columns(pub Vec<Values>);
 
 impl Columns {
+    /// None yet, of the table of a sweep that has columns of these names.
+    pub fn of(names: &[impl AsRef<str>]) -> Self {
+        Self(names.iter().map(|name| Values::named(name.as_ref())).collect())
+    }
+
+    /// Takes what there is and leaves nothing, of the same columns.
+    pub fn take(&mut self) -> Self {
+        let (all, n) = (self.clone(), self.len());
+        self.skip(n);
+        all
+    }
+
     /// Rows.
     pub fn len(&self) -> usize {
         self.0.first().map_or(0, Values::len)

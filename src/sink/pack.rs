@@ -225,18 +225,7 @@ impl Packed for Figures {
         let (n, values, status): (u64, [f64; 8], Status) = from.take()?;
         let [mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max] =
             values.map(|x| Some(x).filter(|x| !x.is_nan()));
-        Some(Self {
-            n,
-            mean,
-            sd,
-            error_rms,
-            error_max,
-            error_mean,
-            noise_rms,
-            strain_max,
-            force_max,
-            status,
-        })
+        Some(Self { n, mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max, status })
     }
 }
 
@@ -283,7 +272,11 @@ mod tests {
         let read: Option<(Vec<(u64, f64)>, Option<String>, (Status, [f32; 3]))> = Unpacker(body).take();
         assert_eq!(read, Some(value));
         for n in 0..body.len() {
-            assert!(Unpacker(&body[..n]).take::<(Vec<(u64, f64)>, Option<String>, (Status, [f32; 3]))>().is_none());
+            assert!(
+                Unpacker(&body[..n])
+                    .take::<(Vec<(u64, f64)>, Option<String>, (Status, [f32; 3]))>()
+                    .is_none()
+            );
             assert!(checked(&bytes[..n + CHECK]).is_none(), "{n}");
         }
         let huge = u64::MAX.to_le_bytes();

@@ -7,8 +7,8 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::folder::hash;
-use crate::backend::Backend;
 use super::pack::{Packed, Packer, Unpacker};
+use crate::backend::Backend;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::Spec;
 use crate::status::Status;

@@ -44,13 +44,15 @@ impl Shard {
     /// No array, or one of which only some tasks run: how many there are is not known then.
     pub fn of_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| {
-            let text = variable(name).ok_or_else(|| format!("{name} is not set: this is no task of a Slurm array"))?;
+            let text = variable(name)
+                .ok_or_else(|| format!("{name} is not set: this is no task of a Slurm array"))?;
             text.trim().parse::<u32>().map_err(|_| format!("{name} = {text} is no number"))
         };
         let all = ["ID", "COUNT", "MIN", "MAX"].map(|name| number(&format!("SLURM_ARRAY_TASK_{name}")));
         let [id, count, min, max] = all;
         let (id, count, min) = (id?, count?, min.unwrap_or(0));
-        let (max, step) = (max.unwrap_or(min + count.max(1) - 1), number("SLURM_ARRAY_TASK_STEP").unwrap_or(1).max(1));
+        let (max, step) =
+            (max.unwrap_or(min + count.max(1) - 1), number("SLURM_ARRAY_TASK_STEP").unwrap_or(1).max(1));
         if max < min || (max - min) / step + 1 != count || id < min || (id - min) / step >= count {
             return Err("this array does not number its tasks in even steps, so that which part each is cannot be told".into());
         }

@@ -1,7 +1,5 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
 
-use serde_json::Value;
-
 use super::csv::Text;
 use super::folder::{Folder, Mark, Output};
 use super::pack::{Packed, Packer, Unpacker};
@@ -9,7 +7,6 @@ use super::parquet;
 use super::rows::{Rows, TableFormat};
 use super::table::Table;
 use crate::error::Error;
-use crate::scene::Setup;
 
 /// A table on its way to its file.
 pub struct Sheet {
@@ -26,12 +23,12 @@ enum File {
 pub struct About<'a> {
     /// Which.
     pub table: Table,
-    /// Whose columns.
-    pub setup: &'a Setup,
+    /// Its columns.
+    pub columns: &'a [&'a str],
     /// Format.
     pub format: TableFormat,
     /// What its metadata say, where the format has any.
-    pub provenance: &'a Value,
+    pub provenance: &'a str,
 }
 
 impl About<'_> {
@@ -47,16 +44,16 @@ impl Sheet {
     /// # Errors
     /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
-        let (mut output, columns) = (folder.file(&about.name())?, about.table.columns(about.setup));
+        let (mut output, columns) = (folder.file(&about.name())?, about.columns);
         let file = match about.format {
             TableFormat::Csv => {
                 let mut text = Text::default();
-                text.header(&columns).map_err(|e| Error::Run(e.to_string()))?;
+                text.header(columns).map_err(|e| Error::Run(e.to_string()))?;
                 output.write(&text.into_bytes())?;
                 File::Csv(output)
             }
             TableFormat::Parquet => {
-                File::Parquet(Box::new(parquet::Writer::new(output, &columns, about.provenance)?))
+                File::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
             }
         };
         Ok(Self { file })
@@ -76,8 +73,7 @@ impl Sheet {
         Ok(match about.format {
             TableFormat::Csv => Some(Self { file: File::Csv(output) }),
             TableFormat::Parquet => {
-                let columns = about.table.columns(about.setup);
-                let writer = parquet::Writer::resume(output, &columns, about.provenance, state)?;
+                let writer = parquet::Writer::resume(output, about.columns, about.provenance, state)?;
                 writer.map(|writer| Self { file: File::Parquet(Box::new(writer)) })
             }
         })

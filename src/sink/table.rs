@@ -2,9 +2,9 @@
 
 use serde_json::Value;
 
+use super::rows::TableFormat;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use super::rows::TableFormat;
 use crate::scene::{Convention, Drive, Setup, Tuple};
 use crate::statistics::{DistanceRow, Figures};
 use crate::status::Status;

@@ -22,7 +22,7 @@ pub(super) struct About {
     /// Whether the places of its rows in the whole are written: where it is a part whose rows do not simply follow those of the part before.
     pub places: bool,
     /// Where the tables come from: the same for every part.
-    pub provenance: Value,
+    pub provenance: String,
     /// Everything of which the bytes of the tables are a function, hashed.
     pub identity: String,
     /// The same for all parts, whatever driver and instructions they were computed with.
@@ -42,7 +42,8 @@ impl About {
             "sweep",
             run_json::spec(spec),
             json!({ "in_force": question.lasting(), "backend": backend }),
-        );
+        )
+        .to_string();
         // Listed tuples are known by their hash.
         let study = &spec.study;
         let space = if listed { String::new() } else { format!("{:?}", study.space) };

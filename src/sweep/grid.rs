@@ -32,7 +32,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
                 Some(ranker) => charted::run(run, layout, ranker, (top, ranked))?,
                 None => ranked_rows(run, layout, (top, ranked))?,
             };
-            write_kept(run, &kept)?;
+            write_kept(run, &kept, &|row| row.index.0)?;
             (kept.iter().map(|k| k.index).collect(), 0)
         }
     };
@@ -167,8 +167,12 @@ pub(super) fn rank(
     })
 }
 
-/// Writes designs.csv of the kept rows, best first.
-pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
+/// Writes the designs table of the kept rows, best first; `design` numbers their designs.
+pub(super) fn write_kept(
+    run: &mut Run<'_>,
+    kept: &[Kept],
+    design: &dyn Fn(&Kept) -> u64,
+) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
     let (mut rows, mut values) = (run.rows(), Vec::new());
     for row in kept {
@@ -177,7 +181,7 @@ pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> 
         run.best.offer(row.clone());
     }
     run.write(Table::Designs, rows, kept.len() as u64)?;
-    run.place(kept.iter().map(Place::of))
+    run.place(kept.iter().map(|row| Place::of(row, design(row))))
 }
 
 /// Goes through `designs`, in order, writes `tables` and hands every design's candidates to `each`.

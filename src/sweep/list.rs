@@ -141,10 +141,18 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let of_designs = kept.as_ref().map(|rows| rows.iter().map(|r| key(&r.design)).collect::<HashSet<_>>());
     let wants_design = |t: &Tuple| of_designs.as_ref().is_none_or(|c| c.contains(&key(t)));
 
-    let listed = (tuples, rows.as_slice());
+    let first = |d: usize| rows[groups[d].rows[0].0];
+    let owner = |&(_, _, j): &(usize, usize, usize), group: &Group| rows[group.drives.first[j]];
+    let mut owners = vec![0; tuples.len()];
+    groups.iter().for_each(|g| g.rows.iter().for_each(|row| owners[row.0] = owner(row, g)));
+    let listed = (tuples, rows.as_slice(), owners.as_slice());
     write_tuples(run, listed, (&designs, &of_row, &all), (&outcomes, &estimates), &wants_row)?;
     match &kept {
-        Some(rows) => write_kept(run, rows)?,
+        Some(kept) => {
+            let of_key: HashMap<_, u64> =
+                designs.iter().enumerate().map(|(d, design)| (key(&design.tuple), first(d))).collect();
+            write_kept(run, kept, &|row| of_key.get(&key(&row.design)).copied().unwrap_or_default())?;
+        }
         None => write_rows(run, Table::Designs, (&designs, &rows), &groups, &all, &|_| true)?,
     }
     write_rows(run, Table::Distances, (&designs, &rows), &groups, &all, &wants_design)
@@ -187,7 +195,7 @@ type Reduced<'a> = [Reduction<'a>];
 
 fn write_tuples(
     run: &mut Run<'_>,
-    (tuples, places): (&[Tuple], &[u64]),
+    (tuples, places, owners): (&[Tuple], &[u64], &[u64]),
     (designs, of_row, reduced): (&[Design], &[u32], &Reduced<'_>),
     (outcomes, estimates): (&[Outcome], &[Estimated]),
     wanted: &(dyn Fn(&Tuple) -> bool + Sync),
@@ -197,7 +205,7 @@ fn write_tuples(
     }
     let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
     let format = run.writers.format;
-    run.place(rows.iter().map(|&r| Place::row(Table::Tuples, places[r])))?;
+    run.place(rows.iter().map(|&r| Place::row(Table::Tuples, places[r], owners[r])))?;
     for part in rows.chunks(CHUNK as usize) {
         let made = |rows: &[usize]| {
             let (mut text, mut values) = (Rows::new(format), Vec::new());
@@ -247,7 +255,8 @@ fn write_rows(
         match which {
             Table::Designs => {
                 let drive = groups[d].drives.values[place];
-                let row = AtDrive { design: &designs[d].tuple, drive, row: reduced.drives[place].figures(), unit };
+                let row =
+                    AtDrive { design: &designs[d].tuple, drive, row: reduced.drives[place].figures(), unit };
                 fields(&AtDrive::COLUMNS, &row, &mut values);
             }
             _ => {
@@ -259,7 +268,8 @@ fn write_rows(
         text.row(&mut values)?;
     }
     if run.writers.wants(which) {
-        run.place(order.iter().map(|(row, ..)| Place::row(which, rows[*row])))?;
+        let first = |d: usize| rows[groups[d].rows[0].0];
+        run.place(order.iter().map(|(row, d, _)| Place::row(which, rows[*row], first(*d))))?;
     }
     run.write(which, text, order.len() as u64)
 }

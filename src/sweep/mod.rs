@@ -43,10 +43,11 @@ use crate::sink::{
 use about::About;
 pub use keep::EVERY;
 use keep::Keeper;
-use parted::Place;
+pub use parted::Place;
 pub use probe::seconds;
 use select::Best;
 pub use select::Kept;
+pub use writers::PLACES;
 use writers::Writers;
 
 /// Rows that the summary shows.
@@ -110,8 +111,7 @@ pub fn run(
     let question = Question::of_scene("sweep", spec, asked);
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let (mut folder, left) =
-        Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
+    let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
     let method = choice.open(&study.setup.model)?;
     let open = start.elapsed();
     let head = left.as_ref().map(|left| left.head.clone());
@@ -367,7 +367,8 @@ impl<'a> Run<'a> {
 
     /// Notes where rows stand in the whole, if this is a part.
     fn place(&mut self, places: impl Iterator<Item = Place>) -> Result<(), Error> {
-        let bytes: Vec<u8> = places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
+        let bytes: Vec<u8> =
+            places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
         self.writers.place(&bytes)
     }
 

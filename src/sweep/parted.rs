@@ -20,22 +20,24 @@ pub struct Place {
     pub rank: f64,
     /// What a chart ranked it by; NaN where none did.
     pub charted: f32,
-    /// Place of its design and drive, or its row in the tuple file.
+    /// Place of its design and drive, or its row in the tuple file: of a designs or distances row the first.
     pub index: (u64, u32),
+    /// In a tuple file: of a tap, the first row of its designs row; of a designs or distances row, a number of its design.
+    pub owner: u64,
 }
 
 impl Place {
     /// Bytes of one.
-    pub const BYTES: usize = 25;
+    pub const BYTES: usize = 33;
 
-    /// Of a row that was kept.
-    pub(super) fn of(row: &Kept) -> Self {
-        Self { table: Table::Designs, rank: row.rank, charted: row.charted, index: row.index }
+    /// Of a row that was kept, of the design `owner`.
+    pub(super) fn of(row: &Kept, owner: u64) -> Self {
+        Self { table: Table::Designs, rank: row.rank, charted: row.charted, index: row.index, owner }
     }
 
     /// Of a row of a table, by a row of the tuple file.
-    pub(super) fn row(table: Table, row: u64) -> Self {
-        Self { table, rank: 0.0, charted: f32::NAN, index: (row, 0) }
+    pub(super) fn row(table: Table, row: u64, owner: u64) -> Self {
+        Self { table, rank: 0.0, charted: f32::NAN, index: (row, 0), owner }
     }
 
     /// As bytes.
@@ -45,15 +47,17 @@ impl Place {
         bytes[1..9].copy_from_slice(&self.rank.to_le_bytes());
         bytes[9..13].copy_from_slice(&self.charted.to_le_bytes());
         bytes[13..21].copy_from_slice(&self.index.0.to_le_bytes());
-        bytes[21..].copy_from_slice(&self.index.1.to_le_bytes());
+        bytes[21..25].copy_from_slice(&self.index.1.to_le_bytes());
+        bytes[25..].copy_from_slice(&self.owner.to_le_bytes());
         bytes
     }
 
     /// From bytes; `None` where they are none.
     pub fn read(bytes: &[u8]) -> Option<Self> {
-        let (table, rank, charted, index): (u8, _, _, _) = Unpacker(bytes).take()?;
-        let table = *Table::ALL.get(usize::from(table))?;
-        Some(Self { table, rank, charted, index })
+        let (mut bytes, all) = (Unpacker(bytes), Table::ALL);
+        let (table, rank, charted): (u8, _, _) = bytes.take()?;
+        let (index, owner) = bytes.take()?;
+        Some(Self { table: *all.get(usize::from(table))?, rank, charted, index, owner })
     }
 }
 

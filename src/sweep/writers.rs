@@ -11,7 +11,7 @@ use crate::sink::sheet::{self, Sheet};
 use crate::sink::table::Table;
 
 /// Where each row of a part stands in the whole, for `merge`.
-pub(super) const PLACES: &str = "places.bin";
+pub const PLACES: &str = "places.bin";
 
 /// The open table files; `None` for a table that is not written.
 pub(super) struct Writers {
@@ -29,7 +29,12 @@ fn wanted(study: &Study, plan: &Plan) -> [bool; 3] {
 
 /// Names of the tables that are written.
 pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    Table::ALL.into_iter().zip(wanted(study, plan)).filter(|(_, wanted)| *wanted).map(|(t, _)| t.name()).collect()
+    Table::ALL
+        .into_iter()
+        .zip(wanted(study, plan))
+        .filter(|(_, wanted)| *wanted)
+        .map(|(t, _)| t.name())
+        .collect()
 }
 
 /// Names of the files that are written.
@@ -50,7 +55,8 @@ impl Writers {
         let mut files = [None, None, None];
         for (table, file) in Table::ALL.into_iter().zip(&mut files) {
             if wanted(study, plan)[table as usize] {
-                *file = Some(Sheet::new(folder, &about.sheet(table, study))?);
+                let columns = table.columns(&study.setup);
+                *file = Some(Sheet::new(folder, &about.sheet(table, &columns))?);
             }
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
@@ -68,7 +74,8 @@ impl Writers {
         let mut files = [None, None, None];
         for (table, file) in Table::ALL.into_iter().zip(&mut files) {
             if wanted(study, plan)[table as usize] {
-                let Some(sheet) = Sheet::resume(folder, &about.sheet(table, study), state)? else {
+                let columns = table.columns(&study.setup);
+                let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
                     return Ok(None);
                 };
                 *file = Some(sheet);
@@ -121,7 +128,7 @@ impl Writers {
 }
 
 impl About {
-    fn sheet<'a>(&'a self, table: Table, study: &'a Study) -> sheet::About<'a> {
-        sheet::About { table, setup: &study.setup, format: self.format, provenance: &self.provenance }
+    fn sheet<'a>(&'a self, table: Table, columns: &'a [&'a str]) -> sheet::About<'a> {
+        sheet::About { table, columns, format: self.format, provenance: &self.provenance }
     }
 }

@@ -27,9 +27,10 @@ pub use disk::{hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
 pub use question::Question;
+pub use record::Listed;
 use record::RUN;
-use work::{Made, Partial, Saving};
 pub use work::{Head, Left, WORK};
+use work::{Made, Partial, Saving};
 
 /// Start of the names that this program uses for itself in and beside result folders.
 const PREFIX: &str = ".vibrissa-";
@@ -195,7 +196,9 @@ impl Folder {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
                 Err(e) => return Err(failed(e)),
             }
-            let Asked::Held(lock) = Lock::wait(&self.target, RESULT).map_err(failed)? else { return Ok(false) };
+            let Asked::Held(lock) = Lock::wait(&self.target, RESULT).map_err(failed)? else {
+                return Ok(false);
+            };
             self._outer = Some(std::mem::replace(&mut self.lock, lock));
             self.inside = true;
         }

@@ -33,6 +33,9 @@ pub const GROUP: usize = 1 << 17;
 /// Version of the format by which readers choose what they expect.
 const VERSION: i32 = 1;
 
+/// Where a table comes from, in its metadata.
+const PROVENANCE: &str = "vibrissa.provenance";
+
 const MAGIC: &[u8] = b"PAR1";
 /// Bytes behind the metadata: its length and the magic word.
 const TAIL: usize = 8;
@@ -72,16 +75,16 @@ fn schema(columns: &[&str]) -> Result<SchemaDescPtr, ParquetError> {
 
 impl Writer {
     /// A table of `columns` in the new file `output`; `provenance` is what its metadata say of where it comes from.
-    pub fn new(mut output: Output, columns: &[&str], provenance: &Value) -> Result<Self, Error> {
+    pub fn new(mut output: Output, columns: &[&str], provenance: &str) -> Result<Self, Error> {
         output.write(MAGIC)?;
-        let waiting = Columns(columns.iter().map(|name| Values::named(name)).collect());
+        let waiting = Columns::of(columns);
         Self::with(output, columns, provenance, Vec::new(), waiting)
     }
 
     fn with(
         output: Output,
         columns: &[&str],
-        provenance: &Value,
+        provenance: &str,
         groups: Vec<RowGroupMetaData>,
         waiting: Columns,
     ) -> Result<Self, Error> {
@@ -90,7 +93,7 @@ impl Writer {
             columns.iter().map(|name| ((*name).to_owned(), json!(unit(name)))).collect();
         let fact = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
         let facts = vec![
-            fact("vibrissa.provenance", provenance.to_string()),
+            fact(PROVENANCE, provenance.to_owned()),
             fact("vibrissa.units", Value::Object(units).to_string()),
         ];
         let properties = encode::properties(columns);
@@ -101,7 +104,7 @@ impl Writer {
     pub fn resume(
         output: Output,
         columns: &[&str],
-        provenance: &Value,
+        provenance: &str,
         state: &mut Unpacker<'_>,
     ) -> Result<Option<Self>, Error> {
         let Some((footer, waiting)) = state.take::<(Vec<u8>, Columns)>() else { return Ok(None) };
@@ -109,7 +112,8 @@ impl Writer {
         // As they were written, so that they are written so again.
         options.set_encoding_stats_as_mask(false);
         let body = &footer[..footer.len().saturating_sub(TAIL)];
-        let read = ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options)).map_err(failed)?;
+        let read =
+            ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options)).map_err(failed)?;
         if waiting.width() != columns.len() {
             return Ok(None);
         }

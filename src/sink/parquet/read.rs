@@ -28,6 +28,19 @@ impl Reader {
         Ok(Self { path: path.to_owned(), file, next: 0 })
     }
 
+    /// Names of its columns.
+    pub fn columns(&self) -> Vec<String> {
+        let schema = self.file.metadata().file_metadata().schema_descr();
+        schema.columns().iter().map(|column| column.name().to_owned()).collect()
+    }
+
+    /// What it says of where it comes from.
+    pub fn provenance(&self) -> String {
+        let facts = self.file.metadata().file_metadata().key_value_metadata();
+        let fact = facts.into_iter().flatten().find(|fact| fact.key == super::PROVENANCE);
+        fact.and_then(|fact| fact.value.clone()).unwrap_or_default()
+    }
+
     /// The rows of the next group; `None` after the last.
     ///
     /// # Errors
@@ -48,7 +61,10 @@ fn unreadable(path: &Path, e: &ParquetError) -> Error {
 
 fn columns(group: &dyn RowGroupReader) -> Result<Columns> {
     let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-    (0..group.num_columns()).map(|at| column(group.get_column_reader(at)?, rows)).collect::<Result<_>>().map(Columns)
+    (0..group.num_columns())
+        .map(|at| column(group.get_column_reader(at)?, rows))
+        .collect::<Result<_>>()
+        .map(Columns)
 }
 
 fn column(reader: ColumnReader, rows: usize) -> Result<Values> {

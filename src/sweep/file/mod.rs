@@ -37,11 +37,14 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
             (0, Reduced::new(rows, numbers, study.output.top), None)
         }
     };
+    if run.part {
+        all = all.with_firsts(groups);
+    }
     let (kept, from) = match kept {
         Some(kept) => (kept, from),
         None => {
             reduce_all(run, file, &mut all, (order.as_deref(), once), from)?;
-            (all.finish(run)?, 0)
+            (all.finish(run, groups)?, 0)
         }
     };
     drop(order);
@@ -49,7 +52,7 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
         write_tuples(run, file, &all, &kept, from)?;
     }
     if distances {
-        write_distances(run, file, &all.left, kept.as_deref())?;
+        write_distances(run, file, &all, kept.as_deref())?;
     }
     Ok(())
 }

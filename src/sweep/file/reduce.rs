@@ -56,6 +56,8 @@ pub(super) struct Reduced {
     best: Option<Best>,
     /// Best row so far of the design at hand, where designs compete.
     champion: Option<(u32, Kept)>,
+    /// First row of each designs row, of a part.
+    firsts: Vec<u32>,
 }
 
 impl Packed for Reduced {
@@ -73,7 +75,7 @@ impl Packed for Reduced {
         let deviation = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
         let status = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
         let (k, best, champion) = from.take()?;
-        Some(Self { left: Left { deviation, status }, k, best, champion })
+        Some(Self { left: Left { deviation, status }, k, best, champion, firsts: Vec::new() })
     }
 }
 
@@ -92,7 +94,24 @@ pub(super) struct Part {
 impl Reduced {
     /// Nothing yet; what is left is kept of `rows` rows, K̄ of `numbers` designs rows, and the best `top` are ranked.
     pub(super) fn new(rows: usize, numbers: usize, top: Option<usize>) -> Self {
-        Self { left: Left::of(rows), k: vec![f64::NAN; numbers], best: top.map(Best::new), champion: None }
+        Self {
+            left: Left::of(rows),
+            k: vec![f64::NAN; numbers],
+            best: top.map(Best::new),
+            champion: None,
+            firsts: Vec::new(),
+        }
+    }
+
+    /// Notes the first row of each designs row.
+    pub(super) fn with_firsts(mut self, groups: &Groups) -> Self {
+        for (row, number) in (0..).zip(&groups.drives) {
+            // Numbers are those of first appearance.
+            if *number as usize == self.firsts.len() {
+                self.firsts.push(row);
+            }
+        }
+        self
     }
 
     /// Reduces whole designs rows, and writes them unless they are ranked; `tuples`: their taps too.
@@ -123,10 +142,10 @@ impl Reduced {
         let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for part in parts {
             if tuples {
-                run.place(part.left.iter().map(|(row, ..)| Place::row(Table::Tuples, u64::from(*row))))?;
+                run.place(part.left.iter().map(|(row, ..)| self.place(groups, Table::Tuples, *row)))?;
             }
             if run.writers.wants(Table::Designs) {
-                run.place(part.firsts.iter().map(|row| Place::row(Table::Designs, u64::from(*row))))?;
+                run.place(part.firsts.iter().map(|row| self.place(groups, Table::Designs, *row)))?;
             }
             run.write(Table::Tuples, part.tuples, if tuples { part.counts.taps } else { 0 })?;
             run.write(Table::Designs, part.designs, part.firsts.len() as u64)?;
@@ -146,13 +165,23 @@ impl Reduced {
         Ok(())
     }
 
+    /// Where a row of the file stands in the whole.
+    pub(super) fn place(&self, groups: &Groups, table: Table, row: u32) -> Place {
+        let at = row as usize;
+        let owner = match table {
+            Table::Tuples => self.firsts.get(groups.drives[at] as usize).map_or(0, |first| u64::from(*first)),
+            _ => u64::from(groups.designs[at]),
+        };
+        Place::row(table, u64::from(row), owner)
+    }
+
     /// Writes the best rows, where rows are ranked.
-    pub(super) fn finish(&mut self, run: &mut Run<'_>) -> Result<Option<Vec<Kept>>, Error> {
+    pub(super) fn finish(&mut self, run: &mut Run<'_>, groups: &Groups) -> Result<Option<Vec<Kept>>, Error> {
         let Some(mut best) = self.best.take() else { return Ok(None) };
         self.champion.take().into_iter().for_each(|(_, row)| best.offer(row));
         run.counts.complete = Some(best.offered);
         let kept = best.into_rows();
-        write_kept(run, &kept)?;
+        write_kept(run, &kept, &|row| u64::from(groups.designs[row.index.0 as usize]))?;
         Ok(Some(kept))
     }
 }

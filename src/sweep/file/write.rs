@@ -5,10 +5,9 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::super::Run;
-use super::super::parted::Place;
 use super::super::select::Kept;
 use super::read::{Reader, Tap, is_own, solve};
-use super::reduce::{Left, Reduced};
+use super::reduce::Reduced;
 use super::{pack_written, profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
@@ -77,7 +76,7 @@ pub(super) fn write_tuples(
         let texts: Vec<_> = batch.par_chunks(1 << 13).map(text).collect::<Result<_, _>>()?;
         texts.into_iter().try_for_each(|text| run.write(Table::Tuples, text, 0))?;
         run.count(Table::Tuples, batch.len() as u64);
-        run.place(batch.iter().map(|tap| Place::row(Table::Tuples, u64::from(tap.row))))?;
+        run.place(batch.iter().map(|tap| all.place(groups, Table::Tuples, tap.row)))?;
         let place = reader.at.1 as u64;
         run.complete((place, reader.len as u64, "taps"), |to| pack_written((place, all, kept), to))?;
     }
@@ -95,7 +94,7 @@ pub(super) fn marked(kept: &[Kept], numbers: &[u32], n: u64) -> Vec<bool> {
 pub(super) fn write_distances(
     run: &mut Run<'_>,
     file: &Listed,
-    left: &Left,
+    all: &Reduced,
     kept: Option<&[Kept]>,
 ) -> Result<(), Error> {
     let (study, groups) = (run.study, file.groups());
@@ -113,7 +112,7 @@ pub(super) fn write_distances(
             continue;
         }
         let mut reduced = DistanceRow::default();
-        for (deviation, status) in same.iter().map(|&row| left.at(row)) {
+        for (deviation, status) in same.iter().map(|&row| all.left.at(row)) {
             reduced.status |= status;
             if status.counts() {
                 reduced.deviation.push(deviation);
@@ -125,10 +124,11 @@ pub(super) fn write_distances(
             design = Design::new(&study.setup, tuple);
         }
         let unit = design.elongation(&study.setup);
-        let reduced = AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
+        let reduced =
+            AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
         fields(&AtDistance::COLUMNS, &reduced, &mut values);
         text.row(&mut values)?;
-        run.place(std::iter::once(Place::row(Table::Distances, u64::from(row))))?;
+        run.place(std::iter::once(all.place(groups, Table::Distances, row)))?;
         rows += 1;
         if text.weight() > 1 << 20 {
             let text = text.take();
