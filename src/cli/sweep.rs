@@ -47,8 +47,15 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     if !quiet {
         say::line(headline(&spec, &plan, &choice.backend));
+        if let Some(shard) = args.shard {
+            let (designs, taps) = (shard.designs(plan.designs), grouped(plan.taps_of(args.shard)));
+            let (from, to) = (grouped(designs.start + 1), grouped(designs.end));
+            let which =
+                if designs.is_empty() { "no design".to_owned() } else { format!("designs {from} to {to}") };
+            say::line(format_args!("part {shard}: {which}, {taps} taps"));
+        }
     }
-    let mut progress = Shown::new(plan.taps, quiet);
+    let mut progress = Shown::new(plan.taps_of(args.shard), quiet);
     let target = Target {
         out: &out,
         force: options.force == Some(true),

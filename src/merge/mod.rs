@@ -72,7 +72,7 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
     }
-    let run = record::whole(&parts, rows, start.elapsed().as_secs_f64(), &out);
+    let run = record::whole(&parts, (rows, orders.kept()), start.elapsed().as_secs_f64(), &out);
     folder.run_json(&run)?;
     let Written { files, removed, .. } = folder.finish()?;
     Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })

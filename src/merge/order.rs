@@ -26,6 +26,8 @@ pub(super) enum Orders {
 pub(super) struct Kept {
     /// Place of their design and drive, or first row in the tuple file.
     rows: HashSet<(u64, u32)>,
+    /// First row of each in the tuple file.
+    firsts: HashSet<u64>,
     /// Their designs.
     designs: HashSet<u64>,
 }
@@ -44,6 +46,14 @@ impl Orders {
         let places = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
         let kept = parts[0].number("top").map(|top| kept(&places, top, parts[0].number("candidates")));
         Ok(Self::Places { parts: places, kept, distances: parts[0].number("distances_each") })
+    }
+
+    /// How many rows `top` keeps; `None` where it is not asked for.
+    pub fn kept(&self) -> Option<u64> {
+        match self {
+            Self::Places { kept: Some(kept), .. } => Some(kept.rows.len() as u64),
+            _ => None,
+        }
     }
 
     /// Writes the rows of `table`; how many.
@@ -94,6 +104,7 @@ fn kept(parts: &[[Vec<Place>; 3]], top: u64, candidates: Option<u64>) -> Kept {
     charted.truncate(top as usize);
     Kept {
         rows: charted.iter().map(|place| place.index).collect(),
+        firsts: charted.iter().map(|place| place.index.0).collect(),
         designs: charted.iter().map(|place| place.owner).collect(),
     }
 }
@@ -114,7 +125,7 @@ fn keys(
     };
     match (table, distances) {
         (Table::Designs, _) => listed(&|place| is_kept(place.index)),
-        (Table::Tuples, None) => listed(&|place| is_kept((place.owner, 0))),
+        (Table::Tuples, None) => listed(&|place| kept.is_none_or(|kept| kept.firsts.contains(&place.owner))),
         (Table::Distances, None) => listed(&|place| design_kept(place.owner)),
         // Of a grid: designs in order, then distances, then the drives that the part kept.
         (_, Some(n)) => {

@@ -30,7 +30,7 @@ fn largest(parts: &[Part], of: impl Fn(&Value) -> &Value) -> Value {
 }
 
 /// Taps, rows and words of all parts together.
-fn counts(parts: &[Part], rows: [u64; 3]) -> Value {
+fn counts(parts: &[Part], (rows, kept): ([u64; 3], Option<u64>)) -> Value {
     let mut counts = parts[0].run["counts"].clone();
     let mut status = serde_json::Map::new();
     for (word, n) in parts.iter().filter_map(|part| part.run["counts"]["status"].as_object()).flatten() {
@@ -53,16 +53,13 @@ fn counts(parts: &[Part], rows: [u64; 3]) -> Value {
     counts["sweeps_max"] = largest(parts, |run| &run["counts"]["sweeps_max"]);
     if !counts["complete_rows"].is_null() {
         counts["complete_rows"] = sum(parts, |run| &run["counts"]["complete_rows"]);
-        counts["kept_rows"] = match parts[0].number("top") {
-            Some(top) => counts["complete_rows"].as_u64().map(|n| n.min(top)).into(),
-            None => Value::Null,
-        };
+        counts["kept_rows"] = kept.into();
     }
     counts
 }
 
 /// The whole document; its seconds are those of the parts together, and of the merge.
-pub(super) fn whole(parts: &[Part], rows: [u64; 3], merging: f64, out: &Path) -> Value {
+pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64, out: &Path) -> Value {
     let mut run = parts[0].run.clone();
     let counts = counts(parts, rows);
     run["in_force"] = in_force(&parts[0], out);

@@ -11,6 +11,7 @@ use crate::backend::Choice;
 use crate::chart::{ranker::Ranker, reader::Reader};
 use crate::error::InputError;
 use crate::scene::{Geometry, Space, Study, Theory, Tuple};
+use crate::sink::shard::Shard;
 
 /// Taps that are evaluated together.
 pub const CHUNK: u64 = 1 << 17;
@@ -109,6 +110,13 @@ impl Plan {
 }
 
 impl Plan {
+    /// Taps of a part, about: where designs differ in their taps, those of a mean one.
+    pub fn taps_of(&self, shard: Option<Shard>) -> u64 {
+        let Some(designs) = shard.map(|shard| shard.designs(self.designs)) else { return self.taps };
+        let share = u128::from(self.taps) * u128::from(designs.end - designs.start);
+        (share / u128::from(self.designs.max(1))) as u64
+    }
+
     /// Taps that are evaluated together, between which a sweep can stop: fewer where each takes long.
     pub fn together(&self) -> u64 {
         if self.solved == Way::Reference { CHUNK / 64 } else { CHUNK }

@@ -5,7 +5,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::Run;
-use super::grid::{At, pack_ranked, rank, task};
+use super::at::{At, pack_ranked};
+use super::grid::{rank, task};
 use super::select::{Best, Kept};
 use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;

@@ -37,7 +37,8 @@ fn sweep(text: &str, list: &str, place: Place, out: &Path, stopping: bool) -> (R
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("list.csv"), list).unwrap();
     let (spec, choice) = (spec::parse("spec.toml", text, folder.path()).unwrap(), place.choice());
-    let (plan, stop, never) = (Plan::new(&spec.study, &choice).unwrap(), AtomicBool::new(false), AtomicBool::new(false));
+    let (plan, stop, never) =
+        (Plan::new(&spec.study, &choice).unwrap(), AtomicBool::new(false), AtomicBool::new(false));
     let mut progress = Stops { stop: if stopping { &stop } else { &never }, notes: AtomicU64::new(0) };
     let target = Target { every: Duration::ZERO, ..Target::new(out, &stop) };
     let result = sweep::run(&spec, &plan, &choice, &target, &mut progress);
@@ -99,7 +100,9 @@ fn a_grid_goes_on_from_every_batch() {
 /// One design larger than a chunk each.
 #[test]
 fn large_designs_go_on_from_each() {
-    let text = linear("distances = false\nformat = \"parquet\"").replace("steps = 150", "steps = 380").replace("steps = 9", "steps = 2");
+    let text = linear("distances = false\nformat = \"parquet\"")
+        .replace("steps = 150", "steps = 380")
+        .replace("steps = 9", "steps = 2");
     assert!(stopped_everywhere(&text, "", CPU_F64) >= 3);
 }
 
@@ -125,12 +128,20 @@ fn tuple_files_go_on() {
     let rows = |n: usize| {
         let row = |i: usize| {
             let design = i * 7919 % 97;
-            format!("10.000000,{:.6},50.000000,{:.6},2.00000,{:.6},{:.6}\n", 4.0 + 0.05 * (design % 20) as f64, 3.0 + 0.05 * (design / 20) as f64, 21.0 + (i % 27) as f64, 1.0 + 0.5 * (i % 3) as f64)
+            format!(
+                "10.000000,{:.6},50.000000,{:.6},2.00000,{:.6},{:.6}\n",
+                4.0 + 0.05 * (design % 20) as f64,
+                3.0 + 0.05 * (design / 20) as f64,
+                21.0 + (i % 27) as f64,
+                1.0 + 0.5 * (i % 3) as f64
+            )
         };
         format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..n).map(row).collect::<String>())
     };
     let listed = |output: &str| {
-        format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\n{output}\n")
+        format!(
+            "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\n{output}\n"
+        )
     };
     let (held, read) = (rows(140_000), rows(300_000));
     assert!((held.len() as u64) < 8 << 20 && read.len() as u64 > 8 << 20);
@@ -151,7 +162,11 @@ fn stopped() -> Desk {
     let desk = Desk::new(&linear("tuples = false"));
     let ran = run_limited(&desk, &[]);
     assert_eq!(ran.0, 1, "{}", ran.1);
-    assert!(ran.1.contains(" of 18 designs are kept in out, and the same command goes on with them"), "{}", ran.1);
+    assert!(
+        ran.1.contains(" of 18 designs are kept in out, and the same command goes on with them"),
+        "{}",
+        ran.1
+    );
     assert_eq!(desk.names("out"), [WORK]);
     desk
 }
@@ -212,11 +227,17 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
     let spec = desk.read("spec.toml");
     let other = spec.replace("noise_strain = 1e-6", "noise_strain = 2e-6");
     as_if_long(&desk);
-    for (text, more) in [(&other, &[][..]), (&spec, &["--precision", "f32"]), (&spec, &["--tolerance", "1e-7"])] {
+    for (text, more) in
+        [(&other, &[][..]), (&spec, &["--precision", "f32"]), (&spec, &["--tolerance", "1e-7"])]
+    {
         desk.write("spec.toml", text);
         let line = [&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat();
         let ran = desk.run(&line).exits(2);
-        assert!(ran.stderr.contains("an unfinished run of 4000 s") && ran.stderr.contains("--force"), "{}", ran.stderr);
+        assert!(
+            ran.stderr.contains("an unfinished run of 4000 s") && ran.stderr.contains("--force"),
+            "{}",
+            ran.stderr
+        );
     }
     // Other commands.
     desk.write("rig.toml", SPEC.replace("d = [4, 7]", "d = 4"));
@@ -250,7 +271,12 @@ fn damaged_work_is_told_and_given_up_by_force() {
         bytes
     };
     let kept = || (std::fs::read(&state).unwrap(), std::fs::read(&table).unwrap());
-    for (bytes, words) in [(&good[..good.len() - 1], "damaged"), (&flipped(&good, 3), "damaged"), (&flipped(&good, good.len() / 2), "damaged"), (&[], "damaged")] {
+    for (bytes, words) in [
+        (&good[..good.len() - 1], "damaged"),
+        (&flipped(&good, 3), "damaged"),
+        (&flipped(&good, good.len() / 2), "damaged"),
+        (&[], "damaged"),
+    ] {
         std::fs::write(&state, bytes).unwrap();
         let ran = go_on(&desk, &[]).exits(2);
         assert!(ran.stderr.contains(words) && ran.stderr.contains("--force"), "{}", ran.stderr);
@@ -280,7 +306,10 @@ fn what_is_no_work_is_left_alone() {
             let ran = desk.sweep(&[&["--out", "out"], more].concat()).exits(2);
             assert!(ran.stderr.contains(WORK), "{}", ran.stderr);
         }
-        assert_eq!((desk.names("out"), desk.names("mine")), (vec![WORK.to_owned()], vec!["notes.txt".to_owned()]));
+        assert_eq!(
+            (desk.names("out"), desk.names("mine")),
+            (vec![WORK.to_owned()], vec!["notes.txt".to_owned()])
+        );
     };
     symlink("../mine", &work).unwrap();
     refused();

@@ -52,21 +52,28 @@ fn python() -> std::path::PathBuf {
 #[test]
 fn pandas_polars_and_duckdb_read_what_csv_says() {
     // Designs that are no whiskers, taps that slip off, one drive without a spread.
-    let spec = SPEC.replace("d = [4, 7]", "d = [2, 4, 7, 10]").replace("theta = [1, 4]", "theta = [1, 4, 20, 40]").replace("x_ss = 5", "x_ss = [5, 49]");
+    let spec = SPEC
+        .replace("d = [4, 7]", "d = [2, 4, 7, 10]")
+        .replace("theta = [1, 4]", "theta = [1, 4, 20, 40]")
+        .replace("x_ss = 5", "x_ss = [5, 49]");
     let desk = Desk::new(&spec);
     desk.write("pq/spec.toml", format!("{spec}[output]\nformat = \"parquet\"\n"));
     desk.sweep(&["--out", "csv"]).exits(0);
     desk.run(&["sweep", "pq/spec.toml", "--backend", "cpu", "--out", "parquet"]).exits(0);
     assert_eq!(desk.names("parquet"), ["designs.parquet", "distances.parquet", "run.json", "tuples.parquet"]);
     desk.whole("parquet");
-    let ran = std::process::Command::new(python()).current_dir(desk.path(".")).args(["-c", READ]).output().unwrap();
+    let ran =
+        std::process::Command::new(python()).current_dir(desk.path(".")).args(["-c", READ]).output().unwrap();
     let said = String::from_utf8_lossy(&ran.stderr).into_owned();
     assert!(ran.status.success(), "{said}");
 }
 
 #[test]
 fn an_empty_table_has_its_columns() {
-    let desk = Desk::new(&format!("{}[output]\nformat = \"parquet\"\ntop = 5\n", SPEC.replace("a = [21, 33, 48]", "a = 0.5")));
+    let desk = Desk::new(&format!(
+        "{}[output]\nformat = \"parquet\"\ntop = 5\n",
+        SPEC.replace("a = [21, 33, 48]", "a = 0.5")
+    ));
     desk.sweep(&["--out", "out"]).exits(0);
     let file = std::fs::File::open(desk.path("out/designs.parquet")).unwrap();
     let mut reader = vibrissa::sink::parquet::Reader::new(&desk.path("out/designs.parquet"), file).unwrap();

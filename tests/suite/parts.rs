@@ -41,7 +41,8 @@ fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 /// What of the counts does not depend on how a sweep was cut.
 fn counted(folder: &Path) -> Vec<Value> {
-    let run: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    let run: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
     let keys = ["taps", "tuples", "designs", "distances", "status", "complete_rows", "kept_rows"];
     keys.iter().map(|key| run["counts"][*key].clone()).collect()
 }
@@ -68,7 +69,8 @@ const GAUGE: &str = "[gauge]\nx_ss = [5, 8]\nl = 2\nnoise_strain = 1e-6\n";
 const TAP: &str = "[tap]\na = { from = 15, to = 48, steps = 5 }\ntheta = { from = 1, to = 12, steps = 7 }\n";
 
 fn grid(designs: usize, output: &str) -> String {
-    let whisker = format!("[whisker]\nD = [8, 10]\nd = {{ from = 3, to = 9, steps = {designs} }}\nL_a = [40, 50]\n");
+    let whisker =
+        format!("[whisker]\nD = [8, 10]\nd = {{ from = 3, to = 9, steps = {designs} }}\nL_a = [40, 50]\n");
     format!("{whisker}{GAUGE}{TAP}[output]\n{output}\n")
 }
 
@@ -120,7 +122,13 @@ fn parts_give_the_bytes_of_the_whole() {
 fn large_parts_give_the_bytes_of_the_whole() {
     let row = |i: usize| {
         let design = i * 7919 % 97;
-        format!("10.000000,{:.6},50.000000,{:.6},2.0000,{:.6},{:.6}\n", 4.0 + 0.05 * (design % 20) as f64, 3.0 + 0.05 * (design / 20) as f64, 21.0 + (i % 27) as f64, 1.0 + 0.5 * (i % 3) as f64)
+        format!(
+            "10.000000,{:.6},50.000000,{:.6},2.0000,{:.6},{:.6}\n",
+            4.0 + 0.05 * (design % 20) as f64,
+            3.0 + 0.05 * (design / 20) as f64,
+            21.0 + (i % 27) as f64,
+            1.0 + 0.5 * (i % 3) as f64
+        )
     };
     let rows: String = (0..170_000).map(row).collect();
     let file = format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}");
@@ -160,11 +168,23 @@ fn the_program_makes_parts_and_joins_them() {
     let ran = desk.run(&["merge", "out"]).exits(2);
     assert!(ran.stderr.contains("2 of 3 parts are missing: 1, 3"), "{}", ran.stderr);
     for task in ["3", "1"] {
-        let slurm = [("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_COUNT", "3"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_MAX", "3")];
-        desk.run_with(&["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", "slurm"], &slurm).exits(0);
+        let slurm = [
+            ("SLURM_ARRAY_TASK_ID", task),
+            ("SLURM_ARRAY_TASK_COUNT", "3"),
+            ("SLURM_ARRAY_TASK_MIN", "1"),
+            ("SLURM_ARRAY_TASK_MAX", "3"),
+        ];
+        desk.run_with(
+            &["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", "slurm"],
+            &slurm,
+        )
+        .exits(0);
     }
     let merged = desk.run(&["merge", "out", "--json"]).exits(0).json();
-    assert_eq!((&merged["ok"], &merged["out"], &merged["counts"]["taps"]), (&true.into(), &"out".into(), &12.into()));
+    assert_eq!(
+        (&merged["ok"], &merged["out"], &merged["counts"]["taps"]),
+        (&true.into(), &"out".into(), &12.into())
+    );
     for table in ["tuples.csv", "designs.csv", "distances.csv"] {
         assert_eq!(desk.read(&format!("out/{table}")), desk.read(&format!("whole/{table}")));
     }

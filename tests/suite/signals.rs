@@ -140,7 +140,8 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
 fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
     let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 200_000 }");
     let desk = Desk::new(&format!("{large}[output]\ntuples = false\ndistances = false\n"));
-    let line = ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
+    let line =
+        ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
     for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, false)] {
         let child = start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()));
         until(|| desk.path("out/.vibrissa-unfinished/.state").exists(), "nothing is complete");
