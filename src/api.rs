@@ -53,7 +53,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
     let choice = Choice::new(options)?;
     let (plan, never) = (Plan::new(study, &choice)?, AtomicBool::new(false));
-    let target = Target { out, force: options.force == Some(true), stop: &never };
+    let target = Target { force: options.force == Some(true), ..Target::new(out, &never) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)
 }
 

@@ -28,6 +28,7 @@ pub mod export;
 pub mod files;
 pub mod locate;
 pub mod measure;
+pub mod merge;
 pub mod needed;
 pub mod optimise;
 pub mod plan;

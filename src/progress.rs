@@ -4,6 +4,9 @@
 pub trait Progress {
     /// `done` of `total` taps.
     fn at(&mut self, done: u64, total: u64);
+
+    /// Something worth telling, in words.
+    fn note(&mut self, _words: &str) {}
 }
 
 /// Tells nobody.

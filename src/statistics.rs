@@ -68,16 +68,7 @@ impl DriveRow {
 
     /// The value by which `top` ranks, K in `unit`; `None` of a row that is not complete or has no such value.
     pub fn rank(&self, by: RankBy, unit: f64) -> Option<f64> {
-        let value = match by {
-            RankBy::KSd => self.deviation.sd().map(|s| s * unit),
-            RankBy::ErrorRms => self.error_rms(),
-            RankBy::ErrorMax => self.error_max(),
-            RankBy::NoiseRms => self.noise_rms(),
-            RankBy::TotalRms => self.total_rms(),
-            RankBy::StrainMax => self.strain_max(),
-            RankBy::ForceMax => self.force_max(),
-        };
-        value.filter(|_| self.complete())
+        self.figures().value(by, unit).filter(|_| self.complete())
     }
 
     fn whole<T>(&self, value: Option<T>) -> Option<T> {
@@ -106,7 +97,68 @@ impl DriveRow {
 
     /// Bias and noise in quadrature, mm.
     pub fn total_rms(&self) -> Option<f64> {
-        Some(self.error_rms()?.hypot(self.noise_rms()?))
+        self.figures().total_rms()
+    }
+
+    /// Its values, without what made them.
+    pub fn figures(&self) -> Figures {
+        Figures {
+            n: self.deviation.n,
+            mean: self.deviation.mean(),
+            sd: self.deviation.sd(),
+            error_rms: self.error_rms(),
+            error_max: self.error_max(),
+            error_mean: self.error_mean(),
+            noise_rms: self.noise_rms(),
+            strain_max: self.strain_max(),
+            force_max: self.force_max(),
+            status: self.status,
+        }
+    }
+}
+
+/// The values of a designs row; `None` where there is none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Figures {
+    /// Taps that count.
+    pub n: u64,
+    /// Mean of K − 1, without unit.
+    pub mean: Option<f64>,
+    /// Its sample standard deviation.
+    pub sd: Option<f64>,
+    /// The bias: root mean square of â − a, mm.
+    pub error_rms: Option<f64>,
+    /// Largest |â − a|, mm.
+    pub error_max: Option<f64>,
+    /// Mean of â − a, mm.
+    pub error_mean: Option<f64>,
+    /// The noise: root mean square of σ_a, mm.
+    pub noise_rms: Option<f64>,
+    /// Largest |strain|.
+    pub strain_max: Option<f64>,
+    /// Largest contact force, N.
+    pub force_max: Option<f64>,
+    /// Union of its taps' words.
+    pub status: Status,
+}
+
+impl Figures {
+    /// Bias and noise in quadrature, mm.
+    pub fn total_rms(&self) -> Option<f64> {
+        Some(self.error_rms?.hypot(self.noise_rms?))
+    }
+
+    /// The value of the column `by`, K in `unit`.
+    pub fn value(&self, by: RankBy, unit: f64) -> Option<f64> {
+        match by {
+            RankBy::KSd => self.sd.map(|s| s * unit),
+            RankBy::ErrorRms => self.error_rms,
+            RankBy::ErrorMax => self.error_max,
+            RankBy::NoiseRms => self.noise_rms,
+            RankBy::TotalRms => self.total_rms(),
+            RankBy::StrainMax => self.strain_max,
+            RankBy::ForceMax => self.force_max,
+        }
     }
 }
 

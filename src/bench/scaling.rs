@@ -89,8 +89,8 @@ pub fn sizes(
                 let (report, seconds) = repeat(repeats, || {
                     let folder = tempfile::tempdir_in(scratch).map_err(|e| Error::io(scratch, e))?;
                     let plan = Plan::new(&study, &p.choice)?;
-                    let target = Target { out: &folder.path().join("sweep"), force: false, stop: watch.stop };
-                    sweep::run(&spec, &plan, &p.choice, &target, &mut Silent)
+                    let out = folder.path().join("sweep");
+                    sweep::run(&spec, &plan, &p.choice, &Target::new(&out, watch.stop), &mut Silent)
                 })?;
                 let c = &report.counts;
                 let (taps, solved, interpolated) = (c.taps, c.solved, c.interpolated);

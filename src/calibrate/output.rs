@@ -121,7 +121,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             fields(
                 &AtDrive::COLUMNS,
-                &AtDrive { design, drive: *drive, row: &side.table.by_drive[j], unit },
+                &AtDrive { design, drive: *drive, row: side.table.by_drive[j].figures(), unit },
                 &mut row,
             );
             let status = row.pop();

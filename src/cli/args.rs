@@ -1,12 +1,14 @@
 //! What was typed.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::export::Language;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use vibrissa::sink::shard::Shard;
 
 use super::help::{Completions, Help, Man};
 
@@ -40,6 +42,10 @@ pub enum Command {
     Optimise(Optimise),
     /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
     Tap(Tap),
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole, byte for byte
+    Merge(Merge),
+    /// Write the job scripts that run a sweep on a cluster
+    Cluster(Cluster),
     /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
     Chart(Chart),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
@@ -67,6 +73,8 @@ impl Command {
             Self::Simulate(_) => "simulate",
             Self::Optimise(_) => "optimise",
             Self::Tap(_) => "tap",
+            Self::Merge(_) => "merge",
+            Self::Cluster(_) => "cluster",
             Self::Chart(_) => "chart",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
@@ -86,6 +94,8 @@ impl Command {
             Self::Simulate(s) => Some(&s.common),
             Self::Optimise(o) => Some(&o.common),
             Self::Tap(t) => Some(&t.common),
+            Self::Merge(m) => Some(&m.common),
+            Self::Cluster(c) => Some(&c.common),
             Self::Chart(c) => Some(&c.common),
             Self::Verify(v) => Some(&v.common),
             Self::Bench(b) => Some(&b.common),
@@ -111,6 +121,13 @@ pub struct Sweep {
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain")]
     pub model_error: Option<f64>,
+    /// Do part i of n alone, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins them. `slurm`: the part that this task of a
+    /// Slurm array is
+    #[arg(long, value_name = "i/n", value_parser = shard, conflicts_with = "explain")]
+    pub shard: Option<Shard>,
+    /// Make what is complete durable this often, so that the same command goes on from there if the run is stopped or killed
+    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
+    pub keep_every: Duration,
     #[command(flatten)]
     pub common: Common,
 }
@@ -174,6 +191,36 @@ pub struct Locate {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Parts of a sweep.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa merge results/million")]
+pub struct Merge {
+    /// Folders shard-i-of-n, or the folder that holds them, where the whole goes too unless --out says otherwise
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Jobs for a cluster.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa cluster slurm sweeps/million.toml --shards 64")]
+pub struct Cluster {
+    /// Which batch system
+    #[arg(value_parser = ["slurm"])]
+    pub system: String,
+    /// The spec of the sweep
+    pub spec: PathBuf,
+    /// Parts, each a task of the array
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub shards: u32,
+    /// Tasks that run at a time [default: as many as the cluster gives]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub at_a_time: Option<u32>,
     #[command(flatten)]
     pub common: Common,
 }
@@ -355,6 +402,17 @@ pub struct Common {
     /// One JSON object on stdout and nothing else
     #[arg(long)]
     pub json: bool,
+}
+
+/// A part, or that of a task of a Slurm array.
+fn shard(text: &str) -> Result<Shard, String> {
+    if text == "slurm" { Shard::of_slurm(|name| std::env::var(name).ok()) } else { text.parse() }
+}
+
+/// Seconds, from none to a day.
+fn seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds = text.parse().ok().filter(|s| (0.0..=86400.0).contains(s));
+    seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
 }
 
 /// Part of a name: nothing is part of every name, and would take any adapter.

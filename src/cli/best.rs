@@ -38,7 +38,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         let d = &k.design;
         let drive = format!("{:.4}", k.drive);
         let drive = format!("{}{unit}", drive.trim_end_matches('0').trim_end_matches('.'));
-        let mean = k.row.deviation.mean().map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
+        let mean = k.row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
         let _ = write!(
             text,
             "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3} {drive:>8}   {mean:>10}",
@@ -63,7 +63,7 @@ fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
 }
 
 fn value(k: &Kept, column: RankBy) -> String {
-    k.row.rank(column, k.unit).map_or(String::new(), |x| format!("{x:.3e}"))
+    k.row.value(column, k.unit).map_or(String::new(), |x| format!("{x:.3e}"))
 }
 
 /// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.

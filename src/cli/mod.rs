@@ -6,6 +6,7 @@ mod bench;
 mod best;
 mod calibrate;
 mod chart;
+mod cluster;
 mod devices;
 mod explain;
 mod faults;
@@ -14,6 +15,7 @@ mod interrupt;
 mod kept;
 mod lines;
 mod locate;
+mod merge;
 mod needed;
 mod number;
 mod optimise;
@@ -70,6 +72,8 @@ pub fn run() -> ExitCode {
         Command::Optimise(optimise) => optimise::run(optimise),
         Command::Tap(tap) => tap::run(tap),
         Command::Chart(chart) => chart::run(chart),
+        Command::Merge(merge) => merge::run(merge),
+        Command::Cluster(cluster) => cluster::run(cluster),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),

@@ -66,6 +66,14 @@ impl Progress for Shown {
             _ => {}
         }
     }
+
+    fn note(&mut self, words: &str) {
+        match self {
+            Self::Bar(bar) => bar.suspend(|| say::line(words)),
+            Self::Lines { .. } => say::line(words),
+            Self::Silent => {}
+        }
+    }
 }
 
 /// Shows the steps of work whose steps differ: which one, and of how many. Clones show the same.

@@ -140,10 +140,10 @@ pub fn failure(error: &Error) -> ExitCode {
 
 /// The last words of a run that a signal ended.
 pub fn interrupted() {
-    let what = if unfinished::is_placed() {
-        " after the result was written"
-    } else {
-        "; nothing was written, an older result is as it was"
+    let what = match unfinished::kept() {
+        _ if unfinished::is_placed() => " after the result was written".to_owned(),
+        Some(kept) => format!("; {kept}"),
+        None => "; nothing was written, an older result is as it was".to_owned(),
     };
     failure(&Error::Run(format!("interrupted{what}")));
 }

@@ -29,13 +29,22 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     threads(&options)?;
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
+        if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
+            say::warning(
+                "this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part",
+            );
+        }
     }
     if args.explain {
         return explain::run(&spec, &options, &args.leave_off);
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
+    let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::new(&options)?;
     let bound = needed::bound(args.model_error, &spec, &choice)?;
+    if bound.is_some() {
+        vibrissa::sweep::whole(args.shard)?;
+    }
     let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
     let mut needed = bound.map(fewer).transpose()?;
     files::settle(&mut spec, &options, &choice.backend, &out);
@@ -56,9 +65,22 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     if !quiet {
         say::line(headline(&spec, &plan, &choice.backend));
+        if let Some(shard) = args.shard {
+            let (designs, taps) = (shard.designs(plan.designs), grouped(plan.taps_of(args.shard)));
+            let (from, to) = (grouped(designs.start + 1), grouped(designs.end));
+            let which =
+                if designs.is_empty() { "no design".to_owned() } else { format!("designs {from} to {to}") };
+            say::line(format_args!("part {shard}: {which}, {taps} taps"));
+        }
     }
-    let mut progress = Shown::new(plan.taps, quiet);
-    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop() };
+    let mut progress = Shown::new(plan.taps_of(args.shard), quiet);
+    let target = Target {
+        out: &out,
+        force: options.force == Some(true),
+        stop: interrupt::stop(),
+        shard: args.shard,
+        every: args.keep_every,
+    };
     let report = match &mut needed {
         None => vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress),
         Some(needed) => vibrissa::sweep::run_needed(&mut spec, plan, &choice, &target, &mut progress, needed),
@@ -207,13 +229,13 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     let d = &k.design;
     let mut value = json!({
         "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
-        "n": k.row.deviation.n,
-        "error_rms_mm": k.row.error_rms(),
-        "error_max_mm": k.row.error_max(),
-        "noise_rms_mm": k.row.noise_rms(),
+        "n": k.row.n,
+        "error_rms_mm": k.row.error_rms,
+        "error_max_mm": k.row.error_max,
+        "noise_rms_mm": k.row.noise_rms,
         "total_rms_mm": k.row.total_rms(),
-        "strain_max": k.row.strain_max(),
-        "force_max_N": k.row.force_max(),
+        "strain_max": k.row.strain_max,
+        "force_max_N": k.row.force_max,
         "status": k.row.status.to_string(),
     });
     value[spec.study.setup.drive.column()] = k.drive.into();
@@ -222,8 +244,8 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     } else {
         ""
     };
-    value[format!("K_mean{unit}")] = json!(k.row.deviation.mean().map(|m| (1.0 + m) * k.unit));
-    value[format!("K_sd{unit}")] = json!(k.row.deviation.sd().map(|s| s * k.unit));
+    value[format!("K_mean{unit}")] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
+    value[format!("K_sd{unit}")] = json!(k.row.sd.map(|s| s * k.unit));
     value
 }
 

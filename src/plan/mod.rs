@@ -12,6 +12,7 @@ use crate::backend::Choice;
 use crate::chart::{ranker::Ranker, reader::Reader, rows::RowReader};
 use crate::error::InputError;
 use crate::scene::{Geometry, Space, Study, Theory, Tuple};
+use crate::sink::shard::Shard;
 
 /// Taps that are evaluated together.
 pub const CHUNK: u64 = 1 << 17;
@@ -139,6 +140,27 @@ impl Plan {
             chart,
             seconds,
         })
+    }
+}
+
+impl Plan {
+    /// Taps of a part, about: where designs differ in their taps, those of a mean one.
+    pub fn taps_of(&self, shard: Option<Shard>) -> u64 {
+        let Some(designs) = shard.map(|shard| shard.designs(self.designs)) else { return self.taps };
+        let share = u128::from(self.taps) * u128::from(designs.end - designs.start);
+        (share / u128::from(self.designs.max(1))) as u64
+    }
+
+    /// Taps that were solved for its chart; `None` without one.
+    pub fn chart_taps(&self) -> Option<u64> {
+        let (ranker, reader, rows) = (self.ranker.as_ref(), self.reader.as_ref(), self.row_reader.as_ref());
+        let taps = ranker.map(|r| r.sweeps().taps).or(reader.map(|r| r.sweeps().taps));
+        taps.or(rows.map(|r| r.sweeps().taps))
+    }
+
+    /// Taps that are evaluated together, between which a sweep can stop: fewer where each takes long.
+    pub fn together(&self) -> u64 {
+        if self.solved == Way::Reference { CHUNK / 64 } else { CHUNK }
     }
 }
 

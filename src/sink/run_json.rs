@@ -6,6 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::folder::hash;
+use super::pack::{Packed, Packer, Unpacker};
 use crate::backend::Backend;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::Spec;
@@ -34,7 +35,7 @@ pub struct Counts {
     /// Designs rows that `top` kept.
     pub kept: Option<u64>,
     /// Kernel sweeps of the taps that a kernel solved: those of rows, of nodes, of the chart.
-    pub sweeps: Sweeps,
+    pub sweeps: Effort,
     /// Largest |gauge strain| of the taps that count.
     pub strain: Largest,
 }
@@ -48,6 +49,67 @@ impl Counts {
         for word in status.words() {
             *self.status.entry(word).or_default() += taps;
         }
+    }
+}
+
+/// Kernel sweeps spent on taps, also by earlier parts of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Effort {
+    /// Taps solved by a kernel.
+    pub taps: u64,
+    /// Sweeps of all of them.
+    pub spent: f64,
+    /// Sweeps of the tap that took the most.
+    pub most: f64,
+}
+
+impl Effort {
+    /// Takes over the taps of `more`.
+    pub fn merge(&mut self, more: &Sweeps) {
+        self.add(&Self { taps: more.taps, spent: more.mean() * more.taps as f64, most: more.most() });
+    }
+
+    /// Takes over the taps of `other`.
+    pub fn add(&mut self, other: &Self) {
+        self.taps += other.taps;
+        self.spent += other.spent;
+        self.most = self.most.max(other.most);
+    }
+
+    /// Sweeps of a tap in the mean; 0 where no kernel solved one.
+    pub fn mean(&self) -> f64 {
+        self.spent / self.taps.max(1) as f64
+    }
+}
+
+impl Packed for Counts {
+    fn pack(&self, to: &mut Packer<'_>) {
+        ([self.taps, self.solved, self.interpolated], self.rows).pack(to);
+        let status: BTreeMap<String, u64> = self.status.iter().map(|(w, n)| ((*w).to_owned(), *n)).collect();
+        (status, self.complete, self.kept).pack(to);
+        (self.sweeps.taps, self.sweeps.spent, self.sweeps.most, self.strain.get()).pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let ([taps, solved, interpolated], rows) = from.take()?;
+        let (status, complete, kept): (BTreeMap<String, u64>, _, _) = from.take()?;
+        let known = || Status::ALL.into_iter().map(|(_, word)| word).chain(["ok"]);
+        let status = status.into_iter().map(|(word, n)| Some((known().find(|w| *w == word)?, n)));
+        let (n, spent, most, largest): (u64, f64, f64, Option<f64>) = from.take()?;
+        let mut strain = Largest::default();
+        largest.into_iter().for_each(|x| strain.push(x));
+        Some(Self {
+            taps,
+            solved,
+            interpolated,
+            rows,
+            status: status.collect::<Option<_>>()?,
+            chart: None,
+            complete,
+            kept,
+            sweeps: Effort { taps: n, spent, most },
+            strain,
+        })
     }
 }
 
@@ -76,7 +138,7 @@ pub fn counts(c: &Counts) -> Value {
         "distances": c.rows[2],
         "status": c.status,
         "sweeps_mean": c.sweeps.mean(),
-        "sweeps_max": c.sweeps.most(),
+        "sweeps_max": c.sweeps.most,
     });
     if let Some(chart) = &c.chart {
         value["chart"] = json!(chart);

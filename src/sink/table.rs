@@ -2,11 +2,11 @@
 
 use serde_json::Value;
 
+use super::rows::TableFormat;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::reduce::Spread;
 use crate::scene::{Convention, Drive, Setup, Tuple};
-use crate::statistics::{DistanceRow, DriveRow};
+use crate::statistics::{DistanceRow, Figures};
 use crate::status::Status;
 
 /// A table that a sweep writes.
@@ -42,13 +42,21 @@ impl From<Option<f64>> for Field {
 }
 
 impl Table {
-    /// File name.
-    pub fn file(self) -> &'static str {
+    /// All, in the order in which they are counted.
+    pub const ALL: [Self; 3] = [Self::Tuples, Self::Designs, Self::Distances];
+
+    /// What its rows are called.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Tuples => "tuples.csv",
-            Self::Designs => "designs.csv",
-            Self::Distances => "distances.csv",
+            Self::Tuples => "tuples",
+            Self::Designs => "designs",
+            Self::Distances => "distances",
         }
+    }
+
+    /// File name.
+    pub fn file(self, format: TableFormat) -> String {
+        format!("{}.{}", self.name(), format.name())
     }
 
     /// Column names for `setup`.
@@ -136,7 +144,7 @@ pub struct AtDrive<'a> {
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
     /// Its statistics.
-    pub row: &'a DriveRow,
+    pub row: Figures,
     /// Unit of K.
     pub unit: f64,
 }
@@ -169,14 +177,14 @@ const MEAN: &str = "mean of K over the taps that count (22)";
 const SPREAD: &str = "sample standard deviation of K, n − 1 (22)";
 const WORDS: &str = "ok, or words joined by +";
 
-/// Mean of K in the unit of the table.
-fn mean(deviation: &Spread, unit: f64) -> Field {
-    deviation.mean().map(|m| (1.0 + m) * unit).into()
+/// Mean of K in the unit of the table, from that of K − 1.
+fn mean(mean: Option<f64>, unit: f64) -> Field {
+    mean.map(|m| (1.0 + m) * unit).into()
 }
 
 /// Its standard deviation.
-fn sd(deviation: &Spread, unit: f64) -> Field {
-    deviation.sd().map(|s| s * unit).into()
+fn sd(sd: Option<f64>, unit: f64) -> Field {
+    sd.map(|s| s * unit).into()
 }
 
 impl TapRow<'_> {
@@ -230,22 +238,18 @@ impl AtDrive<'_> {
         column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
         column(DriveName, DRIVE, |r| Number(r.drive)),
-        column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
-        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
-        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
-        column(Is("error_rms_mm"), "bias: root mean square of â − a (§4.3)", |r| {
-            r.row.error_rms().into()
-        }),
-        column(Is("error_max_mm"), "bias: largest |â − a|", |r| r.row.error_max().into()),
-        column(Is("error_mean_mm"), "bias: mean of â − a", |r| r.row.error_mean().into()),
-        column(Is("noise_rms_mm"), "noise: root mean square of sigma_mm (§4.4)", |r| {
-            r.row.noise_rms().into()
-        }),
+        column(Is("n"), COUNTED, |r| Count(r.row.n)),
+        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(r.row.mean, r.unit)),
+        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(r.row.sd, r.unit)),
+        column(Is("error_rms_mm"), "bias: root mean square of â − a (§4.3)", |r| r.row.error_rms.into()),
+        column(Is("error_max_mm"), "bias: largest |â − a|", |r| r.row.error_max.into()),
+        column(Is("error_mean_mm"), "bias: mean of â − a", |r| r.row.error_mean.into()),
+        column(Is("noise_rms_mm"), "noise: root mean square of sigma_mm (§4.4)", |r| r.row.noise_rms.into()),
         column(Is("total_rms_mm"), "bias (error_rms_mm) and noise in quadrature (§4.4)", |r| {
             r.row.total_rms().into()
         }),
-        column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max().into()),
-        column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max().into()),
+        column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max.into()),
+        column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max.into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
     ];
 }
@@ -260,8 +264,8 @@ impl AtDistance<'_> {
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
         column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
         column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
-        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(&r.row.deviation, r.unit)),
-        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(&r.row.deviation, r.unit)),
+        column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(r.row.deviation.mean(), r.unit)),
+        column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(r.row.deviation.sd(), r.unit)),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
     ];
 }
@@ -320,4 +324,10 @@ pub fn drive_unit(drive: Drive) -> (&'static str, &'static str) {
         Drive::Angle => ("θ", "°"),
         Drive::Displacement => ("δ", " mm"),
     }
+}
+
+/// The unit that the end of a column's name says; `1` of a number or a word without one.
+pub fn unit(name: &str) -> &'static str {
+    let units = [("_mm", "mm"), ("_deg", "deg"), ("_N", "N")];
+    units.iter().find(|(end, _)| name.ends_with(end)).map_or("1", |(_, unit)| unit)
 }

@@ -8,6 +8,24 @@ static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Whether a result is whole and goes, or has gone, to its place.
 static PLACED: AtomicBool = AtomicBool::new(false);
 
+/// What of an unfinished result is kept, in words.
+static KEPT: Mutex<Option<String>> = Mutex::new(None);
+
+/// Notes what is complete and stays, in words, if the run ends now.
+pub fn keeping(words: String) {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner).replace(words);
+}
+
+/// What is complete and stays, in words; `None` of nothing.
+pub fn kept() -> Option<String> {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
+/// Nothing is unfinished any more.
+pub fn forget() {
+    KEPT.lock().unwrap_or_else(PoisonError::into_inner).take();
+}
+
 /// From now on a result is put in its place, which an end of the process leaves to the next run.
 pub fn placing() {
     with(|_| PLACED.store(true, Ordering::Relaxed));

@@ -9,6 +9,7 @@ use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
     Written,
 };
+use crate::sink::rows::TableFormat;
 
 /// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
@@ -63,10 +64,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
 
 /// `[output]`.
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
-    let format = section.get("format")?;
-    if format.word(&[("csv", false), ("parquet", true)]).map_err(|e| e.allowed("\"csv\""))? {
-        return Err(format.error("parquet tables are not available yet").allowed("\"csv\""));
-    }
+    section.get("format")?.word(&TableFormat::WORDS)?;
     let top = |v: &Item<'_>| {
         let n = v.whole(1)?;
         usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))

@@ -5,6 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::Run;
+use super::at::{At, pack_ranked};
 use super::grid::{rank, task};
 use super::select::{Best, Kept};
 use crate::chart::{
@@ -32,13 +33,18 @@ pub(super) fn run(
     run: &mut Run<'_>,
     layout: &Layout,
     ranker: &Ranker,
-    top: usize,
+    (top, before): (usize, Option<At>),
 ) -> Result<Vec<Kept>, Error> {
-    run.counts.solved += ranker.sweeps().taps;
-    run.counts.sweeps.merge(&ranker.sweeps());
-    run.counts.chart = Some(ranker.summary());
+    let (from, all, best) = match before {
+        Some(At::Ranked(from, all, best)) => (from, all, best),
+        _ => {
+            run.counts.solved += ranker.sweeps().taps;
+            run.counts.sweeps.merge(&ranker.sweeps());
+            (run.designs.start, Found::default(), Best::new(top))
+        }
+    };
     let device = device(run, ranker, layout)?;
-    let mut search = Search { layout, ranker, all: Found::default(), best: Best::new(top) };
+    let mut search = Search { layout, ranker, from, all, best };
     match device {
         Some(device) => search.on_device(run, device)?,
         None => search.on_host(run)?,
@@ -46,11 +52,15 @@ pub(super) fn run(
     let Search { mut all, mut best, .. } = search;
     note(&mut run.counts, &all.words);
     bound(&mut all, ranker.keep());
-    let complete = best.offered + all.complete;
-    for row in solve(run, layout, &all.rows)? {
-        best.offer(row);
+    run.counts.complete = Some(best.offered + all.complete);
+    let found = solve(run, layout, &all.rows)?;
+    if run.part {
+        // Which of them are candidates of the whole, only the whole can tell.
+        let mut rows: Vec<Kept> = best.into_rows().into_iter().chain(found).collect();
+        rows.sort_by(Kept::order);
+        return Ok(rows);
     }
-    run.counts.complete = Some(complete);
+    found.into_iter().for_each(|row| best.offer(row));
     Ok(best.into_rows())
 }
 
@@ -84,6 +94,8 @@ pub(super) fn device(
 struct Search<'a> {
     layout: &'a Layout,
     ranker: &'a Ranker,
+    /// The designs before it are ranked.
+    from: u64,
     all: Found,
     /// Rows of designs solved tap by tap.
     best: Best,
@@ -92,29 +104,30 @@ struct Search<'a> {
 impl Search<'_> {
     /// In lanes, a group of designs at a time.
     fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
-        let mut from = 0;
-        while from < self.layout.n_designs {
+        let (begin, end) = (run.designs.start, run.designs.end);
+        while self.from < end {
             run.check_stop()?;
             let start = Instant::now();
-            let to = (from + GROUP.min(64 + from)).min(self.layout.n_designs);
+            let from = self.from;
+            let to = (from + GROUP.min(64 + from - begin)).min(end);
             let bound = bound(&mut self.all, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
             let found = group(self.layout, self.ranker, &ks, bound);
             run.solve += start.elapsed();
             self.take(run, found, to - from)?;
-            from = to;
         }
         Ok(())
     }
 
     /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
     fn on_device(&mut self, run: &mut Run<'_>, mut device: Box<dyn Ranking>) -> Result<(), Error> {
-        let (mut next, mut done) = (0, 0);
+        let (mut next, end) = (self.from, run.designs.end);
         loop {
             run.check_stop()?;
-            while next < self.layout.n_designs && device.free() {
+            while next < end && device.free() {
                 // Small at first, until there is a bound.
-                let to = (next + device.most().min(64 + done)).min(self.layout.n_designs);
+                let done = self.from - run.designs.start;
+                let to = (next + device.most().min(64 + done)).min(end);
                 device.start(next..to, bound(&mut self.all, self.ranker.keep()));
                 next = to;
             }
@@ -125,7 +138,6 @@ impl Search<'_> {
             let rows = group(self.layout, self.ranker, &batch.best, bound).rows;
             run.solve += start.elapsed();
             let designs = batch.range.end - batch.range.start;
-            done += designs;
             let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
             self.take(run, found, designs)?;
         }
@@ -139,9 +151,13 @@ impl Search<'_> {
         let easy = (designs - hard.len() as u64) * self.layout.block();
         run.counts.taps += easy;
         run.counts.interpolated += easy;
-        rank(run, self.layout, &mut hard.into_iter(), &mut self.best)?;
+        rank(run, self.layout, &hard, &mut self.best)?;
         run.show(0);
-        Ok(())
+        self.from += designs;
+        bound(&mut self.all, self.ranker.keep());
+        let (next, all, best) = (self.from, &self.all, &self.best);
+        let (begin, end) = (run.designs.start, run.designs.end);
+        run.complete((next - begin, end - begin, "designs"), |to| pack_ranked((next, all, best), to))
     }
 }
 
@@ -212,7 +228,8 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             }
             let (row, unit) = (reduced.drives[0], reduced.unit());
             let rank = reduced.rank(0, study.output.by)?;
-            Some(Kept { rank, index: (k, j), design: design.tuple, drive, row, unit })
+            let charted = rows[at].0;
+            Some(Kept { rank, index: (k, j), design: design.tuple, drive, row: row.figures(), unit, charted })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
     }

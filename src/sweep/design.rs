@@ -7,7 +7,7 @@ use crate::evaluate::Outcome;
 use crate::profile::Profile;
 use crate::scene::{Per, Study};
 use crate::sink::{
-    csv::Text,
+    rows::{Rows, TableFormat},
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
@@ -26,15 +26,16 @@ pub(super) type Taps<'a> = dyn FnMut(&mut Visit<'_>) -> Result<(), Error> + 'a;
 pub(super) struct Wanted<'a> {
     /// Tables of which rows are asked.
     pub tables: &'a dyn Fn(Table) -> bool,
+    /// How rows are written.
+    pub format: TableFormat,
     /// Drives whose taps are written; all without `top`.
     pub drives: Option<&'a [u32]>,
 }
 
 /// Rows of one design.
-#[derive(Default)]
 pub(super) struct Rendered {
-    pub designs: Vec<u8>,
-    pub distances: Vec<u8>,
+    pub designs: Rows,
+    pub distances: Rows,
     /// Rows in tuples, designs, distances.
     pub rows: [u64; 3],
     pub counts: Counts,
@@ -59,9 +60,9 @@ pub(super) fn render(
     axes: &Axes<'_>,
     wanted: &Wanted<'_>,
     taps: &mut Taps<'_>,
-    tuples: &mut dyn FnMut(Vec<u8>) -> Result<(), Error>,
+    tuples: &mut dyn FnMut(Rows) -> Result<(), Error>,
 ) -> Result<Rendered, Error> {
-    let fail = |e: csv::Error| Error::Run(e.to_string());
+    let none = || Rows::new(wanted.format);
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
     let elongation = reduced.elongation;
     taps(&mut |place, tap| {
@@ -70,8 +71,14 @@ pub(super) fn render(
     })?;
     reduced.calibrate();
 
-    let mut out = Rendered::default();
-    let (mut text, mut values, mut waiting) = (Text::default(), Vec::new(), 0);
+    let mut out = Rendered {
+        designs: none(),
+        distances: none(),
+        rows: [0; 3],
+        counts: Counts::default(),
+        candidates: Vec::new(),
+    };
+    let (mut text, mut values, mut waiting) = (none(), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
@@ -81,46 +88,45 @@ pub(super) fn render(
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
             let row = TapRow { design: &design.tuple, a, drive, tap, estimated: &estimated, elongation };
             fields(&TapRow::COLUMNS, &row, &mut values);
-            text.row(&mut values).map_err(fail)?;
+            text.row(&mut values)?;
             out.rows[0] += 1;
             waiting += 1;
             if waiting == 1 << 14 {
-                tuples(std::mem::take(&mut text).into_bytes())?;
+                tuples(text.take())?;
                 waiting = 0;
             }
         }
         Ok(())
     })?;
-    tuples(text.into_bytes())?;
+    tuples(text)?;
 
     let unit = reduced.unit();
-    let (mut designs, mut distances) = (Text::default(), Text::default());
     for (j, row) in reduced.drives.iter().enumerate() {
-        let drive = (axes.drive)(j);
+        let (drive, row) = ((axes.drive)(j), row.figures());
         if (wanted.tables)(Table::Designs) {
             fields(&AtDrive::COLUMNS, &AtDrive { design: &design.tuple, drive, row, unit }, &mut values);
-            designs.row(&mut values).map_err(fail)?;
+            out.designs.row(&mut values)?;
             out.rows[1] += 1;
         }
-        let rank = row.rank(study.output.by, unit);
+        let rank = reduced.rank(j, study.output.by);
         out.candidates.extend(rank.map(|rank| Kept {
             rank,
             index: (k, j as u32),
             design: design.tuple,
             drive,
-            row: *row,
+            row,
             unit,
+            charted: f32::NAN,
         }));
     }
     if (wanted.tables)(Table::Distances) {
         for (i, row) in reduced.distances.iter().enumerate() {
             let row = AtDistance { design: &design.tuple, a: (axes.distance)(i), row, unit };
             fields(&AtDistance::COLUMNS, &row, &mut values);
-            distances.row(&mut values).map_err(fail)?;
+            out.distances.row(&mut values)?;
             out.rows[2] += 1;
         }
     }
-    (out.designs, out.distances) = (designs.into_bytes(), distances.into_bytes());
     Ok(out)
 }
 

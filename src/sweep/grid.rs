@@ -2,72 +2,120 @@
 
 use rayon::prelude::*;
 
+use super::at::{At, pack_ranked};
 use super::design::{Axes, Rendered, Visit, Wanted, competing, render};
-
+use super::parted::Place;
 use super::select::{Best, Kept};
 use super::{CHUNK, KEEP, Run, charted, rows};
+use crate::chart::lanes::Found;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
 use crate::scene::Tuple;
-use crate::sink::{csv::Text, table::Table};
+use crate::sink::{pack::Packed, rows::Rows, table::Table};
 
-/// Evaluates `layout` and writes its tables.
+/// Evaluates the designs of `layout` that are the run's own and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
-    let every: Vec<Table> = [Table::Tuples, Table::Designs, Table::Distances]
-        .into_iter()
-        .filter(|t| run.writers.wants(*t))
-        .collect();
     let plan = run.plan;
     // Which taps of a row are near a threshold only its taps tell.
     if let Some(reader) = plan.row_reader.as_ref().filter(|_| !run.evaluator.is_guarded()) {
         return rows::run(run, layout, reader);
     }
+    let every: Vec<Table> = Table::ALL.into_iter().filter(|t| run.writers.wants(*t)).collect();
     let Some(top) = run.study.output.top else {
-        return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
-            rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
-            Ok(())
-        });
+        let from = run.resumed::<u64>()?.unwrap_or(run.designs.start);
+        return all(run, layout, from, &every);
     };
-    let kept = match &run.plan.ranker {
-        Some(ranker) => charted::run(run, layout, ranker, top)?,
-        None => {
-            let mut best_rows = Best::new(top);
-            rank(run, layout, &mut (0..layout.n_designs), &mut best_rows)?;
-            run.counts.complete = Some(best_rows.offered);
-            best_rows.into_rows()
+    let at = match run.resumed::<At>()? {
+        Some(At::Kept(kept, next)) => (kept, next),
+        ranked => {
+            let kept = match &run.plan.ranker {
+                Some(ranker) => charted::run(run, layout, ranker, (top, ranked))?,
+                None => ranked_rows(run, layout, (top, ranked))?,
+            };
+            write_kept(run, &kept, &|row| row.index.0)?;
+            (kept.iter().map(|k| k.index).collect(), 0)
         }
     };
-    write_kept(run, &kept)?;
 
     // The taps and designs of the kept rows, in row order.
     let rest: Vec<Table> = every.into_iter().filter(|t| *t != Table::Designs).collect();
     if rest.is_empty() {
         return Ok(());
     }
-    let mut order: Vec<(u64, Vec<u32>)> = Vec::new();
-    let mut places: Vec<_> = kept.iter().map(|k| k.index).collect();
+    let (mut places, from) = at;
     places.sort_unstable();
-    for (k, j) in places {
+    let mut order: Vec<(u64, Vec<u32>)> = Vec::new();
+    for (k, j) in &places {
         match order.last_mut() {
-            Some((last, drives)) if *last == k => drives.push(j),
-            _ => order.push((k, vec![j])),
+            Some((last, drives)) if last == k => drives.push(*j),
+            _ => order.push((*k, vec![*j])),
         }
     }
     let drives = |k: u64| order.binary_search_by_key(&k, |(k, _)| *k).ok().map(|at| order[at].1.clone());
-    let (taps, status) = (run.counts.taps, run.counts.status.clone());
-    pass(run, layout, &mut order.iter().map(|(k, _)| *k), &rest, &drives, &mut |_, _| Ok(()))?;
-    (run.counts.taps, run.counts.status) = (taps, status);
+    let mut designs = order.iter().map(|(k, _)| *k).skip(from as usize);
+    let (mut next, of) = (from, order.len() as u64);
+    while let Some(group) = group(run, layout, &mut designs) {
+        let (taps, status) = (run.counts.taps, run.counts.status.clone());
+        pass(run, layout, &group, &rest, &drives, &mut |_, _| Ok(()))?;
+        (run.counts.taps, run.counts.status) = (taps, status);
+        next += group.len() as u64;
+        run.complete((next, of, "kept designs"), |to| At::Kept(places.clone(), next).pack(to))?;
+    }
     Ok(())
+}
+
+/// All rows of the designs from `from` on, in `tables`.
+fn all(run: &mut Run<'_>, layout: &Layout, from: u64, tables: &[Table]) -> Result<(), Error> {
+    let (range, mut designs) = (run.designs.clone(), from..run.designs.end);
+    while let Some(group) = group(run, layout, &mut designs) {
+        pass(run, layout, &group, tables, &|_| None, &mut |run, rendered| {
+            rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
+            Ok(())
+        })?;
+        let next = designs.start;
+        run.complete((next - range.start, range.end - range.start, "designs"), |to| next.pack(to))?;
+    }
+    Ok(())
+}
+
+/// The best `top` rows, best first, every one solved.
+fn ranked_rows(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    (top, before): (usize, Option<At>),
+) -> Result<Vec<Kept>, Error> {
+    let range = run.designs.clone();
+    let (from, mut best) = match before {
+        Some(At::Ranked(next, _, best)) => (next, best),
+        _ => (range.start, Best::new(top)),
+    };
+    let mut designs = from..range.end;
+    while let Some(group) = group(run, layout, &mut designs) {
+        rank(run, layout, &group, &mut best)?;
+        let next = designs.start;
+        run.complete((next - range.start, range.end - range.start, "designs"), |to| {
+            pack_ranked((next, &Found::default(), &best), to);
+        })?;
+    }
+    run.counts.complete = Some(best.offered);
+    Ok(best.into_rows())
+}
+
+/// The next designs that go together; `None` after the last.
+fn group(run: &Run<'_>, layout: &Layout, designs: &mut impl Iterator<Item = u64>) -> Option<Vec<u64>> {
+    let together = (run.plan.together() / layout.block().max(1)).max(1) as usize;
+    let group: Vec<u64> = designs.take(together).collect();
+    (!group.is_empty()).then_some(group)
 }
 
 /// Offers the complete rows of `designs` to `best`.
 pub(super) fn rank(
     run: &mut Run<'_>,
     layout: &Layout,
-    designs: &mut dyn Iterator<Item = u64>,
+    designs: &[u64],
     best: &mut Best,
 ) -> Result<(), Error> {
     let per = run.study.output.per;
@@ -77,62 +125,64 @@ pub(super) fn rank(
     })
 }
 
-/// Writes designs.csv of the kept rows, best first.
-pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
+/// Writes the designs table of the kept rows, best first; `design` numbers their designs.
+pub(super) fn write_kept(
+    run: &mut Run<'_>,
+    kept: &[Kept],
+    design: &dyn Fn(&Kept) -> u64,
+) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
     run.kept = kept.iter().map(|row| Tuple { drive: row.drive, ..row.design }).collect();
-    let (mut text, mut values) = (Text::default(), Vec::new());
+    let (mut rows, mut values) = (run.rows(), Vec::new());
     for row in kept {
         row.fields(&mut values);
-        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+        rows.row(&mut values)?;
         run.best.offer(row.clone());
     }
-    run.write(Table::Designs, &text.into_bytes(), kept.len() as u64)
+    run.write(Table::Designs, rows, kept.len() as u64)?;
+    run.place(kept.iter().map(|row| Place::of(row, design(row))))
 }
 
-/// Goes through `designs` in order, writes `tables` and hands every design's candidates to `each`.
+/// Goes through `designs`, in order, writes `tables` and hands every design's candidates to `each`.
 fn pass(
     run: &mut Run<'_>,
     layout: &Layout,
-    designs: &mut dyn Iterator<Item = u64>,
+    designs: &[u64],
     tables: &[Table],
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
     each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let together = (CHUNK / layout.block().max(1)).max(1) as usize;
-    loop {
-        let group: Vec<u64> = designs.take(together).collect();
-        if group.is_empty() {
-            return Ok(());
-        }
+    let together = (run.plan.together() / layout.block().max(1)).max(1) as usize;
+    for group in designs.chunks(together) {
         if layout.block() > CHUNK {
             let rendered = large(run, layout, group[0], tables, drives)?;
             finish(run, rendered, each)?;
             continue;
         }
-        for (texts, rendered) in small(run, layout, &group, tables, drives)? {
+        for (texts, rendered) in small(run, layout, group, tables, drives)? {
             for text in texts {
-                run.write(Table::Tuples, &text, 0)?;
+                run.write(Table::Tuples, text, 0)?;
             }
             finish(run, rendered, each)?;
         }
     }
+    Ok(())
 }
 
 fn finish(
     run: &mut Run<'_>,
-    rendered: Rendered,
+    mut rendered: Rendered,
     each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    run.write(Table::Tuples, &[], rendered.rows[0])?;
-    run.write(Table::Designs, &rendered.designs, rendered.rows[1])?;
-    run.write(Table::Distances, &rendered.distances, rendered.rows[2])?;
+    run.count(Table::Tuples, rendered.rows[0]);
+    run.write(Table::Designs, rendered.designs.take(), rendered.rows[1])?;
+    run.write(Table::Distances, rendered.distances.take(), rendered.rows[2])?;
     run.absorb(&rendered.counts);
     each(run, rendered)
 }
 
-/// A rendered design and the text of its tuple rows.
-pub(super) type Part = (Vec<Vec<u8>>, Rendered);
+/// A rendered design and its tuple rows.
+pub(super) type Part = (Vec<Rows>, Rendered);
 
 /// Designs that fit into one chunk together: evaluated at once, reduced in parallel.
 pub(super) fn small(
@@ -158,14 +208,14 @@ pub(super) fn small(
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
-    let n_drives = layout.n_drives as usize;
+    let (n_drives, format) = (layout.n_drives as usize, run.writers.format);
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);
         let mut texts = Vec::new();
         let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
         let rendered = with_axes(layout, &designs[d], profiles, |axes| {
-            let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+            let wanted = Wanted { tables: &|t| tables.contains(&t), format, drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
             };
@@ -190,13 +240,13 @@ fn large(
     let study = run.study;
     let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
-    let profiles = run.profiles(&design, rows(layout, &design[0], 0), None)?;
+    let (profiles, format) = (run.profiles(&design, rows(layout, &design[0], 0), None)?, run.writers.format);
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let mut memory: Vec<Outcome> = Vec::new();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], &profiles, |axes| {
-        let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+        let wanted = Wanted { tables: &|t| tables.contains(&t), format, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             let place = |t: usize| (t / axes.n.1, t % axes.n.1);
             if memory.len() as u64 == block {
@@ -221,7 +271,7 @@ fn large(
             Ok(())
         };
         render(study, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {
-            run.borrow_mut().write(Table::Tuples, &text, 0)
+            run.borrow_mut().write(Table::Tuples, text, 0)
         })
     })
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::design::competing;
 use super::grid::write_kept;
+use super::parted::Place;
 use super::select::{Best, Kept};
 use super::{CHUNK, Run, key};
 use crate::design::Design;
@@ -14,7 +15,8 @@ use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::Tuple;
 use crate::sink::{
-    csv::Text,
+    pack::Packed,
+    rows::Rows,
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
@@ -54,19 +56,21 @@ struct Group {
     drives: Seen,
 }
 
-/// Evaluates the listed tuples and writes their tables.
+/// Evaluates the listed tuples of the run's own designs and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
-    let study = run.study;
+    let (own, rows) = own(run, tuples);
+    let (study, tuples) = (run.study, own.as_slice());
     let (designs, of_row, groups) = group(run, tuples);
-    let mut outcomes: Vec<Outcome> = Vec::with_capacity(tuples.len());
-    for (from, chunk) in (0..).step_by(CHUNK as usize).zip(tuples.chunks(CHUNK as usize)) {
-        let tasks: Vec<Task> = chunk
-            .iter()
-            .enumerate()
-            .map(|(t, x)| Task { design: of_row[from + t], a: x.a, drive: x.drive })
-            .collect();
+    let mut outcomes: Vec<Outcome> = run.resumed()?.unwrap_or_default();
+    let together = run.plan.together() as usize;
+    while outcomes.len() < tuples.len() {
+        let from = outcomes.len();
+        let to = tuples.len().min(from + together);
+        let task = |(t, x): (usize, &Tuple)| Task { design: of_row[t], a: x.a, drive: x.drive };
+        let tasks: Vec<Task> = (from..).zip(&tuples[from..to]).map(task).collect();
         outcomes.extend(run.evaluate(&designs, &tasks)?);
-        run.progress.at(outcomes.len() as u64, run.plan.taps);
+        run.progress.at(outcomes.len() as u64, tuples.len() as u64);
+        run.complete((to as u64, tuples.len() as u64, "rows"), |to| outcomes.pack(to))?;
     }
 
     let mut estimates = vec![None; tuples.len()];
@@ -101,11 +105,12 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             // Ties go to the row that stood first in the file.
             Some(Kept {
                 rank,
-                index: (group.drives.first[j] as u64, j as u32),
+                index: (rows[group.drives.first[j]], j as u32),
                 design: design.tuple,
                 drive,
-                row: *row,
+                row: row.figures(),
                 unit,
+                charted: f32::NAN,
             })
         });
         let complete: Vec<Kept> = complete.collect();
@@ -136,12 +141,31 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let of_designs = kept.as_ref().map(|rows| rows.iter().map(|r| key(&r.design)).collect::<HashSet<_>>());
     let wants_design = |t: &Tuple| of_designs.as_ref().is_none_or(|c| c.contains(&key(t)));
 
-    write_tuples(run, tuples, (&designs, &of_row, &all), &outcomes, &estimates, &wants_row)?;
+    let first = |d: usize| rows[groups[d].rows[0].0];
+    let owner = |&(_, _, j): &(usize, usize, usize), group: &Group| rows[group.drives.first[j]];
+    let mut owners = vec![0; tuples.len()];
+    groups.iter().for_each(|g| g.rows.iter().for_each(|row| owners[row.0] = owner(row, g)));
+    let listed = (tuples, rows.as_slice(), owners.as_slice());
+    write_tuples(run, listed, (&designs, &of_row, &all), (&outcomes, &estimates), &wants_row)?;
     match &kept {
-        Some(rows) => write_kept(run, rows)?,
-        None => write_rows(run, Table::Designs, &designs, &groups, &all, &|_| true)?,
+        Some(kept) => {
+            let of_key: HashMap<_, u64> =
+                designs.iter().enumerate().map(|(d, design)| (key(&design.tuple), first(d))).collect();
+            write_kept(run, kept, &|row| of_key.get(&key(&row.design)).copied().unwrap_or_default())?;
+        }
+        None => write_rows(run, Table::Designs, (&designs, &rows), &groups, &all, &|_| true)?,
     }
-    write_rows(run, Table::Distances, &designs, &groups, &all, &wants_design)
+    write_rows(run, Table::Distances, (&designs, &rows), &groups, &all, &wants_design)
+}
+
+/// The tuples of the run's own designs, and their rows in the file.
+fn own(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Tuple>, Vec<u64>) {
+    let mut at = HashMap::new();
+    let own = |(row, t): (u64, &Tuple)| {
+        let next = at.len() as u64;
+        run.designs.contains(at.entry(key(t)).or_insert(next)).then_some((*t, row))
+    };
+    (0..).zip(tuples).filter_map(own).unzip()
 }
 
 /// Designs in order of first appearance, the design of every row, and the rows of every design.
@@ -171,19 +195,20 @@ type Reduced<'a> = [Reduction<'a>];
 
 fn write_tuples(
     run: &mut Run<'_>,
-    tuples: &[Tuple],
+    (tuples, places, owners): (&[Tuple], &[u64], &[u64]),
     (designs, of_row, reduced): (&[Design], &[u32], &Reduced<'_>),
-    outcomes: &[Outcome],
-    estimates: &[Estimated],
+    (outcomes, estimates): (&[Outcome], &[Estimated]),
     wanted: &(dyn Fn(&Tuple) -> bool + Sync),
 ) -> Result<(), Error> {
     if !run.writers.wants(Table::Tuples) {
         return Ok(());
     }
     let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
+    let format = run.writers.format;
+    run.place(rows.iter().map(|&r| Place::row(Table::Tuples, places[r], owners[r])))?;
     for part in rows.chunks(CHUNK as usize) {
-        let format = |rows: &[usize]| {
-            let (mut text, mut values) = (Text::default(), Vec::new());
+        let made = |rows: &[usize]| {
+            let (mut text, mut values) = (Rows::new(format), Vec::new());
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
                 let row = TapRow {
@@ -195,15 +220,15 @@ fn write_tuples(
                     elongation: reduced[d].elongation,
                 };
                 fields(&TapRow::COLUMNS, &row, &mut values);
-                text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+                text.row(&mut values)?;
             }
-            Ok(text.into_bytes())
+            Ok(text)
         };
-        let texts: Vec<Vec<u8>> = part.par_chunks(1 << 13).map(format).collect::<Result<_, Error>>()?;
+        let texts: Vec<Rows> = part.par_chunks(1 << 13).map(made).collect::<Result<_, Error>>()?;
         for text in texts {
-            run.write(Table::Tuples, &text, 0)?;
+            run.write(Table::Tuples, text, 0)?;
         }
-        run.write(Table::Tuples, &[], part.len() as u64)?;
+        run.count(Table::Tuples, part.len() as u64);
     }
     Ok(())
 }
@@ -212,7 +237,7 @@ fn write_tuples(
 fn write_rows(
     run: &mut Run<'_>,
     which: Table,
-    designs: &[Design],
+    (designs, rows): (&[Design], &[u64]),
     groups: &[Group],
     reduced: &Reduced<'_>,
     wanted: &dyn Fn(&Tuple) -> bool,
@@ -223,14 +248,15 @@ fn write_rows(
         order.extend(seen.first.iter().enumerate().map(|(place, &row)| (row, d, place)));
     }
     order.sort_unstable();
-    let (mut text, mut values) = (Text::default(), Vec::new());
+    let (mut text, mut values) = (run.rows(), Vec::new());
     for &(_, d, place) in &order {
         let reduced = &reduced[d];
         let unit = reduced.unit();
         match which {
             Table::Designs => {
                 let drive = groups[d].drives.values[place];
-                let row = AtDrive { design: &designs[d].tuple, drive, row: &reduced.drives[place], unit };
+                let row =
+                    AtDrive { design: &designs[d].tuple, drive, row: reduced.drives[place].figures(), unit };
                 fields(&AtDrive::COLUMNS, &row, &mut values);
             }
             _ => {
@@ -239,7 +265,11 @@ fn write_rows(
                 fields(&AtDistance::COLUMNS, &row, &mut values);
             }
         }
-        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+        text.row(&mut values)?;
     }
-    run.write(which, &text.into_bytes(), order.len() as u64)
+    if run.writers.wants(which) {
+        let first = |d: usize| rows[groups[d].rows[0].0];
+        run.place(order.iter().map(|(row, d, _)| Place::row(which, rows[*row], first(*d))))?;
+    }
+    run.write(which, text, order.len() as u64)
 }

@@ -5,40 +5,50 @@
 //! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a
 //! whole up to some size; of a larger one its rows are numbered, and read again.
 
+mod about;
+mod at;
 mod charted;
 mod design;
 mod file;
 mod grid;
+mod keep;
 mod list;
 mod needed;
+mod parted;
 mod probe;
 mod rows;
+mod running;
 mod select;
+mod writers;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
-use crate::design::Design;
-use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::error::{Error, InputError};
 use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
-use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
-use crate::scene::{Space, Spec, Study, Theory, Tuple};
+use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
-    csv::Text,
-    folder::{Folder, Output, Question, Written},
+    folder::{Folder, Left, Question, Written},
+    pack::Unpacker,
     run_json::{self, Counts, Seconds},
-    table::Table,
+    shard::Shard,
 };
 
+use about::About;
+pub use keep::EVERY;
+use keep::Keeper;
+pub use parted::Place;
 pub use probe::seconds;
+use running::Run;
 use select::Best;
 pub use select::Kept;
+pub use writers::PLACES;
+use writers::Writers;
 
 /// Rows that the summary shows.
 const HIGHLIGHTS: usize = 8;
@@ -73,9 +83,23 @@ pub struct Target<'a> {
     pub force: bool,
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
+    /// One part of the whole; `out` is then the folder of the part.
+    pub shard: Option<Shard>,
+    /// What is complete is kept so often.
+    pub every: Duration,
 }
 
-/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`.
+impl<'a> Target<'a> {
+    /// The whole, into `out`.
+    pub fn new(out: &'a std::path::Path, stop: &'a AtomicBool) -> Self {
+        Self { out, force: false, stop, shard: None, every: EVERY }
+    }
+}
+
+/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`; goes on where a run of the same stopped.
+///
+/// # Errors
+/// A folder that holds something else, a backend or a disk that fails, a request to stop; what is complete is kept.
 pub fn run(
     spec: &Spec,
     plan: &Plan,
@@ -89,10 +113,10 @@ pub fn run(
 }
 
 /// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the fuller one
-/// that then is needed.
+/// that then is needed. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run`]; a part, as [`whole`].
 pub fn run_needed(
     spec: &mut Spec,
     plan: Plan,
@@ -101,6 +125,7 @@ pub fn run_needed(
     progress: &mut dyn Progress,
     needed: &mut Needed,
 ) -> Result<Report, Error> {
+    whole(target.shard)?;
     let before = choice.seconds + plan.seconds + needed.seconds[0];
     let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
     let mut plan = plan;
@@ -112,6 +137,17 @@ pub fn run_needed(
         plan = Plan::new(&spec.study, choice)?;
         clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
     }
+}
+
+/// Fails for a part of a sweep.
+///
+/// # Errors
+/// With a model error no part is done on its own.
+pub fn whole(shard: Option<Shard>) -> Result<(), InputError> {
+    let Some(shard) = shard else { return Ok(()) };
+    let why = "with a model error effects are left off over the whole sweep, checked on the rows that the whole keeps, which no part knows";
+    let allowed = "the whole without --shard, or parts without --model-error and [run] model_error";
+    Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
 }
 
 /// When a sweep began, and what was done for it before, s.
@@ -133,232 +169,137 @@ fn attempt(
     (clock, needed): (Clock, Option<&mut Needed>),
 ) -> Result<Option<Report>, Error> {
     let begun = Instant::now();
-    let question = Question::of_scene("sweep", spec, Value::Null);
-    let mut folder = Folder::open(target.out, question, &names(&spec.study, plan), target.force)?;
-    let method = choice.open(&spec.study.setup.model)?;
-    let open = begun.elapsed().as_secs_f64() + choice.seconds;
-    let writers = Writers::new(&spec.study, plan, &mut folder)?;
     let full = needed.as_ref().filter(|n| !n.left().is_empty()).map(|n| n.full().clone());
-    let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
+    let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
+    let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
+    let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
+    let question = Question::of_scene("sweep", spec, asked);
+    let names = writers::names(study, plan, &about);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
+    let method = choice.open(&study.setup.model)?;
+    let open = begun.elapsed().as_secs_f64() + choice.seconds;
+    let head = left.as_ref().map(|left| left.head.clone());
+    let before = match left {
+        Some(left) => Before::read(study, plan, &about, &mut folder, left, target.force)?,
+        None => None,
+    };
+    let (before, resumed) = match before {
+        Some(before) => (before, head),
+        None => (Before::nothing(Writers::new(study, plan, &about, &mut folder)?), None),
+    };
+    let seconds = resumed.as_ref().map_or(0.0, |head| head.seconds);
+    resumed.iter().for_each(|head| progress.note(&format!("going on: {} are complete", head.done)));
+    // Rows kept may ask for a fuller model.
+    let every = if full.is_some() && study.output.top.is_some() { Duration::MAX } else { target.every };
+    let keeper = Keeper::new(folder, &about.identity, every, (begun, seconds));
+    let mut run = Run::new((study, plan), method, before, (target.stop, progress));
+    (run.designs, run.keeper, run.part) = (about.designs.clone(), Some(keeper), about.places);
+    run.taps = plan.taps_of(target.shard);
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
-    if let Some(reader) = &plan.reader {
-        run.counts.solved += reader.sweeps().taps;
-        run.counts.sweeps.merge(&reader.sweeps());
-        run.counts.chart = Some(serde_json::json!(reader.summary()));
-    }
-    match &spec.study.space {
-        Space::Grid(factors) => {
-            grid::run(&mut run, &Layout::new(factors))?;
-        }
-        Space::List(tuples) => list::run(&mut run, tuples)?,
-        Space::File(listed) => file::run(&mut run, listed)?,
-    }
-    let solve = run.solve.as_secs_f64();
-    let model_error = match needed {
-        None => None,
-        Some(needed) => {
-            if !needed.keeps(&needed::rows(&spec.study.space, &run.kept)?, &|| run.check_stop())? {
-                return Ok(None);
-            }
-            let mut told = needed.summary(solve + plan.chart.unwrap_or(0.0));
-            told["taps_by_full_model"] = run.evaluator.mended().into();
-            Some(told)
-        }
+    let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
+    let Run { writers, counts, best, solve, keeper, .. } = run;
+    let Some(keeper) = keeper else { return Err(keep::damaged()) };
+    let ranked = counts.complete.unwrap_or(best.offered);
+    let highlights = best.into_rows();
+    let model_error = match done.and_then(|told| writers.close().map(|()| told)) {
+        Ok(Checked::Holds(told)) => told,
+        Ok(Checked::Astray) => return Ok(None),
+        Err(e) => return Err(keeper.explain(e)),
     };
-    let counts = run.counts;
-    let ranked = counts.complete.unwrap_or(run.best.offered);
-    let highlights = run.best.into_rows();
-    run.writers.close()?;
-    let total = clock.start.elapsed().as_secs_f64() + clock.before;
-    let seconds = Seconds { total, open, chart: clock.chart, solve };
-    folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds, model_error.as_ref()))?;
+    let total = clock.start.elapsed().as_secs_f64() + clock.before + keeper.before;
+    let seconds = Seconds { total, open, chart: clock.chart, solve: solve.as_secs_f64() };
+    let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, model_error.as_ref());
+    if let Some(head) = &resumed {
+        document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
+    }
+    if let Some(shard) = target.shard {
+        document["shard"] = parted::description(shard, study, plan, &about);
+    }
+    let Keeper { mut folder, .. } = keeper;
+    folder.run_json(&document)?;
     let Written { files, removed, .. } = folder.finish()?;
     let backend = choice.backend.clone();
     Ok(Some(Report { files, removed, counts, seconds, backend, highlights, ranked, model_error }))
 }
 
-/// Names of the tables that are written.
-fn names(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    let wanted = [plan.tuples, study.output.designs, study.output.distances];
-    [Table::Tuples, Table::Designs, Table::Distances]
-        .into_iter()
-        .zip(wanted)
-        .filter(|(_, w)| *w)
-        .map(|(t, _)| t.file())
-        .collect()
+/// What the rows kept say of a model with effects left off.
+enum Checked {
+    /// It does; `model_error` of `run.json`, where that was asked for.
+    Holds(Option<Value>),
+    /// A fuller one is needed.
+    Astray,
 }
 
-/// A sweep under way.
-struct Run<'a> {
-    study: &'a Study,
-    evaluator: Evaluator<'a>,
+fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
+    let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
+    if !needed.keeps(&needed::rows(&run.study.space, &run.kept)?, &|| run.check_stop())? {
+        return Ok(Checked::Astray);
+    }
+    let mut told = needed.summary(run.solve.as_secs_f64() + run.plan.chart.unwrap_or(0.0));
+    told["taps_by_full_model"] = run.mended().into();
+    Ok(Checked::Holds(Some(told)))
+}
+
+/// The way of the space.
+fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
+    run.counts.chart = run.plan.ranker.as_ref().map(|ranker| ranker.summary());
+    if let Some(reader) = &run.plan.reader {
+        run.counts.chart = Some(json!(reader.summary()));
+        if run.state.is_none() {
+            run.counts.solved += reader.sweeps().taps;
+            run.counts.sweeps.merge(&reader.sweeps());
+        }
+    }
+    match &spec.study.space {
+        Space::Grid(factors) => grid::run(run, &Layout::new(factors)),
+        Space::List(tuples) => list::run(run, tuples),
+        Space::File(listed) => file::run(run, listed),
+    }
+}
+
+/// How far a stopped run had come; nothing of a new one.
+struct Before {
     writers: Writers,
     counts: Counts,
     best: Best,
-    /// Design and drive of the rows that `top` keeps.
-    kept: Vec<Tuple>,
     solve: Duration,
-    plan: &'a Plan,
-    stop: &'a AtomicBool,
-    progress: &'a mut dyn Progress,
+    /// Taps that the full model solved in place of one with effects left off.
+    mended: u64,
+    /// What its route packed.
+    state: Option<Vec<u8>>,
 }
 
-impl<'a> Run<'a> {
-    fn new(
-        (study, plan): (&'a Study, &'a Plan),
-        method: Method,
-        writers: Writers,
-        (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
-    ) -> Self {
-        let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
-        let (counts, best, solve) = (Counts::default(), Best::new(HIGHLIGHTS), Duration::ZERO);
-        Self { study, plan, evaluator, writers, counts, best, kept: Vec::new(), solve, stop, progress }
+impl Before {
+    fn nothing(writers: Writers) -> Self {
+        let (counts, best) = (Counts::default(), Best::new(HIGHLIGHTS));
+        Self { writers, counts, best, solve: Duration::ZERO, mended: 0, state: None }
     }
 
-    /// Outcomes of `tasks`; `Err` when asked to stop.
-    fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        self.check_stop()?;
-        let start = Instant::now();
-        let outcomes = self.evaluator.run(designs, tasks)?;
-        self.counts.solved += outcomes.len() as u64;
-        Ok(self.noted(outcomes, start))
-    }
-
-    /// As [`Self::evaluate`], read from charts where the plan has any.
-    fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        self.check_stop()?;
-        let start = Instant::now();
-        let outcomes = self.evaluator.read(designs, tasks)?;
-        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.counts.interpolated += interpolated;
-        self.counts.solved += outcomes.len() as u64 - interpolated;
-        Ok(self.noted(outcomes, start))
-    }
-
-    /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
-    fn evaluate_over(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        drives: &[f64],
-    ) -> Result<Vec<Outcome>, Error> {
-        self.check_stop()?;
-        let start = Instant::now();
-        let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
-        self.counts.solved += solved;
-        self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        Ok(self.noted(outcomes, start))
-    }
-
-    /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
-    /// are told by the model. With `drives` the rows of a design are all of them; `Err` when asked to stop.
-    fn profiles(
-        &mut self,
-        designs: &[Design],
-        rows: impl Iterator<Item = (u32, f64, [f64; 2])>,
-        drives: Option<&[f64]>,
-    ) -> Result<Vec<Option<Profile>>, Error> {
-        if self.study.setup.estimate.theory != Theory::Exact {
-            return Ok(Vec::new());
-        }
-        self.check_stop()?;
-        let start = Instant::now();
-        let ask = |(design, drive, ends)| Ask { design, drive, reach: Reach::Asked(ends) };
-        let asks: Vec<Ask> = rows.map(ask).collect();
-        let (profiles, solved) =
-            profile::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
-        self.solve += start.elapsed();
-        self.counts.solved += solved;
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
-        Ok(profiles)
-    }
-
-    /// Counts the sweeps and strains of `outcomes`, which were solved since `start`.
-    fn noted(&mut self, outcomes: Vec<Outcome>, start: Instant) -> Vec<Outcome> {
-        self.solve += start.elapsed();
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
-        for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.counts.strain.push(o.strain.abs());
-        }
-        outcomes
-    }
-
-    /// `Err` when asked to stop.
-    fn check_stop(&self) -> Result<(), Error> {
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(Error::Run("interrupted; nothing was written, an older result is as it was".into())),
-            false => Ok(()),
-        }
-    }
-
-    /// Takes over the counts of finished taps.
-    fn absorb(&mut self, status: &Counts) {
-        self.counts.taps += status.taps;
-        for (word, n) in &status.status {
-            *self.counts.status.entry(word).or_default() += n;
-        }
-        self.progress.at(self.counts.taps, self.plan.taps);
-    }
-
-    /// Shows that `more` taps than the finished ones are done.
-    fn show(&mut self, more: u64) {
-        self.progress.at(self.counts.taps + more, self.plan.taps);
-    }
-
-    /// Appends rows to a table that is written.
-    fn write(&mut self, table: Table, text: &[u8], rows: u64) -> Result<(), Error> {
-        let (slot, count) = self.writers.slot(table);
-        if let Some(file) = slot {
-            file.write(text)?;
-            self.counts.rows[count] += rows;
-        }
-        Ok(())
-    }
-}
-
-/// The open table files; `None` for a table that is not written.
-struct Writers {
-    files: [Option<Output>; 3],
-}
-
-impl Writers {
-    /// Writes nothing.
-    fn none() -> Self {
-        Self { files: [None, None, None] }
-    }
-
-    fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
-        let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
-            if !wanted {
-                return Ok(None);
-            }
-            let mut file = folder.file(table.file())?;
-            let mut text = Text::default();
-            text.header(&table.columns(&study.setup)).map_err(|e| Error::Run(e.to_string()))?;
-            file.write(&text.into_bytes())?;
-            Ok(Some(file))
+    /// From what it `left`; `None` where that is not whole and is given up by `force`.
+    fn read(
+        study: &Study,
+        plan: &Plan,
+        about: &About,
+        folder: &mut Folder,
+        left: Left,
+        force: bool,
+    ) -> Result<Option<Self>, Error> {
+        let mut state = Unpacker(&left.state);
+        let head: Option<(Counts, Best, f64, u64)> = state.take();
+        let writers = match head {
+            Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
+            None => None,
         };
-        Ok(Self {
-            files: [
-                open(Table::Tuples, plan.tuples)?,
-                open(Table::Designs, study.output.designs)?,
-                open(Table::Distances, study.output.distances)?,
-            ],
-        })
-    }
-
-    fn slot(&mut self, table: Table) -> (&mut Option<Output>, usize) {
-        let at = table as usize;
-        (&mut self.files[at], at)
-    }
-
-    fn wants(&self, table: Table) -> bool {
-        self.files[table as usize].is_some()
-    }
-
-    fn close(self) -> Result<(), Error> {
-        self.files.into_iter().flatten().try_for_each(Output::close)
+        match head.zip(writers) {
+            Some(((counts, best, solve, mended), writers)) => {
+                let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
+                Ok(Some(Self { writers, counts, best, solve, mended, state: Some(state.0.to_vec()) }))
+            }
+            None if force => folder.begin_anew().map(|()| None),
+            None => Err(keep::damaged()),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::grid::small;
-use super::{Run, Writers, charted, rows};
+use super::{Before, Run, Writers, charted, rows};
 use crate::backend::Choice;
 use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;
@@ -39,7 +39,7 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let method = choice.open(&study.setup.model)?;
     let opened = start.elapsed().as_secs_f64();
     let (never, mut silent) = (AtomicBool::new(false), Silent);
-    let mut run = Run::new((study, plan), method, Writers::none(), (&never, &mut silent));
+    let mut run = Run::new((study, plan), method, Before::nothing(Writers::none()), (&never, &mut silent));
     let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.ranker) {
         (Space::Grid(factors), Some(ranker)) => ranked(&mut run, &Layout::new(factors), ranker)?,

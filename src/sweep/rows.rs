@@ -13,7 +13,8 @@ use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::{Convention, Tuple};
 use crate::sink::{
-    csv::Text,
+    pack::Packed,
+    rows::Rows,
     run_json::Counts,
     table::{AtDrive, Table, fields},
 };
@@ -22,17 +23,23 @@ use crate::statistics::{DriveRow, Reduction};
 /// Rows of one piece of text.
 const PIECE: usize = 512;
 
-/// Writes the rows of `layout`.
+/// Writes the rows of the designs of `layout` that are the run's own.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout, reader: &RowReader) -> Result<(), Error> {
-    run.counts.solved += reader.sweeps().taps;
-    run.counts.sweeps.merge(&reader.sweeps());
     run.counts.chart = Some(serde_json::json!(reader.summary()));
-    let total = layout.n_designs * layout.n_drives;
+    let (begin, end) = (run.designs.start * layout.n_drives, run.designs.end * layout.n_drives);
+    let mut from = match run.resumed::<u64>()? {
+        Some(row) => row,
+        None => {
+            run.counts.solved += reader.sweeps().taps;
+            run.counts.sweeps.merge(&reader.sweeps());
+            begin
+        }
+    };
     let together = (CHUNK / layout.n_distances).max(1);
-    let mut from = 0;
-    while from < total {
-        let to = (from + together).min(total);
+    while from < end {
+        let to = (from + together).min(end);
         some(run, layout, reader, &(from..to).collect::<Vec<_>>())?;
+        run.complete((to - begin, end - begin, "rows"), |state| to.pack(state))?;
         from = to;
     }
     Ok(())
@@ -122,30 +129,31 @@ fn write(
     tuples: &[Tuple],
     rows: &[DriveRow],
 ) -> Result<(), Error> {
-    let study = run.study;
+    let (study, format) = (run.study, run.writers.format);
     let by = study.output.by;
     let unit = |t: &Tuple| match study.setup.estimate.convention {
         Convention::Mean => 1.0,
         Convention::Elongation => Design::new(&study.setup, *t).elongation(&study.setup).unwrap_or(1.0),
     };
     let piece = |(p, (tuples, rows)): (usize, (&[Tuple], &[DriveRow]))| {
-        let (mut text, mut values, mut best) = (Text::default(), Vec::new(), Best::new(HIGHLIGHTS));
+        let (mut out, mut values, mut best) = (Rows::new(format), Vec::new(), Best::new(HIGHLIGHTS));
         for (i, (design, row)) in tuples.iter().zip(rows).enumerate() {
             let unit = unit(design);
-            fields(&AtDrive::COLUMNS, &AtDrive { design, drive: design.drive, row, unit }, &mut values);
-            text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
-            if let Some(rank) = row.rank(by, unit) {
+            let (rank, row, drive) = (row.rank(by, unit), row.figures(), design.drive);
+            fields(&AtDrive::COLUMNS, &AtDrive { design, drive, row, unit }, &mut values);
+            out.row(&mut values)?;
+            if let Some(rank) = rank {
                 let r = places[p * PIECE + i];
                 let index = (r / layout.n_drives, (r % layout.n_drives) as u32);
-                best.offer(Kept { rank, index, design: *design, drive: design.drive, row: *row, unit });
+                best.offer(Kept { rank, index, design: *design, drive, row, unit, charted: f32::NAN });
             }
         }
-        Ok((text.into_bytes(), best, rows.len() as u64))
+        Ok((out, best, rows.len() as u64))
     };
     let pieces = tuples.par_chunks(PIECE).zip(rows.par_chunks(PIECE)).enumerate().map(piece);
-    let pieces: Vec<(Vec<u8>, Best, u64)> = pieces.collect::<Result<_, Error>>()?;
-    for (text, best, rows) in pieces {
-        run.write(Table::Designs, &text, rows)?;
+    let pieces: Vec<(Rows, Best, u64)> = pieces.collect::<Result<_, Error>>()?;
+    for (out, best, rows) in pieces {
+        run.write(Table::Designs, out, rows)?;
         run.best.merge(best);
     }
     Ok(())

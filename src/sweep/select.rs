@@ -4,8 +4,9 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::scene::Tuple;
+use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::table::{AtDrive, Field, fields};
-use crate::statistics::DriveRow;
+use crate::statistics::Figures;
 
 /// A designs row that was kept.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,20 +20,48 @@ pub struct Kept {
     /// Its drive, degrees or mm.
     pub drive: f64,
     /// The row.
-    pub row: DriveRow,
+    pub row: Figures,
     /// Unit of K in the tables.
     pub unit: f64,
+    /// What it was ranked by in a chart, which decides whether it is a candidate; NaN of a row solved tap by tap.
+    pub(super) charted: f32,
+}
+
+impl Packed for Kept {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.rank, self.index, self.design).pack(to);
+        (self.drive, self.row, self.unit, self.charted).pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let (rank, index, design) = from.take()?;
+        let (drive, row, unit, charted) = from.take()?;
+        Some(Self { rank, index, design, drive, row, unit, charted })
+    }
+}
+
+impl Packed for Best {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.n as u64, self.offered, self.heap.len() as u64).pack(to);
+        self.heap.iter().for_each(|worst| worst.0.pack(to));
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let (n, offered, len): (u64, u64, u64) = from.take()?;
+        let heap = (0..len).map(|_| from.take().map(Worst)).collect::<Option<_>>()?;
+        Some(Self { n: usize::try_from(n).ok()?, heap, offered })
+    }
 }
 
 impl Kept {
     /// Its row of designs.csv, after what `out` holds.
     pub fn fields(&self, out: &mut Vec<Field>) {
-        let row = AtDrive { design: &self.design, drive: self.drive, row: &self.row, unit: self.unit };
+        let row = AtDrive { design: &self.design, drive: self.drive, row: self.row, unit: self.unit };
         fields(&AtDrive::COLUMNS, &row, out);
     }
 
     /// Better first: smaller value, then smaller index.
-    fn order(&self, other: &Self) -> Ordering {
+    pub(super) fn order(&self, other: &Self) -> Ordering {
         self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))
     }
 }

@@ -2,12 +2,19 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use serde_json::Value;
 
 use crate::common::program::Desk;
-use crate::common::sweeping::{Row, Table, number};
+use crate::common::sweeping::{CPU_F64, Row, Table, number};
+use vibrissa::error::Error;
+use vibrissa::needed::{Needed, Rows};
+use vibrissa::plan::Plan;
+use vibrissa::progress::Progress;
 use vibrissa::scene::Setup;
+use vibrissa::sweep::{self, Target};
 use vibrissa::{design, spec};
 
 /// All effects of soft rubber, small taps.
@@ -252,6 +259,88 @@ fn a_kept_row_that_does_not_keep_the_bound_brings_the_effect_back() {
     desk.write("spec.toml", desk.read("spec.toml").replace("neo-hookean", "hooke"));
     desk.sweep(&["--out", "hooke"]).exits(0);
     assert_eq!(desk.read("out/designs.csv"), desk.read("hooke/designs.csv"));
+}
+
+/// Asks to stop as soon as some taps are done.
+struct Stops<'a>(&'a AtomicBool, bool);
+
+impl Progress for Stops<'_> {
+    fn at(&mut self, done: u64, _: u64) {
+        self.0.store(self.1 && done > 0, Ordering::Relaxed);
+    }
+}
+
+/// A sweep of `text` with effects left off, and what it says of them; stopped as soon as can be, if asked.
+fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
+    let mut spec = spec::parse("spec.toml", text, Path::new("")).expect("a spec");
+    let choice = CPU_F64.choice();
+    let rows = Rows::of_study(&spec.study).expect("rows");
+    let mut needed = Needed::new(&spec.study.setup, rows, 1e-2).expect("a model");
+    assert!(!needed.left().is_empty());
+    spec.study.setup = needed.setup().clone();
+    let plan = Plan::new(&spec.study, &choice).expect("a plan");
+    let stop = AtomicBool::new(false);
+    let target = Target { every: Duration::ZERO, ..Target::new(out, &stop) };
+    let mut stops = Stops(&stop, stopping);
+    let report = sweep::run_needed(&mut spec, plan, &choice, &target, &mut stops, &mut needed)?;
+    Ok(report.model_error.expect("what is left off"))
+}
+
+/// Several groups of designs, each with taps near the limit of the gauge: they go on, and no tap of the full model is lost or told twice. Where
+/// rows are kept nothing is, for they may ask for another model.
+#[test]
+fn a_stopped_sweep_goes_on_with_what_is_left_off() {
+    let text = "[whisker]\nD = { from = 8, to = 12, steps = 300 }\nd = { from = 4, to = 9, steps = 30 }\nL_a = 50\n\
+                [gauge]\nx_ss = 5\nl = 2\nstrain_limit = 0.0021\n[tap]\na = { from = 24, to = 45, steps = 40 }\ntheta = 0.5\n\
+                [model]\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n[output]\ntuples = false\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let [whole, out, top] = ["whole", "out", "top"].map(|name| folder.path().join(name));
+    let told = needed(text, &whole, false).expect("a sweep");
+    let mut stops = 0;
+    let again = loop {
+        match needed(text, &out, true) {
+            Ok(told) => break told,
+            Err(e) => assert!(e.to_string().contains(" are kept in "), "{e}"),
+        }
+        stops += 1;
+        assert!(stops < 20);
+    };
+    assert!(stops >= 2, "{stops}");
+    let read = |folder: &Path| std::fs::read(folder.join("designs.csv")).expect("a table");
+    assert!(read(&whole) == read(&out));
+    assert!(told["taps_by_full_model"].as_u64().expect("taps") > 0, "{told}");
+    assert_eq!(told["taps_by_full_model"], again["taps_by_full_model"]);
+
+    let kept = format!("{text}top = 5\nby = \"K_sd\"\n");
+    let error = needed(&kept, &top, true).expect_err("stopped").to_string();
+    assert!(error.contains("nothing was written") && !top.exists(), "{error}");
+    needed(&kept, &top, false).expect("a sweep");
+}
+
+#[test]
+fn no_part_is_done_with_effects_left_off() {
+    let desk = Desk::new(&soft("0.5", ""));
+    let refused = |arguments: &[&str]| {
+        let error = desk.run(&[arguments, &["--json"]].concat()).exits(2).json()["error"].clone();
+        assert_eq!(error["key"], "--shard", "{error}");
+        assert!(error.to_string().contains("left off over the whole sweep"), "{error}");
+    };
+    refused(&[
+        "sweep",
+        "spec.toml",
+        "--backend",
+        "cpu",
+        "--model-error",
+        "1e-2",
+        "--shard",
+        "1/2",
+        "--out",
+        "out",
+    ]);
+    desk.write("spec.toml", soft("0.5", "[run]\nmodel_error = 1e-2\n"));
+    refused(&["sweep", "spec.toml", "--backend", "cpu", "--shard", "1/2", "--out", "out"]);
+    refused(&["cluster", "slurm", "spec.toml", "--shards", "2", "--out", "out"]);
+    assert!(!desk.path("out").exists());
 }
 
 #[test]

@@ -115,8 +115,8 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
     desk.write("many.toml", desk.read("one.toml") + taps);
     let before = desk.names(".");
     let lines: [&[&str]; 4] = [
-        &["sweep", "spec.toml", "--backend", "cpu"],
-        &["sweep", "spec.toml", "--backend", "reference"],
+        &["sweep", "spec.toml", "--backend", "cpu", "--keep-every", "3600"],
+        &["sweep", "spec.toml", "--backend", "reference", "--keep-every", "3600"],
         &["tap", "one.toml"],
         &["simulate", "many.toml"],
     ];
@@ -134,6 +134,34 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
         let _ = std::fs::remove_dir(desk.path("results"));
         assert_eq!(desk.names("."), before, "{line:?}");
     }
+}
+
+#[test]
+fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
+    let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 200_000 }");
+    let desk = Desk::new(&format!("{large}[output]\ntuples = false\ndistances = false\n"));
+    let line =
+        ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
+    for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, false)] {
+        let child = start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()));
+        until(|| desk.path("out/.vibrissa-unfinished/.state").exists(), "nothing is complete");
+        send(&child, signal);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
+        let said = if json { words(&left.stdout) } else { words(&left.stderr) };
+        assert!(said.contains("of 200000 designs are kept in out, and the same command goes on"), "{said}");
+        assert_eq!(desk.names("out"), [".vibrissa-unfinished"]);
+        desk.run(&line[..7]).exits(0);
+        desk.run(&[&line[..6], &["--out", "whole"]].concat()).exits(0);
+        assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
+        std::fs::remove_dir_all(desk.path("out")).unwrap();
+    }
+    // A search for signals to ignore: as nohup starts it.
+    let child = ignoring(program(&desk, &line), SIGHUP);
+    until(|| desk.path("out/.vibrissa-unfinished/.state").exists(), "nothing is complete");
+    send(&child, SIGHUP);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
+    assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
 }
 
 #[test]

@@ -248,7 +248,7 @@ fn other_sections() {
     refused(&estimate("range = [0, 20]"), 14, "estimate.range", "0 < a_min");
     refused(&estimate("range = 20"), 14, "estimate.range", "a list of numbers");
     let output = |key: &str| with("[output]", &format!("[output]\n{key}"));
-    refused(&output("format = \"parquet\""), 15, "output.format", "not available yet");
+    refused(&output("format = \"hdf5\""), 15, "output.format", "\"csv\", \"parquet\"");
     refused(&output("top = 0"), 15, "output.top", "≥ 1");
     refused(&output("by = \"k_sd\""), 15, "output.by", "did you mean K_sd?");
     refused(&output("per = \"tap\""), 15, "output.per", "\"row\", \"design\"");

@@ -9,11 +9,12 @@ use serde_json::Value;
 use super::disk::{Identity, Stamp, hash_file, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
-use super::{JOURNAL, PREFIX};
+use super::{JOURNAL, PREFIX, WORK};
 use crate::error::{Error, InputError};
+use crate::sink::shard::Shard;
 
 /// A result that took longer is not replaced by another question without `--force`, seconds.
-const LONG: f64 = 60.0;
+pub(super) const LONG: f64 = 60.0;
 
 /// What is there of an older result, and gives way.
 #[derive(Debug, Default)]
@@ -103,12 +104,15 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
     Ok(match record {
         Record::Nothing => {
             let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-            let strange = |name: &str| !name.starts_with(PREFIX);
+            let part = |name: &str| question.command == "sweep" && Shard::of_folder(name).is_some();
+            let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
             let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
             let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
-            match (occupied, searched) {
-                (true, _) => Some("this folder is not empty and holds no result of this program".to_owned()),
-                (_, true) => Some("this folder holds an unfinished search".to_owned()),
+            let swept = question.command != "sweep" && folder.join(WORK).exists();
+            match (occupied, searched, swept) {
+                (true, ..) => Some("this folder is not empty and holds no result of this program".to_owned()),
+                (_, true, _) => Some("this folder holds an unfinished search".to_owned()),
+                (_, _, true) => Some("this folder holds an unfinished sweep".to_owned()),
                 _ => None,
             }
         }

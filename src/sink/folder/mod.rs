@@ -11,6 +11,7 @@ mod output;
 mod question;
 mod record;
 mod replace;
+mod work;
 
 use std::fs;
 use std::io::ErrorKind;
@@ -18,14 +19,18 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::pack::Packer;
 use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
 pub use disk::{hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
-pub use output::Output;
+pub use output::{Mark, Output};
 pub use question::Question;
+pub use record::Listed;
 use record::RUN;
+pub use work::{Head, Left, WORK};
+use work::{Made, Partial, Saving};
 
 /// Start of the names that this program uses for itself in and beside result folders.
 const PREFIX: &str = ".vibrissa-";
@@ -43,10 +48,15 @@ pub struct Folder {
     old: Old,
     names: Vec<String>,
     closed: output::Closed,
-    unfinished: Unfinished,
-    partial: tempfile::TempDir,
-    // Last: whoever has the lock may clear up.
+    /// What is kept if the run ends now.
+    words: Option<String>,
+    saving: Saving,
+    partial: Partial,
+    // Behind it: whoever has the lock may clear up.
     lock: Lock,
+    /// The lock of where it began, where that was not the folder itself.
+    _outer: Option<Lock>,
+    made: Made,
 }
 
 /// A result in its final place. Until it is dropped, no other run writes there.
@@ -66,7 +76,18 @@ impl Folder {
     /// A folder that another run is writing to; one that holds another result or anything else, unless `force`; a file in
     /// the way.
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
-        Self::with(target, locked(target)?, question, names, force)
+        Self::with(target, locked(target)?, question, (names, None), force).map(|(folder, _)| folder)
+    }
+
+    /// As [`Self::open`], and what a stopped run of the same `identity` left there, which the result then begins with.
+    pub fn open_again(
+        target: &Path,
+        question: Question,
+        names: &[&str],
+        identity: &str,
+        force: bool,
+    ) -> Result<(Self, Option<Left>), Error> {
+        Self::with(target, locked(target)?, question, (names, Some(identity)), force)
     }
 
     /// As [`Self::open`], in a `target` that is made at once where it is not there.
@@ -77,16 +98,16 @@ impl Folder {
             // Beside it, too, nobody begins to write until the folder itself is locked.
             held = locked(target)?;
         }
-        Self::with(target, held, question, names, force)
+        Self::with(target, held, question, (names, None), force).map(|(folder, _)| folder)
     }
 
     fn with(
         target: &Path,
         lock: Lock,
         question: Question,
-        names: &[&str],
+        (names, identity): (&[&str], Option<&str>),
         force: bool,
-    ) -> Result<Self, Error> {
+    ) -> Result<(Self, Option<Left>), Error> {
         let inside = target.is_dir();
         if inside {
             replace::recover(target)?;
@@ -100,10 +121,94 @@ impl Folder {
             let names: Vec<String> = names.iter().chain(&[RUN]).map(|&n| n.to_owned()).collect();
             old = judge(target, &question, &names, force)?;
         }
-        let partial = beside(&lock)?;
-        let unfinished = Unfinished::new(partial.path());
+        let left = match identity.filter(|_| inside) {
+            Some(identity) => work::look(target, identity, force)?,
+            None => None,
+        };
+        let partial = match left {
+            Some(_) => Partial::again(target),
+            None => Partial::new(beside(&lock)?),
+        };
         let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
-        Ok(Self { target, question, inside, old, names, closed, unfinished, partial, lock })
+        let (saving, _outer, made) = (Saving::default(), None, Made(None));
+        let words = left.as_ref().map(|left| left.head.words(&target));
+        words.iter().for_each(|words| unfinished::keeping(words.clone()));
+        let folder =
+            Self { target, question, inside, old, names, closed, words, saving, partial, lock, _outer, made };
+        Ok((folder, left))
+    }
+
+    /// Gives up what a stopped run left, to begin anew.
+    pub fn begin_anew(&mut self) -> Result<(), Error> {
+        self.names.clear();
+        self.partial.clear().map_err(|e| Error::io(self.partial.path(), e))
+    }
+
+    /// Keeps what is complete, so that a run that stops from now on is gone on with: `files`, as they are now, and what `fill` says of them and
+    /// of the run. This happens while the run goes on; `wait` waits for it. Whether it was begun: not while the last time is under way, and
+    /// not where another run has come between.
+    ///
+    /// # Errors
+    /// What cannot be written, this time or the last time.
+    pub fn keep(
+        &mut self,
+        head: &Head,
+        files: Vec<fs::File>,
+        wait: bool,
+        fill: impl FnOnce(&mut Packer<'_>) -> Result<(), Error>,
+    ) -> Result<bool, Error> {
+        if self.saving.busy() && !wait {
+            return Ok(false);
+        }
+        self.kept()?;
+        if !self.partial.is_work() && !self.stay()? {
+            return Ok(false);
+        }
+        self.saving.start(self.partial.path(), head, files, fill)?;
+        if wait {
+            self.kept()?;
+        }
+        Ok(true)
+    }
+
+    /// Waits until what is kept is durable.
+    fn kept(&mut self) -> Result<(), Error> {
+        if let Some(words) = self.saving.wait().map_err(|e| Error::io(&self.target, e))? {
+            self.partial.keep();
+            self.words = Some(words);
+        }
+        Ok(())
+    }
+
+    /// What is kept if the run ends now, in words.
+    pub fn words(&mut self) -> Option<String> {
+        let _ = self.kept();
+        self.words.clone()
+    }
+
+    /// Moves what is written to where the next run looks for it; whether nobody has come between.
+    fn stay(&mut self) -> Result<bool, Error> {
+        // There a folder whose files are open keeps its name.
+        if cfg!(windows) {
+            return Ok(false);
+        }
+        let failed = |e| Error::io(&self.target, e);
+        if !self.inside {
+            match fs::create_dir(&self.target) {
+                Ok(()) => self.made = Made(Some(self.target.clone())),
+                // Whoever made it in the meantime has it.
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
+                Err(e) => return Err(failed(e)),
+            }
+            let Asked::Held(lock) = Lock::wait(&self.target, RESULT).map_err(failed)? else {
+                return Ok(false);
+            };
+            self._outer = Some(std::mem::replace(&mut self.lock, lock));
+            self.inside = true;
+        }
+        self.partial.rename(&self.target).map_err(failed)?;
+        disk::sync(&self.target).map_err(failed)?;
+        Ok(true)
     }
 
     /// A folder for what the run needs only while it lasts. What a killed run leaves there the next one removes.
@@ -128,9 +233,28 @@ impl Folder {
     /// A new file of the result.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.partial.path().join(name);
+        // What a run that stopped at its very end left under this name.
+        if self.partial.is_work() && path.symlink_metadata().is_ok() {
+            fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
+        }
         let file = fs::File::create_new(&path).map_err(|e| Error::io(&path, e))?;
         self.names.push(name.to_owned());
         Ok(Output::new(file, name, self.target.join(name), self.closed.clone()))
+    }
+
+    /// A file of the result that a stopped run began; `None` where its bytes are not those that `mark` knows.
+    pub fn file_again(&mut self, name: &str, mark: &Mark) -> Result<Option<Output>, Error> {
+        let path = self.partial.path().join(name);
+        let open = || open_regular(&path, fs::OpenOptions::new().read(true).write(true));
+        let again = |file| Output::again(file, name, self.target.join(name), self.closed.clone(), mark);
+        let output = match open().and_then(again) {
+            Err(e) if e.kind() == ErrorKind::NotFound => None,
+            other => other.map_err(|e| Error::io(&path, e))?,
+        };
+        if output.is_some() {
+            self.names.push(name.to_owned());
+        }
+        Ok(output)
     }
 
     /// Writes run.json, from which the result is known again, after all other files.
@@ -145,19 +269,16 @@ impl Folder {
     }
 
     /// Puts all files in their final place, at once or, where a folder is there, by renames that are always carried through.
-    pub fn finish(self) -> Result<Written, Error> {
+    pub fn finish(mut self) -> Result<Written, Error> {
+        self.kept()?;
         let at = |name: &String| self.target.join(name);
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
-        self.unfinished.settle();
+        self.partial.keep();
         unfinished::placing();
         match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
-            Ok(()) => {
-                // It has another name now.
-                let _ = self.partial.keep();
-                Ok(Written { files, removed, _lock: self.lock })
-            }
+            Ok(()) => Ok(Written { files, removed, _lock: self.lock }),
             Err(e) => Err(self.set_aside(&e)),
         }
     }

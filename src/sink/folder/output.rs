@@ -1,12 +1,13 @@
 //! A file of the result while it is written, hashed on the way.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::record::Listed;
 use crate::error::Error;
+use crate::sink::pack::{Packed, Packer, Unpacker};
 
 /// The files that are written, each once it is closed.
 #[derive(Debug, Clone, Default)]
@@ -45,7 +46,66 @@ pub struct Output {
     closed: Closed,
 }
 
+/// How far a file was written: its length, and the check of its bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mark {
+    /// Bytes.
+    pub bytes: u64,
+    /// Their hex BLAKE3.
+    pub blake3: String,
+}
+
+impl Packed for Mark {
+    fn pack(&self, to: &mut Packer<'_>) {
+        self.bytes.pack(to);
+        self.blake3.pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let (bytes, blake3) = from.take()?;
+        Some(Self { bytes, blake3 })
+    }
+}
+
 impl Output {
+    /// Goes on with `file` behind the bytes that `mark` knows; what follows them is cut off. `None` where they are not those.
+    pub(super) fn again(
+        mut file: fs::File,
+        name: &str,
+        path: PathBuf,
+        closed: Closed,
+        mark: &Mark,
+    ) -> io::Result<Option<Self>> {
+        if file.metadata()?.len() < mark.bytes {
+            return Ok(None);
+        }
+        let mut digest = blake3::Hasher::new();
+        digest.update_reader((&mut file).take(mark.bytes))?;
+        if digest.finalize().to_hex().as_str() != mark.blake3 {
+            return Ok(None);
+        }
+        file.set_len(mark.bytes)?;
+        file.seek(SeekFrom::Start(mark.bytes))?;
+        let again = Self::new(file, name, path, closed);
+        Ok(Some(Self { digest, bytes: mark.bytes, ..again }))
+    }
+
+    /// Bytes so far.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// How far it is, with everything handed to the system.
+    pub fn mark(&mut self) -> Result<Mark, Error> {
+        self.writer.flush().map_err(|e| Error::io(&self.path, e))?;
+        Ok(Mark { bytes: self.bytes, blake3: self.digest.finalize().to_hex().to_string() })
+    }
+
+    /// The file itself, to make it durable.
+    pub fn handle(&self) -> Result<fs::File, Error> {
+        self.writer.get_ref().try_clone().map_err(|e| Error::io(&self.path, e))
+    }
+
     /// `path` is where the file will be found.
     pub(super) fn new(file: fs::File, name: &str, path: PathBuf, closed: Closed) -> Self {
         let writer = BufWriter::with_capacity(1 << 20, file);

@@ -64,6 +64,13 @@ impl Question {
         }
     }
 
+    /// The values in force on which a result depends, with their keys.
+    pub fn lasting(&self) -> Value {
+        let entries = self.in_force.as_array().into_iter().flatten();
+        let lasting = |e: &&Value| e["key"].as_str().is_some_and(|key| !FREE.contains(&key));
+        entries.filter(lasting).map(|e| json!({ "key": e["key"], "value": e["value"] })).collect()
+    }
+
     /// Keys whose values differ from those of an older `run.json`.
     pub(super) fn changed(&self, older: &Value) -> Vec<String> {
         // As it reads from a file.

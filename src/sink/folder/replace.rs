@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::claim::{Old, look, refuse};
 use super::disk::{Stamp, open_regular, sync};
 use super::record::{Listed, RUN, is_plain};
+use super::work::STATE;
 use crate::error::Error;
 
 /// A decided replacement that is not yet done.
@@ -141,7 +142,10 @@ fn put(target: &Path, manifest: &Manifest) -> io::Result<()> {
 fn finish(target: &Path) -> io::Result<()> {
     let pending = target.join(PENDING);
     sync(target)?;
-    fs::remove_file(pending.join(MANIFEST))?;
+    match fs::remove_file(pending.join(STATE)) {
+        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
+        _ => fs::remove_file(pending.join(MANIFEST))?,
+    }
     fs::remove_dir(&pending)
 }
 

@@ -125,7 +125,8 @@ pub const OUTPUT: Section = section(
             .note("A default of more than 10 GB is refused until the spec says it"),
         key("designs", "", "write designs.csv", "true"),
         key("distances", "", "write distances.csv", "false"),
-        key("format", "", "format of the tables", "\"csv\""),
+        key("format", "", "format of the tables", "\"parquet\"")
+            .note("Parquet has the same columns and words, typed, with units and spec in its metadata"),
         key("top", "", "keep only the best N complete rows", "20").absent("all rows"),
         key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\""),
         key("per", "", "what competes: every row, or each design with its best drive", "\"design\""),

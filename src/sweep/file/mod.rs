@@ -7,15 +7,17 @@ mod read;
 mod reduce;
 mod write;
 
+use super::select::Kept;
 use super::{KEEP, Run};
 use crate::design::Design;
 use crate::error::Error;
 use crate::profile::Profile;
 use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
+use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::table::Table;
 use crate::statistics::Reduction;
-use read::{Reader, Tap, failed, last_run, longest, order, solve};
+use read::{Reader, Tap, last_run, longest, order, solve};
 use reduce::Reduced;
 use write::{write_distances, write_tuples};
 
@@ -23,19 +25,97 @@ use write::{write_distances, write_tuples};
 pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
     let (study, groups) = (run.study, file.groups());
     let distances = run.writers.wants(Table::Distances);
-    let order = order(groups, study.output.top.is_some());
-    let once = order.is_none() && study.output.top.is_none() && longest(&groups.drives) <= KEEP;
+    let order = order(groups, study.output.top.is_some(), &run.designs);
+    let in_file_order = order.as_ref().is_none_or(|rows| rows.is_sorted());
+    let once = in_file_order && study.output.top.is_none() && longest(&groups.drives) <= KEEP;
     let rows = if distances { file.len() } else { 0 };
-    let mut all = Reduced::new(rows, if once { 0 } else { groups.counts[1] as usize }, study.output.top);
+    let (from, mut all, kept) = match run.resumed::<At>()? {
+        Some(At::Reduced(from, all)) => (from, all, None),
+        Some(At::Written(from, all, kept)) => (from, all, Some(kept)),
+        None => {
+            let numbers = if once { 0 } else { groups.counts[1] as usize };
+            (0, Reduced::new(rows, numbers, study.output.top), None)
+        }
+    };
+    if run.part {
+        all = all.with_firsts(groups);
+    }
+    let (kept, from) = match kept {
+        Some(kept) => (kept, from),
+        None => {
+            reduce_all(run, file, &mut all, (order.as_deref(), once), from)?;
+            (all.finish(run, groups)?, 0)
+        }
+    };
+    drop(order);
+    if !once && run.writers.wants(Table::Tuples) {
+        write_tuples(run, file, &all, &kept, from)?;
+    }
+    if distances {
+        write_distances(run, file, &all, kept.as_deref())?;
+    }
+    Ok(())
+}
+
+/// How far a sweep is.
+enum At {
+    /// So many rows, in the order in which they are reduced, are reduced to this.
+    Reduced(u64, Reduced),
+    /// All are; the taps of so many, in file order, are written, of the kept designs rows if some were.
+    Written(u64, Reduced, Option<Vec<Kept>>),
+}
+
+impl Packed for At {
+    fn pack(&self, to: &mut Packer<'_>) {
+        match self {
+            Self::Reduced(place, all) => pack_reduced((*place, all), to),
+            Self::Written(place, all, kept) => pack_written((*place, all, kept), to),
+        }
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        match from.take::<u8>()? {
+            0 => Some(Self::Reduced(from.take()?, from.take()?)),
+            1 => Some(Self::Written(from.take()?, from.take()?, from.take()?)),
+            _ => None,
+        }
+    }
+}
+
+/// Packs [`At::Reduced`] without taking it.
+fn pack_reduced((place, all): (u64, &Reduced), to: &mut Packer<'_>) {
+    0u8.pack(to);
+    place.pack(to);
+    all.pack(to);
+}
+
+/// Packs [`At::Written`] without taking it.
+fn pack_written((place, all, kept): (u64, &Reduced, &Option<Vec<Kept>>), to: &mut Packer<'_>) {
+    1u8.pack(to);
+    place.pack(to);
+    all.pack(to);
+    kept.pack(to);
+}
+
+/// Reduces the rows of the file from place `from` on, in `order`; `once`: writes their taps on the way.
+fn reduce_all(
+    run: &mut Run<'_>,
+    file: &Listed,
+    all: &mut Reduced,
+    (order, once): (Option<&[u32]>, bool),
+    from: u64,
+) -> Result<(), Error> {
+    let groups = file.groups();
     let (mut batch, mut designs) = (Vec::new(), Vec::new());
-    let mut reader = Reader::new(file, order.as_deref())?;
+    let mut reader = Reader::new(file, order)?;
+    reader.skip(from as usize)?;
     loop {
         let more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
         let open = if more { last_run(groups, &batch) } else { batch.len() };
         all.reduce(run, groups, &designs, &batch[..open], once)?;
         batch.drain(..open);
         if !more {
-            break;
+            return Ok(());
         }
         // The design of what is left comes first in the next batch.
         if let Some(tap) = batch.first() {
@@ -45,17 +125,9 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
         } else {
             designs.clear();
         }
+        let place = (reader.at.1 - batch.len()) as u64;
+        run.complete((place, reader.len as u64, "rows"), |to| pack_reduced((place, all), to))?;
     }
-    drop(reader);
-    drop((batch, designs, order));
-    let kept = all.finish(run)?;
-    if !once && run.writers.wants(Table::Tuples) {
-        write_tuples(run, file, &all.k, kept.as_deref())?;
-    }
-    if distances {
-        write_distances(run, file, &all.left, kept.as_deref())?;
-    }
-    Ok(())
 }
 
 /// The model's own curves of the designs rows of these taps, where distances are told by it.

@@ -1,8 +1,10 @@
 //! Rows of a tuple file in some order, solved a batch at a time.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::super::{CHUNK, Run};
+use super::super::Run;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
@@ -20,19 +22,26 @@ pub(super) struct Tap {
     pub outcome: Outcome,
 }
 
-/// Rows in the order of their designs rows (of their designs first where these compete); `None` where that is the file's.
-pub(super) fn order(groups: &Groups, by_design: bool) -> Option<Vec<u32>> {
+/// Rows of the designs `own` in the order of their designs rows (of their designs first where these compete); `None` where that is the
+/// whole file in its order.
+pub(super) fn order(groups: &Groups, by_design: bool, own: &Range<u64>) -> Option<Vec<u32>> {
     let key = |row: u32| {
         let row = row as usize;
         (if by_design { groups.designs[row] } else { 0 }, groups.drives[row])
     };
     let n = groups.drives.len() as u32;
-    if (1..n).all(|row| key(row - 1) <= key(row)) {
+    let all = own.start == 0 && own.end == groups.counts[0];
+    if all && (1..n).all(|row| key(row - 1) <= key(row)) {
         return None;
     }
-    let mut order: Vec<u32> = (0..n).collect();
+    let mut order: Vec<u32> = (0..n).filter(|&row| is_own(groups, own, row)).collect();
     order.par_sort_unstable_by_key(|&row| (key(row), row));
     Some(order)
+}
+
+/// Whether a row is of one of the designs `own`.
+pub(super) fn is_own(groups: &Groups, own: &Range<u64>, row: u32) -> bool {
+    own.contains(&u64::from(groups.designs[row as usize]))
 }
 
 /// Most rows with the same number, where these are together.
@@ -59,8 +68,17 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     pub(super) fn new(file: &Listed, order: Option<&'a [u32]>) -> Result<Self, Error> {
         let offsets = order.map(|_| file.offsets()).transpose().map_err(failed)?;
-        let order = order.zip(offsets);
-        Ok(Self { rows: file.rows().map_err(failed)?, order, at: (0, 0), len: file.len() })
+        let (order, len) = (order.zip(offsets), order.map_or(file.len(), <[u32]>::len));
+        Ok(Self { rows: file.rows().map_err(failed)?, order, at: (0, 0), len })
+    }
+
+    /// Passes over the next `n` rows.
+    pub(super) fn skip(&mut self, n: usize) -> Result<(), Error> {
+        if self.order.is_some() {
+            self.at.1 = self.len.min(self.at.1 + n);
+            return Ok(());
+        }
+        (0..n).try_for_each(|_| self.next().map(drop))
     }
 
     /// The next row and its number; `None` after the last.
@@ -99,8 +117,9 @@ pub(super) fn solve(
     let (study, known) = (run.study, designs.len());
     let mut last = batch.last().map(|tap| groups.designs[tap.row as usize]);
     let mut tuples: Vec<Tuple> = Vec::new();
-    let mut rows = Vec::with_capacity(CHUNK as usize);
-    while rows.len() < CHUNK as usize
+    let mut rows = Vec::new();
+    let together = run.plan.together() as usize;
+    while rows.len() < together
         && let Some((row, tuple)) = reader.next()?
     {
         if last.replace(groups.designs[row as usize]) != Some(groups.designs[row as usize]) {

@@ -4,16 +4,18 @@ use rayon::prelude::*;
 
 use super::super::Run;
 use super::super::grid::write_kept;
+use super::super::parted::Place;
 use super::super::select::{Best, Kept};
 use super::read::Tap;
-use super::{failed, profiles, reduction};
+use super::{profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
 use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
-    csv::Text,
+    pack::{Packed, Packer, Unpacker},
+    rows::{Rows, TableFormat},
     table::{AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Told;
@@ -54,24 +56,62 @@ pub(super) struct Reduced {
     best: Option<Best>,
     /// Best row so far of the design at hand, where designs compete.
     champion: Option<(u32, Kept)>,
+    /// First row of each designs row, of a part.
+    firsts: Vec<u32>,
+}
+
+impl Packed for Reduced {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.left.deviation.len() as u64).pack(to);
+        self.left.deviation.iter().for_each(|x| x.pack(to));
+        self.left.status.iter().for_each(|x| x.pack(to));
+        self.k.pack(to);
+        self.best.pack(to);
+        self.champion.pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let n: u64 = from.take()?;
+        let deviation = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
+        let status = (0..n).map(|_| from.take()).collect::<Option<_>>()?;
+        let (k, best, champion) = from.take()?;
+        Some(Self { left: Left { deviation, status }, k, best, champion, firsts: Vec::new() })
+    }
 }
 
 /// What some designs rows come to.
-#[derive(Default)]
 pub(super) struct Part {
-    tuples: Text,
-    designs: Text,
+    tuples: Rows,
+    designs: Rows,
+    /// First row of each designs row that is written.
+    firsts: Vec<u32>,
     counts: Counts,
     left: Vec<(u32, f64, Status)>,
     k: Vec<(u32, f64)>,
     complete: Vec<(u32, Kept)>,
-    rows: u64,
 }
 
 impl Reduced {
     /// Nothing yet; what is left is kept of `rows` rows, K̄ of `numbers` designs rows, and the best `top` are ranked.
     pub(super) fn new(rows: usize, numbers: usize, top: Option<usize>) -> Self {
-        Self { left: Left::of(rows), k: vec![f64::NAN; numbers], best: top.map(Best::new), champion: None }
+        Self {
+            left: Left::of(rows),
+            k: vec![f64::NAN; numbers],
+            best: top.map(Best::new),
+            champion: None,
+            firsts: Vec::new(),
+        }
+    }
+
+    /// Notes the first row of each designs row.
+    pub(super) fn with_firsts(mut self, groups: &Groups) -> Self {
+        for (row, number) in (0..).zip(&groups.drives) {
+            // Numbers are those of first appearance.
+            if *number as usize == self.firsts.len() {
+                self.firsts.push(row);
+            }
+        }
+        self
     }
 
     /// Reduces whole designs rows, and writes them unless they are ranked; `tuples`: their taps too.
@@ -89,8 +129,9 @@ impl Reduced {
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
-        let part = |(at, runs): (usize, &[&[Tap]])| -> csv::Result<Part> {
-            let mut part = Part::default();
+        let format = run.writers.format;
+        let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
+            let mut part = Part::new(format);
             for (k, taps) in (at * GRAIN..).zip(runs) {
                 let told = Told::by(&profiles, k);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
@@ -98,10 +139,16 @@ impl Reduced {
             Ok(part)
         };
         let parts = runs.par_chunks(GRAIN).enumerate().map(part);
-        let parts: Vec<Part> = parts.collect::<Result<_, _>>().map_err(failed)?;
+        let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for part in parts {
-            run.write(Table::Tuples, &part.tuples.into_bytes(), if tuples { part.counts.taps } else { 0 })?;
-            run.write(Table::Designs, &part.designs.into_bytes(), part.rows)?;
+            if tuples {
+                run.place(part.left.iter().map(|(row, ..)| self.place(groups, Table::Tuples, *row)))?;
+            }
+            if run.writers.wants(Table::Designs) {
+                run.place(part.firsts.iter().map(|row| self.place(groups, Table::Designs, *row)))?;
+            }
+            run.write(Table::Tuples, part.tuples, if tuples { part.counts.taps } else { 0 })?;
+            run.write(Table::Designs, part.designs, part.firsts.len() as u64)?;
             run.absorb(&part.counts);
             // What nobody waits for has no place.
             part.left.into_iter().for_each(|(row, deviation, status)| self.left.put(row, deviation, status));
@@ -118,13 +165,23 @@ impl Reduced {
         Ok(())
     }
 
+    /// Where a row of the file stands in the whole.
+    pub(super) fn place(&self, groups: &Groups, table: Table, row: u32) -> Place {
+        let at = row as usize;
+        let owner = match table {
+            Table::Tuples => self.firsts.get(groups.drives[at] as usize).map_or(0, |first| u64::from(*first)),
+            _ => u64::from(groups.designs[at]),
+        };
+        Place::row(table, u64::from(row), owner)
+    }
+
     /// Writes the best rows, where rows are ranked.
-    pub(super) fn finish(&mut self, run: &mut Run<'_>) -> Result<Option<Vec<Kept>>, Error> {
+    pub(super) fn finish(&mut self, run: &mut Run<'_>, groups: &Groups) -> Result<Option<Vec<Kept>>, Error> {
         let Some(mut best) = self.best.take() else { return Ok(None) };
         self.champion.take().into_iter().for_each(|(_, row)| best.offer(row));
         run.counts.complete = Some(best.offered);
         let kept = best.into_rows();
-        write_kept(run, &kept)?;
+        write_kept(run, &kept, &|row| u64::from(groups.designs[row.index.0 as usize]))?;
         Ok(Some(kept))
     }
 }
@@ -143,6 +200,12 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
 }
 
 impl Part {
+    fn new(format: TableFormat) -> Self {
+        let (left, k, complete, firsts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (tuples, designs, counts) = (Rows::new(format), Rows::new(format), Counts::default());
+        Self { tuples, designs, firsts, counts, left, k, complete }
+    }
+
     /// The designs row of `taps`, all of its taps, and what tells their distances; whether to write the taps, and the row.
     pub(super) fn take(
         &mut self,
@@ -151,7 +214,7 @@ impl Part {
         designs: &[Design],
         (taps, told): (&[Tap], Told<'_>),
         (tuples, row_too): (bool, bool),
-    ) -> csv::Result<()> {
+    ) -> Result<(), Error> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
         let mut reduced = reduction(&study.setup, groups, design, number);
@@ -181,17 +244,17 @@ impl Part {
         if row_too {
             fields(
                 &AtDrive::COLUMNS,
-                &AtDrive { design: &design.tuple, drive: first.drive, row: &row, unit },
+                &AtDrive { design: &design.tuple, drive: first.drive, row: row.figures(), unit },
                 &mut values,
             );
             self.designs.row(&mut values)?;
-            self.rows += 1;
+            self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
         let rank = reduced.rank(0, study.output.by);
         self.complete.extend(rank.map(|rank| {
             let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
-            (number, Kept { rank, index, design, drive, row, unit })
+            (number, Kept { rank, index, design, drive, row: row.figures(), unit, charted: f32::NAN })
         }));
         Ok(())
     }

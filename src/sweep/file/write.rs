@@ -6,34 +6,37 @@ use rayon::prelude::*;
 
 use super::super::Run;
 use super::super::select::Kept;
-use super::read::{Reader, Tap, solve};
-use super::reduce::Left;
-use super::{failed, profiles, reduction};
+use super::read::{Reader, Tap, is_own, solve};
+use super::reduce::Reduced;
+use super::{pack_written, profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::Convention;
 use crate::scene::listed::Listed;
 use crate::sink::{
-    csv::Text,
+    rows::Rows,
     table::{AtDistance, Table, TapRow, fields},
 };
 use crate::statistics::{DistanceRow, Told};
 
-/// Solves the rows again in file order and writes them; only those of the `kept` designs rows, if some were.
+/// Solves the rows again in file order, from place `from` on, and writes them; only those of the `kept` designs rows, if some were.
 pub(super) fn write_tuples(
     run: &mut Run<'_>,
     file: &Listed,
-    k: &[f64],
-    kept: Option<&[Kept]>,
+    all: &Reduced,
+    kept: &Option<Vec<Kept>>,
+    from: u64,
 ) -> Result<(), Error> {
-    let (study, groups) = (run.study, file.groups());
-    let chosen = kept.map(|rows| marked(rows, &groups.drives, groups.counts[1]));
-    let wanted = |row: usize| chosen.as_ref().is_none_or(|c| c[groups.drives[row] as usize]);
-    let order: Option<Vec<u32>> =
-        chosen.is_some().then(|| (0..file.len()).filter(|row| wanted(*row)).map(|row| row as u32).collect());
+    let (study, groups, own, k) = (run.study, file.groups(), run.designs.clone(), &all.k);
+    let chosen = kept.as_ref().map(|rows| marked(rows, &groups.drives, groups.counts[1]));
+    let wanted = |row: u32| {
+        is_own(groups, &own, row) && chosen.as_ref().is_none_or(|c| c[groups.drives[row as usize] as usize])
+    };
+    let some = chosen.is_some() || (own.end - own.start) < groups.counts[0];
+    let order: Option<Vec<u32>> = some.then(|| (0..file.len() as u32).filter(|row| wanted(*row)).collect());
     let mut reader = Reader::new(file, order.as_deref())?;
-    reader.len = order.as_ref().map_or(file.len(), Vec::len);
-    let mut more = reader.len > 0;
+    reader.skip(from as usize)?;
+    let mut more = reader.at.1 < reader.len;
     while more {
         let (mut designs, mut batch) = (Vec::new(), Vec::new());
         more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
@@ -46,8 +49,9 @@ pub(super) fn write_tuples(
             });
         }
         let profiles = profiles(run, groups, &designs, firsts.into_iter())?;
-        let text = |taps: &[Tap]| -> csv::Result<Vec<u8>> {
-            let (mut text, mut values) = (Text::default(), Vec::new());
+        let format = run.writers.format;
+        let text = |taps: &[Tap]| -> Result<Rows, Error> {
+            let (mut text, mut values) = (Rows::new(format), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
@@ -67,11 +71,14 @@ pub(super) fn write_tuples(
                 fields(&TapRow::COLUMNS, &row, &mut values);
                 text.row(&mut values)?;
             }
-            Ok(text.into_bytes())
+            Ok(text)
         };
-        let texts: Vec<_> = batch.par_chunks(1 << 13).map(text).collect::<Result<_, _>>().map_err(failed)?;
-        texts.iter().try_for_each(|text| run.write(Table::Tuples, text, 0))?;
-        run.write(Table::Tuples, &[], batch.len() as u64)?;
+        let texts: Vec<_> = batch.par_chunks(1 << 13).map(text).collect::<Result<_, _>>()?;
+        texts.into_iter().try_for_each(|text| run.write(Table::Tuples, text, 0))?;
+        run.count(Table::Tuples, batch.len() as u64);
+        run.place(batch.iter().map(|tap| all.place(groups, Table::Tuples, tap.row)))?;
+        let place = reader.at.1 as u64;
+        run.complete((place, reader.len as u64, "taps"), |to| pack_written((place, all, kept), to))?;
     }
     Ok(())
 }
@@ -87,17 +94,17 @@ pub(super) fn marked(kept: &[Kept], numbers: &[u32], n: u64) -> Vec<bool> {
 pub(super) fn write_distances(
     run: &mut Run<'_>,
     file: &Listed,
-    left: &Left,
+    all: &Reduced,
     kept: Option<&[Kept]>,
 ) -> Result<(), Error> {
     let (study, groups) = (run.study, file.groups());
     let chosen = kept.map(|rows| marked(rows, &groups.designs, groups.counts[0]));
     let numbers = &groups.distances;
-    let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
+    let own = run.designs.clone();
+    let mut order: Vec<u32> = (0..numbers.len() as u32).filter(|row| is_own(groups, &own, *row)).collect();
     order.par_sort_unstable_by_key(|&row| (numbers[row as usize], row));
     let mut runs = order.chunk_by(|p, q| numbers[*p as usize] == numbers[*q as usize]).peekable();
-    let (mut reader, mut text, mut rows, mut values) =
-        (Reader::new(file, None)?, Text::default(), 0, Vec::new());
+    let (mut reader, mut text, mut rows, mut values) = (Reader::new(file, None)?, run.rows(), 0, Vec::new());
     while let Some((row, tuple)) = reader.next()? {
         // Rows are met in the order in which distances first appear.
         let Some(same) = runs.next_if(|same| same[0] == row) else { continue };
@@ -105,7 +112,7 @@ pub(super) fn write_distances(
             continue;
         }
         let mut reduced = DistanceRow::default();
-        for (deviation, status) in same.iter().map(|&row| left.at(row)) {
+        for (deviation, status) in same.iter().map(|&row| all.left.at(row)) {
             reduced.status |= status;
             if status.counts() {
                 reduced.deviation.push(deviation);
@@ -117,13 +124,16 @@ pub(super) fn write_distances(
             design = Design::new(&study.setup, tuple);
         }
         let unit = design.elongation(&study.setup);
-        let row = AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
-        fields(&AtDistance::COLUMNS, &row, &mut values);
-        text.row(&mut values).map_err(failed)?;
+        let reduced =
+            AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
+        fields(&AtDistance::COLUMNS, &reduced, &mut values);
+        text.row(&mut values)?;
+        run.place(std::iter::once(all.place(groups, Table::Distances, row)))?;
         rows += 1;
-        if text.len() > 1 << 20 {
-            run.write(Table::Distances, &std::mem::take(&mut text).into_bytes(), 0)?;
+        if text.weight() > 1 << 20 {
+            let text = text.take();
+            run.write(Table::Distances, text, 0)?;
         }
     }
-    run.write(Table::Distances, &text.into_bytes(), rows)
+    run.write(Table::Distances, text, rows)
 }

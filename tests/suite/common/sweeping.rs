@@ -100,7 +100,7 @@ pub fn sweep_into(out: &Path, text: &str, list: Option<&str>, place: Place) -> R
     }
     let (spec, choice) = (spec::parse("spec.toml", text, folder.path())?, place.choice());
     let (plan, stop) = (Plan::new(&spec.study, &choice)?, AtomicBool::new(false));
-    sweep::run(&spec, &plan, &choice, &Target { out, force: false, stop: &stop }, &mut Silent)
+    sweep::run(&spec, &plan, &choice, &Target::new(out, &stop), &mut Silent)
 }
 
 /// Sweeps the spec `text` and reads all tables.
@@ -119,4 +119,13 @@ pub fn sweep_with(text: &str, list: Option<&str>, place: Place) -> Swept {
 /// Sweeps the spec `text` on `place`.
 pub fn sweep(text: &str, place: Place) -> Swept {
     sweep_with(text, None, place)
+}
+
+/// A sweep that writes rows alone, which a chart is read for, in `format`: seven groups of rows that end within designs, some of them solved.
+pub fn rows_alone(format: &str) -> String {
+    format!(
+        "[whisker]\nD = [8, 10]\nd = {{ from = 2, to = 9, steps = 6_000 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+         [tap]\na = {{ from = 15, to = 48, steps = 8 }}\ntheta = {{ from = 1, to = 12, steps = 9 }}\n\
+         [output]\ntuples = false\ndistances = false\nformat = \"{format}\"\n"
+    )
 }

@@ -1,0 +1,139 @@
+//! `vibrissa cluster slurm SPEC --shards N`.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+use vibrissa::backend::Choice;
+use vibrissa::error::{Error, InputError};
+use vibrissa::plan::Plan;
+use vibrissa::scene::RunOptions;
+use vibrissa::sink::folder::{Folder, Question, Written};
+use vibrissa::sink::run_json;
+use vibrissa::sink::shard::Shard;
+use vibrissa::spec;
+
+use super::args::Cluster;
+use super::number::{grouped, rough};
+use super::reply::{self, Reply};
+use super::{listed, say};
+
+/// The scripts, as they are in `cluster/slurm`.
+const SCRIPTS: [(&str, &str); 3] = [
+    ("part.sbatch", include_str!("../../cluster/slurm/part.sbatch")),
+    ("merge.sbatch", include_str!("../../cluster/slurm/merge.sbatch")),
+    ("submit.sh", include_str!("../../cluster/slurm/submit.sh")),
+];
+/// Times that a part is sent again by itself.
+const TRIES: u32 = 20;
+/// Slurm's own limit of an array where its administrator has set none.
+const ARRAY: u32 = 1000;
+
+/// Writes the scripts, filled in.
+pub fn run(args: &Cluster) -> Result<Reply, Error> {
+    let spec = spec::read(&args.spec)?;
+    let options = args.common.over(&spec.run);
+    reply::in_json(options.json == Some(true));
+    if spec::model_error(&spec)?.is_some() {
+        vibrissa::sweep::whole(Some(Shard { index: 1, of: args.shards }))?;
+    }
+    // What is computed here is nothing; on which machine, the scripts leave open.
+    let choice = Choice::new(&RunOptions {
+        backend: Some(vibrissa::scene::BackendChoice::Cpu),
+        ..RunOptions::default()
+    })?;
+    let plan = Plan::new(&spec.study, &choice)?;
+    let out = super::folder(args.common.out.as_ref(), &spec.name, "cluster");
+    if u64::from(args.shards) > plan.designs {
+        say::warning(format_args!(
+            "{} of {} parts will have no design",
+            u64::from(args.shards) - plan.designs,
+            args.shards
+        ));
+    }
+    if args.shards > ARRAY {
+        say::warning(format_args!(
+            "arrays of more than {ARRAY} tasks need a larger MaxArraySize of the cluster"
+        ));
+    }
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|e| Error::io(path, e));
+    let here = absolute(Path::new("."))?;
+    let whole = absolute(&super::folder(spec.run.out.as_ref(), &spec.name, "sweep"))?;
+    let program = std::env::current_exe().map_err(|e| Error::io("vibrissa", e))?;
+    let at_a_time = args.at_a_time.map_or(String::new(), |n| format!("%{n}"));
+    let fill = [
+        ("@SHARDS@", args.shards.to_string()),
+        ("@AT_A_TIME@", at_a_time),
+        ("@NAME@", plain(&spec.name)),
+        ("@LOGS@", quoted(&absolute(&out)?.join("logs"))?),
+        ("@FOLDER@", quoted(&here)?),
+        ("@SPEC@", quoted(&absolute(&args.spec)?)?),
+        ("@OUT@", quoted(&whole)?),
+        ("@PROGRAM@", quoted(&program)?),
+        ("@OPTIONS@", flags(&args.common, &whole)?),
+        ("@TRIES@", TRIES.to_string()),
+    ];
+    let asked = json!({ "system": args.system, "shards": args.shards, "at_a_time": args.at_a_time });
+    let question =
+        Question { inputs: spec.inputs.clone(), ..Question::new("cluster", &spec.name, asked.clone()) };
+    let names: Vec<&str> = SCRIPTS.iter().map(|(name, _)| *name).collect();
+    let mut folder = Folder::open(&out, question, &names, args.common.force)?;
+    for (name, template) in SCRIPTS {
+        let text = fill.iter().fold(template.to_owned(), |text, (mark, value)| text.replace(mark, value));
+        let mut file = folder.file(name)?;
+        file.write(text.as_bytes())?;
+        file.close()?;
+    }
+    let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": asked });
+    folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;
+    let Written { files, removed, .. } = folder.finish()?;
+    let each = plan.taps as f64 / f64::from(args.shards);
+    let text = format!(
+        "{} taps of {} designs in {} parts, about {} taps each\nwrote {}\nlook at time, memory and partition in part.sbatch, then: bash {}\n",
+        grouped(plan.taps),
+        grouped(plan.designs),
+        grouped(args.shards.into()),
+        rough(each),
+        listed(&files),
+        out.join("submit.sh").display(),
+    );
+    let result = json!({ "submit": out.join("submit.sh").display().to_string(), "merged": whole.display().to_string() });
+    Ok(Reply { text, out: Some(out), files, result, quiet: options.quiet == Some(true), ..Reply::default() }
+        .removing(&removed))
+}
+
+/// The options of every part as they are typed; where results go is said by `whole`.
+fn flags(common: &super::args::Common, whole: &Path) -> Result<String, Error> {
+    let mut text = format!(" --out {}", quoted(whole)?);
+    let word =
+        |flag: &str, value: Option<String>| value.map_or(String::new(), |value| format!(" --{flag} {value}"));
+    let name = |words: &[(&'static str, vibrissa::scene::BackendChoice, &str)], b| {
+        words.iter().find(|(_, choice, _)| *choice == b).map(|(name, ..)| (*name).to_owned())
+    };
+    text += &word("backend", common.backend.and_then(|b| name(&vibrissa::scene::BackendChoice::WORDS, b)));
+    text += &word("adapter", common.adapter.as_deref().map(|a| quoted(Path::new(a))).transpose()?);
+    let precision = |p| {
+        vibrissa::scene::Precision::WORDS
+            .iter()
+            .find(|(_, q, _)| *q == p)
+            .map(|(name, ..)| (*name).to_owned())
+    };
+    text += &word("precision", common.precision.and_then(precision));
+    text += &word("tolerance", common.tolerance.map(|t| format!("{t:e}")));
+    Ok(text)
+}
+
+/// A path as one word of a shell.
+fn quoted(path: &Path) -> Result<String, Error> {
+    let unusable = || {
+        let error = InputError::new("a job script cannot name this path");
+        error.value(path.display()).allowed("paths of UTF-8 without line breaks")
+    };
+    let text = path.to_str().filter(|text| !text.contains('\n')).ok_or_else(unusable)?;
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
+    Ok(if text.chars().all(plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', r"'\''")) })
+}
+
+/// A name without what a scheduler's directive does not bear.
+fn plain(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
+}

@@ -1,0 +1,38 @@
+//! `vibrissa merge DIR…`.
+
+use std::fmt::Write;
+
+use serde_json::json;
+use vibrissa::error::Error;
+
+use super::args::Merge;
+use super::number::grouped;
+use super::reply::Reply;
+use super::{listed, say};
+
+/// Joins the parts.
+pub fn run(args: &Merge) -> Result<Reply, Error> {
+    let common = &args.common;
+    let report = vibrissa::merge::run(&args.folders, common.out.as_deref(), common.force)?;
+    if !common.quiet {
+        report.warnings.iter().for_each(say::warning);
+    }
+    let (run, parts) = (&report.run, report.run["parts"].as_array().map_or(0, Vec::len));
+    let n = |key: &str| grouped(run["counts"][key].as_u64().unwrap_or(0));
+    let mut text = format!("{parts} parts of {} taps", n("taps"));
+    if !run["counts"]["kept_rows"].is_null() {
+        let _ = write!(text, ", kept {} of {} complete rows", n("kept_rows"), n("complete_rows"));
+    }
+    let _ = writeln!(text, "\nwrote {} in {:.2} s", listed(&report.files), report.seconds);
+    Ok(Reply {
+        text,
+        out: Some(report.out),
+        counts: run["counts"].clone(),
+        seconds: json!({ "total": report.seconds, "parts": run["seconds"]["total"] }),
+        backend: run["backend"].clone(),
+        result: json!({ "parts": run["parts"], "warnings": report.warnings }),
+        files: report.files,
+        ..Reply::default()
+    }
+    .removing(&report.removed))
+}

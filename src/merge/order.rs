@@ -1,0 +1,157 @@
+//! In which order the rows of the parts follow each other in the whole, and which of them are in it.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashSet};
+
+use super::part::Part;
+use super::source::Source;
+use crate::error::{Error, InputError};
+use crate::sink::folder::open_regular;
+use crate::sink::sheet::Sheet;
+use crate::sink::table::Table;
+use crate::sweep::{PLACES, Place};
+
+/// By what rows are ordered.
+type Key = [u64; 3];
+
+/// Orders of all tables.
+pub(super) enum Orders {
+    /// One part behind the other.
+    Behind,
+    /// By their places: of every part, those of each table.
+    Places { parts: Vec<[Vec<Place>; 3]>, kept: Option<Kept>, distances: Option<u64> },
+}
+
+/// The rows that `top` keeps of the whole.
+pub(super) struct Kept {
+    /// Place of their design and drive, or first row in the tuple file.
+    rows: HashSet<(u64, u32)>,
+    /// First row of each in the tuple file.
+    firsts: HashSet<u64>,
+    /// Their designs.
+    designs: HashSet<u64>,
+}
+
+/// Numbers that are ordered as `x` is by `total_cmp`.
+fn ordered(x: f64) -> u64 {
+    let bits = x.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+}
+
+impl Orders {
+    pub fn new(parts: &[Part]) -> Result<Self, Error> {
+        if !parts[0].files().any(|path| path.ends_with(PLACES)) {
+            return Ok(Self::Behind);
+        }
+        let places = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
+        let kept = parts[0].number("top").map(|top| kept(&places, top, parts[0].number("candidates")));
+        Ok(Self::Places { parts: places, kept, distances: parts[0].number("distances_each") })
+    }
+
+    /// How many rows `top` keeps; `None` where it is not asked for.
+    pub fn kept(&self) -> Option<u64> {
+        match self {
+            Self::Places { kept: Some(kept), .. } => Some(kept.rows.len() as u64),
+            _ => None,
+        }
+    }
+
+    /// Writes the rows of `table`; how many.
+    pub fn write(&self, table: Table, sources: &mut [Source], sheet: &mut Sheet) -> Result<u64, Error> {
+        let Self::Places { parts, kept, distances } = self else {
+            return sources.iter_mut().map(|source| source.rest(sheet)).sum();
+        };
+        let keys = |places: &[Vec<Place>; 3]| keys(table, places, kept.as_ref(), *distances);
+        let mut rest: Vec<_> = parts.iter().map(|places| keys(places).into_iter()).collect();
+        let mut heads: BinaryHeap<_> =
+            (0..).zip(&mut rest).filter_map(|(p, keys)| Some(Reverse((keys.next()?, p)))).collect();
+        let (mut batch, mut rows) = (sources[0].batch(), 0);
+        while let Some(Reverse(((_, wanted), p))) = heads.pop() {
+            sources[p].next(Some(&mut batch).filter(|_| wanted))?;
+            rows += u64::from(wanted);
+            batch.flush(sheet, false)?;
+            heads.extend(rest[p].next().map(|key| Reverse((key, p))));
+        }
+        batch.flush(sheet, true)?;
+        Ok(rows)
+    }
+}
+
+/// The places of a part, by table.
+fn places(part: &Part) -> Result<[Vec<Place>; 3], Error> {
+    let path = part.folder.join(PLACES);
+    let mut bytes = Vec::new();
+    open_regular(&path, std::fs::OpenOptions::new().read(true))
+        .and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut bytes))
+        .map_err(|e| Error::io(&path, e))?;
+    let mut all = [const { Vec::new() }; 3];
+    for bytes in bytes.chunks(Place::BYTES) {
+        let torn = || InputError::new("this is no list of places").at(path.display().to_string(), None);
+        let place = Place::read(bytes).ok_or_else(torn)?;
+        all[place.table as usize].push(place);
+    }
+    Ok(all)
+}
+
+/// The rows kept of the whole: of the candidates that its chart would have brought back, and of the rows that were solved, the best.
+fn kept(parts: &[[Vec<Place>; 3]], top: u64, candidates: Option<u64>) -> Kept {
+    let all = || parts.iter().flat_map(|places| &places[Table::Designs as usize]);
+    let mut charted: Vec<&Place> = all().filter(|place| !place.charted.is_nan()).collect();
+    charted.sort_by(|a, b| a.charted.total_cmp(&b.charted).then(a.index.cmp(&b.index)));
+    charted.truncate(candidates.map_or(usize::MAX, |n| n as usize));
+    charted.extend(all().filter(|place| place.charted.is_nan()));
+    charted.sort_by(|a, b| a.rank.total_cmp(&b.rank).then(a.index.cmp(&b.index)));
+    charted.truncate(top as usize);
+    Kept {
+        rows: charted.iter().map(|place| place.index).collect(),
+        firsts: charted.iter().map(|place| place.index.0).collect(),
+        designs: charted.iter().map(|place| place.owner).collect(),
+    }
+}
+
+/// The rows of a table of a part, in its order: where each stands, and whether it is wanted.
+fn keys(
+    table: Table,
+    places: &[Vec<Place>; 3],
+    kept: Option<&Kept>,
+    distances: Option<u64>,
+) -> Vec<(Key, bool)> {
+    let designs = &places[Table::Designs as usize];
+    let is_kept = |index: (u64, u32)| kept.is_none_or(|kept| kept.rows.contains(&index));
+    let design_kept = |owner: u64| kept.is_none_or(|kept| kept.designs.contains(&owner));
+    let listed = |wanted: &dyn Fn(&Place) -> bool| {
+        let key = |place: &Place| ([ordered(place.rank), place.index.0, place.index.1.into()], wanted(place));
+        places[table as usize].iter().map(key).collect()
+    };
+    match (table, distances) {
+        (Table::Designs, _) => listed(&|place| is_kept(place.index)),
+        (Table::Tuples, None) => listed(&|place| kept.is_none_or(|kept| kept.firsts.contains(&place.owner))),
+        (Table::Distances, None) => listed(&|place| design_kept(place.owner)),
+        // Of a grid: designs in order, then distances, then the drives that the part kept.
+        (_, Some(n)) => {
+            let mut indices: Vec<(u64, u32)> = designs.iter().map(|place| place.index).collect();
+            indices.sort_unstable();
+            let design = |rows: &[(u64, u32)]| -> Vec<(Key, bool)> {
+                let k = rows[0].0;
+                let taps = |i: u64| rows.iter().map(move |&(_, j)| ([k, i, j.into()], is_kept((k, j))));
+                match table {
+                    Table::Tuples => (0..n).flat_map(taps).collect(),
+                    _ => (0..n).map(|i| ([k, i, 0], design_kept(k))).collect(),
+                }
+            };
+            indices.chunk_by(|a, b| a.0 == b.0).flat_map(design).collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ordered;
+
+    #[test]
+    fn numbers_are_ordered_as_values_are() {
+        let values =
+            [f64::NEG_INFINITY, -1.0, -f64::MIN_POSITIVE, -0.0, 0.0, 1e-300, 1.0, f64::INFINITY, f64::NAN];
+        assert!(values.windows(2).all(|w| w[0].total_cmp(&w[1]).is_lt() && ordered(w[0]) < ordered(w[1])));
+    }
+}

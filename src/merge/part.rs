@@ -1,0 +1,185 @@
+//! Parts as they lie on the disk, and whether they are those of one sweep.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::error::{Error, InputError};
+use crate::sink::folder::{Listed, WORK, hash_file, open_regular};
+use crate::sink::rows::TableFormat;
+use crate::sink::shard::Shard;
+use crate::sink::table::Table;
+
+/// A whole part.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub folder: PathBuf,
+    pub shard: Shard,
+    /// Name of its spec.
+    pub name: String,
+    pub run: Value,
+    pub format: TableFormat,
+    pub tables: Vec<Table>,
+    listed: Vec<Listed>,
+}
+
+impl Part {
+    /// The files of the part.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        let names = self.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
+        names.map(|name| self.folder.join(name))
+    }
+
+    /// A number of its description.
+    pub fn number(&self, key: &str) -> Option<u64> {
+        self.run["shard"][key].as_u64()
+    }
+}
+
+fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Error {
+    InputError::new(why).key("merge").value(folder.display()).allowed(allowed).into()
+}
+
+/// The folders of parts in `folders` or right below them, by number.
+pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
+    let mut all: Vec<(Shard, PathBuf)> = Vec::new();
+    for folder in folders {
+        let named = |path: &Path| path.file_name().and_then(|n| n.to_str()).and_then(Shard::of_folder);
+        // As it is called, also where it was named `.`.
+        let real = folder.canonicalize().map_err(|e| Error::io(folder, e))?;
+        if let Some(shard) = named(&real) {
+            all.push((shard, folder.clone()));
+            continue;
+        }
+        let before = all.len();
+        for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
+            let path = entry.map_err(|e| Error::io(folder, e))?.path();
+            all.extend(named(&path).filter(|_| path.is_dir()).map(|shard| (shard, path)));
+        }
+        if all.len() == before {
+            let allowed = "folders shard-i-of-n, or the folder that holds them";
+            return Err(refuse(folder, "no part of a sweep is here", allowed));
+        }
+    }
+    all.sort_by_key(|(shard, _)| (shard.of, shard.index));
+    let ((first, folder), (last, other)) = (&all[0], &all[all.len() - 1]);
+    if first.of != last.of {
+        let why = format!("these are parts of {} and of {} ({})", first.of, last.of, other.display());
+        return Err(refuse(folder, why, "the folders of the parts that belong together"));
+    }
+    for pair in all.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        let why = format!("part {} is there twice, also in {}", pair[0].0, pair[1].1.display());
+        return Err(refuse(&pair[0].1, why, "each part once"));
+    }
+    let missing: Vec<String> = (1..=first.of)
+        .filter(|i| all.binary_search_by_key(i, |(shard, _)| shard.index).is_err())
+        .map(|i| i.to_string())
+        .collect();
+    if !missing.is_empty() {
+        let shown = missing.iter().take(20).cloned().collect::<Vec<_>>().join(", ");
+        let why = format!("{} of {} parts are missing: {shown}", missing.len(), first.of);
+        return Err(refuse(folder, why, &format!("all parts: sweep --shard i/{} makes part i", first.of)));
+    }
+    Ok(all)
+}
+
+/// The parts in these folders, all whole, unedited and of one sweep.
+pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
+    let parts: Vec<Part> =
+        found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<_, _>>()?;
+    let first = &parts[0];
+    for part in &parts[1..] {
+        for (key, what) in [
+            (&["version"][..], "version of the program"),
+            (&["spec", "hash"], "spec"),
+            (&["backend", "name"], "backend"),
+            (&["backend", "adapter"], "adapter"),
+            (&["backend", "precision"], "precision"),
+            (&["backend", "tolerance"], "tolerance"),
+            (&["shard", "format"], "format"),
+            (&["shard", "whole"], "values in force"),
+        ] {
+            let of = |run: &Value| key.iter().fold(run.clone(), |value, key| value[*key].clone());
+            let (one, other) = (of(&first.run), of(&part.run));
+            if one != other {
+                let why = format!(
+                    "this part and {} are of another {what}: {other} and {one}",
+                    first.folder.display()
+                );
+                return Err(refuse(
+                    &part.folder,
+                    why,
+                    "parts of one spec, version, backend, precision and tolerance",
+                ));
+            }
+        }
+    }
+    let edited = |part: &Part| part.listed.iter().try_for_each(|file| unedited(part, file));
+    parts.par_iter().try_for_each(edited)?;
+    Ok(parts)
+}
+
+fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
+    let again = format!("the whole part: sweep --shard {shard} makes it, or goes on with it");
+    let path = folder.join("run.json");
+    let Ok(file) = open_regular(&path, std::fs::OpenOptions::new().read(true)) else {
+        let unfinished = folder.join(WORK).is_dir();
+        let why = if unfinished { "this part is unfinished" } else { "this part has no run.json" };
+        return Err(refuse(folder, format!("{why} ({shard})"), &again));
+    };
+    let run: Value = serde_json::from_reader(std::io::BufReader::new(file)).unwrap_or_default();
+    let part = || {
+        let of = |key: &str| run["shard"][key].as_u64();
+        let same = (of("index")?, of("of")?) == (shard.index.into(), shard.of.into());
+        let word = run["shard"]["format"].as_str()?;
+        let format = TableFormat::WORDS.iter().find(|(name, _)| *name == word)?.1;
+        let tables = run["shard"]["tables"].as_array()?.iter();
+        let named = |name: &Value| Table::ALL.into_iter().find(|t| name == t.name());
+        let tables = tables.map(named).collect::<Option<_>>()?;
+        let listed = serde_json::from_value(run["files"].clone()).ok()?;
+        let name = run["name"].as_str().filter(|_| same && run["command"] == "sweep")?.to_owned();
+        Some(Part { folder: folder.to_owned(), shard, name, run: run.clone(), format, tables, listed })
+    };
+    part()
+        .ok_or_else(|| refuse(folder, format!("its run.json is not that of part {shard} of a sweep"), &again))
+}
+
+/// Fails unless a file is what was written.
+fn unedited(part: &Part, listed: &Listed) -> Result<(), Error> {
+    let path = part.folder.join(&listed.name);
+    let file =
+        open_regular(&path, std::fs::OpenOptions::new().read(true)).map_err(|e| Error::io(&path, e))?;
+    let found = hash_file(file).map_err(|e| Error::io(&path, e))?;
+    if found == listed.blake3 {
+        return Ok(());
+    }
+    let why = format!("{} is not what was written", path.display());
+    Err(refuse(&part.folder, why, "the part as it was written; sweep --force makes it again"))
+}
+
+/// In what the parts differ though they are of one sweep: their tables are within the tolerance then, but perhaps not the very bytes.
+pub(super) fn differences(parts: &[Part]) -> Vec<String> {
+    let keys = [
+        ("driver", &["backend", "driver"][..]),
+        ("instructions", &["backend", "instructions"]),
+        ("commit", &["commit"]),
+    ];
+    let mut all = Vec::new();
+    for (what, key) in keys {
+        let mut values: BTreeMap<String, u32> = BTreeMap::new();
+        for part in parts {
+            let value = key.iter().fold(&part.run, |value, key| &value[*key]);
+            *values.entry(value.as_str().unwrap_or("none").to_owned()).or_default() += 1;
+        }
+        if values.len() > 1 {
+            let each: Vec<String> = values.iter().map(|(value, n)| format!("{value} ({n} parts)")).collect();
+            all.push(format!(
+                "parts were made with several {what}s: {}. Values keep the tolerance, but may differ in last digits from those of one machine",
+                each.join(", ")
+            ));
+        }
+    }
+    all
+}

@@ -1,0 +1,137 @@
+//! The rows of one table of one part, in their order.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+
+use super::part::Part;
+use crate::error::Error;
+use crate::sink::columns::Columns;
+use crate::sink::folder::open_regular;
+use crate::sink::parquet;
+use crate::sink::rows::{Rows, TableFormat};
+use crate::sink::sheet::Sheet;
+use crate::sink::table::Table;
+
+/// Rows of a table.
+pub(super) struct Source {
+    pub columns: Vec<String>,
+    pub provenance: String,
+    path: PathBuf,
+    rows: Kind,
+}
+
+enum Kind {
+    Lines(BufReader<File>),
+    Groups { reader: Box<parquet::Reader>, group: Columns, at: usize },
+}
+
+/// Rows that wait to be written, of the same format.
+pub(super) enum Batch {
+    Lines(Vec<u8>),
+    Columns(Columns),
+}
+
+/// Bytes that are written together.
+const BLOCK: usize = 1 << 20;
+
+impl Source {
+    pub fn open(part: &Part, table: Table) -> Result<Self, Error> {
+        let path = part.folder.join(table.file(part.format));
+        let file = open_regular(&path, OpenOptions::new().read(true)).map_err(|e| Error::io(&path, e))?;
+        match part.format {
+            TableFormat::Csv => {
+                let (mut reader, mut header) = (BufReader::with_capacity(BLOCK, file), String::new());
+                reader.read_line(&mut header).map_err(|e| Error::io(&path, e))?;
+                let columns = header.trim_end().split(',').map(str::to_owned).collect();
+                Ok(Self { columns, provenance: String::new(), path, rows: Kind::Lines(reader) })
+            }
+            TableFormat::Parquet => {
+                let reader = Box::new(parquet::Reader::new(&path, file)?);
+                let (columns, provenance) = (reader.columns(), reader.provenance());
+                let rows = Kind::Groups { reader, group: Columns::default(), at: 0 };
+                Ok(Self { columns, provenance, path, rows })
+            }
+        }
+    }
+
+    /// Nothing yet, of the format of this table.
+    pub fn batch(&self) -> Batch {
+        match self.rows {
+            Kind::Lines(_) => Batch::Lines(Vec::new()),
+            Kind::Groups { .. } => Batch::Columns(Columns::of(&self.columns)),
+        }
+    }
+
+    /// Takes the next row into `batch`, or passes over it.
+    pub fn next(&mut self, batch: Option<&mut Batch>) -> Result<(), Error> {
+        let early =
+            || Error::io(&self.path, std::io::Error::other("this table has fewer rows than its places"));
+        match (&mut self.rows, batch) {
+            (Kind::Lines(reader), batch) => {
+                let mut passed = Vec::new();
+                let line = match batch {
+                    Some(Batch::Lines(lines)) => lines,
+                    _ => &mut passed,
+                };
+                match reader.read_until(b'\n', line) {
+                    Ok(0) => Err(early()),
+                    other => other.map(drop).map_err(|e| Error::io(&self.path, e)),
+                }
+            }
+            (Kind::Groups { reader, group, at }, batch) => {
+                while *at == group.len() {
+                    (*group, *at) = (reader.next()?.ok_or_else(early)?, 0);
+                }
+                *at += 1;
+                match batch {
+                    Some(Batch::Columns(columns)) => columns.extend(group, *at - 1..*at),
+                    _ => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// All rows that are left, into `sheet`; how many.
+    pub fn rest(&mut self, sheet: &mut Sheet) -> Result<u64, Error> {
+        let mut rows = 0;
+        match &mut self.rows {
+            Kind::Lines(reader) => {
+                let mut block = vec![0; BLOCK];
+                loop {
+                    let n = reader.read(&mut block).map_err(|e| Error::io(&self.path, e))?;
+                    if n == 0 {
+                        return Ok(rows);
+                    }
+                    rows += block[..n].iter().filter(|b| **b == b'\n').count() as u64;
+                    sheet.lines(&block[..n])?;
+                }
+            }
+            Kind::Groups { reader, .. } => {
+                while let Some(group) = reader.next()? {
+                    rows += group.len() as u64;
+                    sheet.write(Rows::Columns(group))?;
+                }
+                Ok(rows)
+            }
+        }
+    }
+}
+
+impl Batch {
+    /// Writes what waits, where it is enough, or `all`.
+    pub fn flush(&mut self, sheet: &mut Sheet, all: bool) -> Result<(), Error> {
+        match self {
+            Self::Lines(lines) if all || lines.len() >= BLOCK => {
+                sheet.lines(lines)?;
+                lines.clear();
+            }
+            Self::Columns(columns) if all || columns.len() >= parquet::GROUP => {
+                let rows = columns.take();
+                sheet.write(Rows::Columns(rows))?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,94 @@
+//! The columns of a row group as bytes, each on its own so that they can be made in parallel.
+
+use std::sync::Arc;
+
+use parquet::basic::{Compression, Encoding};
+use parquet::column::writer::{ColumnCloseResult, ColumnWriter, get_column_writer};
+use parquet::data_type::ByteArray;
+use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesPtr};
+use parquet::file::writer::{SerializedPageWriter, TrackedWrite};
+use parquet::schema::types::{ColumnDescPtr, ColumnPath, SchemaDescPtr};
+use rayon::prelude::*;
+
+use crate::sink::columns::{Columns, Values};
+
+/// What was asked stands in few values; those of results differ, and compress byte by byte.
+const ASKED: [&str; 8] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];
+
+/// How `columns` are encoded.
+pub(super) fn properties(columns: &[&str]) -> WriterPropertiesPtr {
+    let mut builder = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_offset_index_disabled(true);
+    for name in columns.iter().filter(|name| !ASKED.contains(name)) {
+        if matches!(Values::named(name), Values::Numbers(_)) {
+            let path = ColumnPath::from(*name);
+            builder = builder.set_column_dictionary_enabled(path.clone(), false);
+            builder = builder.set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT);
+        }
+    }
+    Arc::new(builder.build())
+}
+
+/// The columns of a group: their bytes, and what is known of them, with places from the first byte on.
+pub(super) fn group(
+    schema: &SchemaDescPtr,
+    properties: &WriterPropertiesPtr,
+    rows: &Columns,
+) -> Result<Vec<(Vec<u8>, ColumnChunkMetaData)>> {
+    let one = |(at, values): (usize, &Values)| column(schema.column(at), properties, values);
+    rows.0.par_iter().enumerate().map(one).collect()
+}
+
+fn column(
+    description: ColumnDescPtr,
+    properties: &WriterPropertiesPtr,
+    values: &Values,
+) -> Result<(Vec<u8>, ColumnChunkMetaData)> {
+    let mut bytes = TrackedWrite::new(Vec::new());
+    let pages = Box::new(SerializedPageWriter::new(&mut bytes));
+    let mut writer = get_column_writer(description, Arc::clone(properties), pages);
+    write(&mut writer, values)?;
+    let ColumnCloseResult { metadata, .. } = writer.close()?;
+    Ok((bytes.into_inner()?, metadata))
+}
+
+/// Values that are there, and for each row whether its is.
+fn write(writer: &mut ColumnWriter<'_>, values: &Values) -> Result<()> {
+    match (writer, values) {
+        (ColumnWriter::DoubleColumnWriter(writer), Values::Numbers(all)) => {
+            let there: Vec<i16> = all.iter().map(|x| i16::from(!x.is_nan())).collect();
+            let known: Vec<f64> = all.iter().copied().filter(|x| !x.is_nan()).collect();
+            writer.write_batch(&known, Some(&there), None)?;
+        }
+        (ColumnWriter::Int64ColumnWriter(writer), Values::Counts(all)) => {
+            let known: Vec<i64> = all.iter().map(|n| n.cast_signed()).collect();
+            writer.write_batch(&known, Some(&vec![1; all.len()]), None)?;
+        }
+        (ColumnWriter::ByteArrayColumnWriter(writer), Values::Words(words)) => {
+            let texts: Vec<ByteArray> = words.known.iter().map(|word| word.as_str().into()).collect();
+            let is = |code: &u32| !words.known[*code as usize].is_empty();
+            let there: Vec<i16> = words.codes.iter().map(|code| i16::from(is(code))).collect();
+            let known: Vec<ByteArray> = words
+                .codes
+                .iter()
+                .filter(|code| is(code))
+                .map(|code| texts[*code as usize].clone())
+                .collect();
+            writer.write_batch(&known, Some(&there), None)?;
+        }
+        _ => return Err(ParquetError::General("a column of two kinds".into())),
+    }
+    Ok(())
+}
+
+/// The same column where its first byte is byte `start` of the file.
+pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChunkMetaData> {
+    let by = |place: i64| place + start as i64;
+    let (data, dictionary) = (chunk.data_page_offset(), chunk.dictionary_page_offset());
+    let builder = chunk.into_builder().set_data_page_offset(by(data));
+    builder.set_dictionary_page_offset(dictionary.map(by)).build()
+}

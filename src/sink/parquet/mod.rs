@@ -1,0 +1,193 @@
+//! Tables as Apache Parquet: the columns of the CSV files, typed, compressed, with their units and where they come from in the
+//! metadata of the file. Written by `parquet` without arrow.
+//!
+//! A row group has [`GROUP`] rows, but for the last, wherever the rows came from: the bytes of a file are a function of its rows alone. That
+//! is why a stopped sweep and merged shards end with the bytes of an undisturbed run. An unfinished file is its whole row groups; their
+//! footer so far and the rows that wait for their group are kept beside it.
+
+mod encode;
+mod read;
+
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::{
+    FileMetaData, KeyValue, ParquetMetaDataBuilder, ParquetMetaDataOptions, ParquetMetaDataReader,
+    ParquetMetaDataWriter, RowGroupMetaData,
+};
+use parquet::file::properties::WriterPropertiesPtr;
+use parquet::schema::types::{SchemaDescPtr, SchemaDescriptor, Type};
+use serde_json::{Value, json};
+
+use super::columns::{Columns, Values};
+use super::folder::Output;
+use super::pack::{Packed, Packer, Unpacker};
+use super::table::unit;
+use crate::error::Error;
+pub use read::Reader;
+
+/// Rows of a row group.
+pub const GROUP: usize = 1 << 17;
+
+/// Version of the format by which readers choose what they expect.
+const VERSION: i32 = 1;
+
+/// Where a table comes from, in its metadata.
+const PROVENANCE: &str = "vibrissa.provenance";
+
+const MAGIC: &[u8] = b"PAR1";
+/// Bytes behind the metadata: its length and the magic word.
+const TAIL: usize = 8;
+
+/// A Parquet file while it is written.
+pub struct Writer {
+    output: Output,
+    schema: SchemaDescPtr,
+    properties: WriterPropertiesPtr,
+    facts: Vec<KeyValue>,
+    groups: Vec<RowGroupMetaData>,
+    /// Rows that wait for their group.
+    waiting: Columns,
+}
+
+/// A failure of the format's library.
+pub(super) fn failed(e: ParquetError) -> Error {
+    Error::Run(format!("writing Parquet: {e}"))
+}
+
+/// The schema of a table with these columns.
+fn schema(columns: &[&str]) -> Result<SchemaDescPtr, ParquetError> {
+    let field = |name: &&str| {
+        let (physical, logical) = match Values::named(name) {
+            Values::Numbers(_) => (Physical::DOUBLE, None),
+            Values::Counts(_) => (Physical::INT64, None),
+            Values::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        let field = Type::primitive_type_builder(name, physical);
+        let field = field.with_repetition(Repetition::OPTIONAL).with_logical_type(logical);
+        field.build().map(Arc::new)
+    };
+    let fields = columns.iter().map(field).collect::<Result<_, _>>()?;
+    let root = Type::group_type_builder("vibrissa").with_fields(fields).build()?;
+    Ok(Arc::new(SchemaDescriptor::new(Arc::new(root))))
+}
+
+impl Writer {
+    /// A table of `columns` in the new file `output`; `provenance` is what its metadata say of where it comes from.
+    pub fn new(mut output: Output, columns: &[&str], provenance: &str) -> Result<Self, Error> {
+        output.write(MAGIC)?;
+        let waiting = Columns::of(columns);
+        Self::with(output, columns, provenance, Vec::new(), waiting)
+    }
+
+    fn with(
+        output: Output,
+        columns: &[&str],
+        provenance: &str,
+        groups: Vec<RowGroupMetaData>,
+        waiting: Columns,
+    ) -> Result<Self, Error> {
+        let schema = schema(columns).map_err(failed)?;
+        let units: serde_json::Map<String, Value> =
+            columns.iter().map(|name| ((*name).to_owned(), json!(unit(name)))).collect();
+        let fact = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
+        let facts = vec![
+            fact(PROVENANCE, provenance.to_owned()),
+            fact("vibrissa.units", Value::Object(units).to_string()),
+        ];
+        let properties = encode::properties(columns);
+        Ok(Self { output, schema, properties, facts, groups, waiting })
+    }
+
+    /// Goes on with a file whose [`Self::pack`] is `state`; `output` stands where it stood.
+    pub fn resume(
+        output: Output,
+        columns: &[&str],
+        provenance: &str,
+        state: &mut Unpacker<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let Some((footer, waiting)) = state.take::<(Vec<u8>, Columns)>() else { return Ok(None) };
+        let mut options = ParquetMetaDataOptions::new();
+        // As they were written, so that they are written so again.
+        options.set_encoding_stats_as_mask(false);
+        let body = &footer[..footer.len().saturating_sub(TAIL)];
+        let read =
+            ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options)).map_err(failed)?;
+        if waiting.width() != columns.len() {
+            return Ok(None);
+        }
+        Self::with(output, columns, provenance, read.row_groups().to_vec(), waiting).map(Some)
+    }
+
+    /// What [`Self::resume`] needs beside the file.
+    pub fn pack(&self, to: &mut Packer<'_>) -> Result<(), Error> {
+        self.footer()?.pack(to);
+        self.waiting.pack(to);
+        Ok(())
+    }
+
+    /// The file on the way.
+    pub fn output(&mut self) -> &mut Output {
+        &mut self.output
+    }
+
+    /// Appends rows.
+    pub fn write(&mut self, rows: &Columns) -> Result<(), Error> {
+        let mut from = 0;
+        while from < rows.len() {
+            let to = rows.len().min(from + GROUP - self.waiting.len());
+            self.waiting.extend(rows, from..to)?;
+            from = to;
+            if self.waiting.len() == GROUP {
+                self.group()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the rows that wait as a group.
+    fn group(&mut self) -> Result<(), Error> {
+        let n = self.waiting.len();
+        let parts = encode::group(&self.schema, &self.properties, &self.waiting).map_err(failed)?;
+        let (start, mut chunks, mut size) = (self.output.bytes(), Vec::new(), 0);
+        for (bytes, chunk) in parts {
+            let chunk = encode::moved(chunk, self.output.bytes()).map_err(failed)?;
+            size += chunk.uncompressed_size();
+            chunks.push(chunk);
+            self.output.write(&bytes)?;
+        }
+        let group = RowGroupMetaData::builder(Arc::clone(&self.schema))
+            .set_column_metadata(chunks)
+            .set_total_byte_size(size)
+            .set_num_rows(n as i64)
+            .set_ordinal(self.groups.len() as i32)
+            .set_file_offset(start as i64)
+            .build();
+        self.groups.push(group.map_err(failed)?);
+        self.waiting.skip(n);
+        Ok(())
+    }
+
+    /// The metadata of the groups so far, with their length and the magic word behind them.
+    fn footer(&self) -> Result<Vec<u8>, Error> {
+        let rows = self.groups.iter().map(RowGroupMetaData::num_rows).sum();
+        let by = Some(format!("vibrissa version {}", env!("CARGO_PKG_VERSION")));
+        let facts = Some(self.facts.clone());
+        let file = FileMetaData::new(VERSION, rows, by, facts, Arc::clone(&self.schema), None);
+        let metadata = ParquetMetaDataBuilder::new(file).set_row_groups(self.groups.clone()).build();
+        let mut bytes = Vec::new();
+        ParquetMetaDataWriter::new(&mut bytes, &metadata).finish().map_err(failed)?;
+        Ok(bytes)
+    }
+
+    /// Ends the file.
+    pub fn close(mut self) -> Result<(), Error> {
+        if !self.waiting.is_empty() {
+            self.group()?;
+        }
+        let footer = self.footer()?;
+        self.output.write(&footer)?;
+        self.output.close()
+    }
+}

@@ -1,0 +1,78 @@
+//! Rows of a table on their way to its file, made away from it so that they can be made in parallel: text, or columns of values.
+
+use super::columns::Columns;
+use super::csv::Text;
+use super::table::Field;
+use crate::error::Error;
+
+/// How tables are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TableFormat {
+    /// Comma-separated text.
+    #[default]
+    Csv,
+    /// Apache Parquet: the same columns, typed and compressed.
+    Parquet,
+}
+
+impl TableFormat {
+    /// All, by their words; these are also the endings of files.
+    pub const WORDS: [(&'static str, Self); 2] = [("csv", Self::Csv), ("parquet", Self::Parquet)];
+
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        Self::WORDS[self as usize].0
+    }
+
+    /// The one that is in force in a spec; CSV where a study has none.
+    pub fn of(spec: &crate::scene::Spec) -> Self {
+        let value = spec.in_force.iter().find(|(key, ..)| key == "output.format");
+        let word = value.map_or("csv", |(_, value, _)| value.trim_matches('"'));
+        Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
+    }
+}
+
+/// Some rows.
+pub enum Rows {
+    /// As lines of CSV.
+    Text(Text),
+    /// As columns.
+    Columns(Columns),
+}
+
+impl Rows {
+    /// None yet.
+    pub fn new(format: TableFormat) -> Self {
+        match format {
+            TableFormat::Csv => Self::Text(Text::default()),
+            TableFormat::Parquet => Self::Columns(Columns::default()),
+        }
+    }
+
+    /// Takes one row; `fields` is left empty for the next.
+    ///
+    /// # Errors
+    /// A row of another width.
+    pub fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
+        match self {
+            Self::Text(text) => text.row(fields).map_err(|e| Error::Run(e.to_string())),
+            Self::Columns(columns) => columns.row(fields),
+        }
+    }
+
+    /// About so many bytes.
+    pub fn weight(&self) -> usize {
+        match self {
+            Self::Text(text) => text.len(),
+            Self::Columns(columns) => columns.len() * columns.width() * 8,
+        }
+    }
+
+    /// Takes what there is and leaves nothing.
+    pub fn take(&mut self) -> Self {
+        match self {
+            Self::Text(text) => Self::Text(std::mem::take(text)),
+            Self::Columns(columns) => Self::Columns(std::mem::take(columns)),
+        }
+    }
+}

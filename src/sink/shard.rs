@@ -1,0 +1,126 @@
+//! One part of a sweep that several machines share: whole designs, in order, as many for each as can be.
+
+use std::fmt;
+use std::ops::Range;
+use std::str::FromStr;
+
+/// Part `index` (from 1) of `of`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which, from 1.
+    pub index: u32,
+    /// Of how many.
+    pub of: u32,
+}
+
+/// Most parts.
+pub const MOST: u32 = 1_000_000;
+
+impl Shard {
+    /// The whole.
+    pub const WHOLE: Self = Self { index: 1, of: 1 };
+
+    /// Its designs among `n`. Those of all parts follow each other and leave none out; a part may have none.
+    pub fn designs(self, n: u64) -> Range<u64> {
+        let end = |parts: u32| (u128::from(n) * u128::from(parts) / u128::from(self.of)) as u64;
+        end(self.index - 1)..end(self.index)
+    }
+
+    /// Name of its folder in that of the whole.
+    pub fn folder(self) -> String {
+        format!("shard-{}-of-{}", self.index, self.of)
+    }
+
+    /// The part whose folder has this name.
+    pub fn of_folder(name: &str) -> Option<Self> {
+        let (index, of) = name.strip_prefix("shard-")?.split_once("-of-")?;
+        let shard: Self = format!("{index}/{of}").parse().ok()?;
+        (shard.folder() == name).then_some(shard)
+    }
+
+    /// The part that a task of a Slurm array is, from the variables that Slurm sets.
+    ///
+    /// # Errors
+    /// No array, or one of which only some tasks run: how many there are is not known then.
+    pub fn of_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
+        let number = |name: &str| {
+            let text = variable(name)
+                .ok_or_else(|| format!("{name} is not set: this is no task of a Slurm array"))?;
+            text.trim().parse::<u32>().map_err(|_| format!("{name} = {text} is no number"))
+        };
+        let all = ["ID", "COUNT", "MIN", "MAX"].map(|name| number(&format!("SLURM_ARRAY_TASK_{name}")));
+        let [id, count, min, max] = all;
+        let (id, count, min) = (id?, count?, min.unwrap_or(0));
+        let (max, step) =
+            (max.unwrap_or(min + count.max(1) - 1), number("SLURM_ARRAY_TASK_STEP").unwrap_or(1).max(1));
+        if max < min || (max - min) / step + 1 != count || id < min || (id - min) / step >= count {
+            return Err("this array does not number its tasks in even steps, so that which part each is cannot be told".into());
+        }
+        Ok(Self { index: (id - min) / step + 1, of: count })
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        let shard = numbers.map(|(index, of)| Self { index, of });
+        let fits = |s: &Self| (1..=MOST).contains(&s.of) && (1..=s.of).contains(&s.index);
+        shard.filter(fits).ok_or_else(|| format!("allowed: i/n with 1 ≤ i ≤ n ≤ {MOST}, as 2/8; or slurm"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_leave_nothing_out_and_are_even() {
+        for n in [0, 1, 2, 7, 64, 1000, u64::MAX / 3] {
+            for of in [1, 2, 3, 7, 64, 1000] {
+                let parts: Vec<_> = (1..=of).map(|index| Shard { index, of }.designs(n)).collect();
+                assert_eq!((parts[0].start, parts[of as usize - 1].end), (0, n));
+                assert!(parts.windows(2).all(|w| w[0].end == w[1].start));
+                let sizes = parts.iter().map(|p| p.end - p.start);
+                assert!(sizes.clone().max().unwrap() - sizes.min().unwrap() <= 1, "{n} over {of}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        let shard = Shard { index: 3, of: 12 };
+        assert_eq!((shard.to_string().parse(), Shard::of_folder(&shard.folder())), (Ok(shard), Some(shard)));
+        for text in ["0/3", "4/3", "1/0", "1", "1/2/3", "a/b", "-1/3", "1/1000001", "+1/2 "] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
+        }
+        for name in ["shard-01-of-2", "shard-3-of-2", "shard-1-of-2-old", "shards"] {
+            assert_eq!(Shard::of_folder(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn tasks_of_an_array_are_parts() {
+        let of = |all: [&str; 5]| {
+            let names = ["ID", "COUNT", "MIN", "MAX", "STEP"].map(|n| format!("SLURM_ARRAY_TASK_{n}"));
+            Shard::of_slurm(|name| {
+                let at = names.iter().position(|n| n == name)?;
+                Some(all[at].to_owned()).filter(|text| !text.is_empty())
+            })
+        };
+        assert_eq!(of(["0", "4", "0", "3", "1"]), Ok(Shard { index: 1, of: 4 }));
+        assert_eq!(of(["4", "4", "1", "4", ""]), Ok(Shard { index: 4, of: 4 }));
+        assert_eq!(of(["6", "3", "2", "6", "2"]), Ok(Shard { index: 3, of: 3 }));
+        // Tasks 3 and 5 alone, as one would send failed ones again.
+        assert!(of(["5", "2", "3", "5", "1"]).is_err());
+        assert!(of(["", "", "", "", ""]).unwrap_err().contains("SLURM_ARRAY_TASK_ID"));
+        assert!(of(["x", "1", "0", "0", "1"]).is_err());
+    }
+}

@@ -1,0 +1,135 @@
+//! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
+
+use super::csv::Text;
+use super::folder::{Folder, Mark, Output};
+use super::pack::{Packed, Packer, Unpacker};
+use super::parquet;
+use super::rows::{Rows, TableFormat};
+use super::table::Table;
+use crate::error::Error;
+
+/// A table on its way to its file.
+pub struct Sheet {
+    file: File,
+}
+
+enum File {
+    Csv(Output),
+    Parquet(Box<parquet::Writer>),
+}
+
+/// What a table is: which one, of which setup, in which format, and where it comes from.
+#[derive(Debug, Clone, Copy)]
+pub struct About<'a> {
+    /// Which.
+    pub table: Table,
+    /// Its columns.
+    pub columns: &'a [&'a str],
+    /// Format.
+    pub format: TableFormat,
+    /// What its metadata say, where the format has any.
+    pub provenance: &'a str,
+}
+
+impl About<'_> {
+    /// Name of its file.
+    pub fn name(&self) -> String {
+        self.table.file(self.format)
+    }
+}
+
+impl Sheet {
+    /// A new table in `folder`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
+        let (mut output, columns) = (folder.file(&about.name())?, about.columns);
+        let file = match about.format {
+            TableFormat::Csv => {
+                let mut text = Text::default();
+                text.header(columns).map_err(|e| Error::Run(e.to_string()))?;
+                output.write(&text.into_bytes())?;
+                File::Csv(output)
+            }
+            TableFormat::Parquet => {
+                File::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
+            }
+        };
+        Ok(Self { file })
+    }
+
+    /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written.
+    pub fn resume(
+        folder: &mut Folder,
+        about: &About<'_>,
+        state: &mut Unpacker<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let Some(mark) = state.take::<Mark>() else { return Ok(None) };
+        let Some(output) = folder.file_again(&about.name(), &mark)? else { return Ok(None) };
+        Ok(match about.format {
+            TableFormat::Csv => Some(Self { file: File::Csv(output) }),
+            TableFormat::Parquet => {
+                let writer = parquet::Writer::resume(output, about.columns, about.provenance, state)?;
+                writer.map(|writer| Self { file: File::Parquet(Box::new(writer)) })
+            }
+        })
+    }
+
+    /// What [`Self::resume`] needs beside the file as it is now.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
+        self.output().mark()?.pack(to);
+        match &self.file {
+            File::Csv(_) => Ok(()),
+            File::Parquet(writer) => writer.pack(to),
+        }
+    }
+
+    /// Appends rows.
+    ///
+    /// # Errors
+    /// A file that cannot be written; rows of another format.
+    pub fn write(&mut self, rows: Rows) -> Result<(), Error> {
+        match (&mut self.file, rows) {
+            (File::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
+            (File::Parquet(writer), Rows::Columns(columns)) => writer.write(&columns),
+            _ => Err(Error::Run("rows of another format".into())),
+        }
+    }
+
+    /// Appends lines as they are.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or is no text.
+    pub fn lines(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        match &mut self.file {
+            File::Csv(output) => output.write(bytes),
+            File::Parquet(_) => Err(Error::Run("rows of another format".into())),
+        }
+    }
+
+    /// The file on the way.
+    pub fn output(&mut self) -> &mut Output {
+        match &mut self.file {
+            File::Csv(output) => output,
+            File::Parquet(writer) => writer.output(),
+        }
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn close(self) -> Result<(), Error> {
+        match self.file {
+            File::Csv(output) => output.close(),
+            File::Parquet(writer) => writer.close(),
+        }
+    }
+}

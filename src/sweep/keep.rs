@@ -1,0 +1,105 @@
+//! What of a sweep is complete is kept now and then, so that a stopped one goes on from there.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use super::Run;
+use crate::error::Error;
+use crate::sink::folder::{Folder, Head};
+use crate::sink::pack::{Packed, Packer, Unpacker};
+
+/// What is complete is kept so often, unless something else is said.
+pub const EVERY: Duration = Duration::from_secs(2);
+/// Keeping takes at most this share of the time, while the run waits for it.
+const SHARE: u32 = 100;
+
+/// Words of a run that was asked to stop.
+const INTERRUPTED: &str = "interrupted";
+
+/// Keeps what is complete in the folder of the result.
+#[derive(Debug)]
+pub(super) struct Keeper {
+    pub folder: Folder,
+    identity: String,
+    every: Duration,
+    start: Instant,
+    /// Seconds that earlier runs worked on it.
+    pub before: f64,
+    last: Instant,
+    pause: Duration,
+}
+
+impl Keeper {
+    pub fn new(folder: Folder, identity: &str, every: Duration, (start, before): (Instant, f64)) -> Self {
+        let last = Instant::now();
+        Self { folder, identity: identity.to_owned(), every, start, before, last, pause: every }
+    }
+
+    /// Whether it is time; a run that is asked to stop keeps what it has unless it has only just begun.
+    fn is_due(&self, stop: bool) -> bool {
+        self.last.elapsed() >= self.pause || stop && (self.before > 0.0 || self.start.elapsed() >= self.every)
+    }
+
+    /// `e`, with what is kept if the run ends with it.
+    pub fn explain(mut self, e: Error) -> Error {
+        let interrupted = matches!(&e, Error::Run(words) if words == INTERRUPTED);
+        match (self.folder.words(), e) {
+            (None, _) if interrupted => {
+                Error::Run(format!("{INTERRUPTED}; nothing was written, an older result is as it was"))
+            }
+            (None, e) | (Some(_), e @ Error::Input(_)) => e,
+            (Some(words), e) => Error::Run(format!("{e}; {words}")),
+        }
+    }
+}
+
+/// What ends a run that was asked to stop.
+pub(super) fn interrupted() -> Error {
+    Error::Run(INTERRUPTED.to_owned())
+}
+
+/// What ends a run whose state is not what it wrote.
+pub(super) fn damaged() -> Error {
+    Error::Run("what the stopped run left does not fit together; --force begins anew".into())
+}
+
+impl Run<'_> {
+    /// `done` of the designs (or rows of a tuple file) are complete and in the tables: they are kept if it is time, with what `route` needs to go on from here.
+    ///
+    /// # Errors
+    /// What cannot be written; a request to stop.
+    pub fn complete(
+        &mut self,
+        (done, of, what): (u64, u64, &str),
+        route: impl FnOnce(&mut Packer<'_>),
+    ) -> Result<(), Error> {
+        let (stop, mended) = (self.stop.load(Ordering::Relaxed), self.mended());
+        let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) else { return Ok(()) };
+        let begun = Instant::now();
+        let seconds = keeper.before + keeper.start.elapsed().as_secs_f64();
+        let head = Head::new(&keeper.identity, format!("{done} of {of} {what}"), seconds);
+        let (writers, counts, best, solve) = (&mut self.writers, &self.counts, &self.best, self.solve);
+        let files = writers.handles()?;
+        let kept = keeper.folder.keep(&head, files, stop, |to| {
+            counts.pack(to);
+            best.pack(to);
+            (solve.as_secs_f64(), mended).pack(to);
+            writers.pack(to)?;
+            route(to);
+            Ok(())
+        })?;
+        if kept {
+            keeper.last = Instant::now();
+            keeper.pause = keeper.every.max(begun.elapsed() * SHARE);
+        }
+        self.check_stop()
+    }
+
+    /// What the route of a stopped run packed, once.
+    pub fn resumed<T: Packed>(&mut self) -> Result<Option<T>, Error> {
+        let Some(state) = self.state.take() else { return Ok(None) };
+        let mut state = Unpacker(&state);
+        let value = state.take().filter(|_| state.0.is_empty());
+        value.map(Some).ok_or_else(damaged)
+    }
+}

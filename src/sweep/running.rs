@@ -1,0 +1,203 @@
+//! A sweep under way: what its routes share.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::Before;
+use super::keep::{self, Keeper};
+use super::parted::Place;
+use super::select::Best;
+use super::writers::Writers;
+use crate::design::Design;
+use crate::error::Error;
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::plan::Plan;
+use crate::profile::{self, Ask, Profile, Reach};
+use crate::progress::Progress;
+use crate::scene::{Study, Theory, Tuple};
+use crate::sink::rows::Rows;
+use crate::sink::run_json::Counts;
+use crate::sink::table::Table;
+
+/// A sweep under way.
+pub(super) struct Run<'a> {
+    pub study: &'a Study,
+    pub evaluator: Evaluator<'a>,
+    pub writers: Writers,
+    pub counts: Counts,
+    pub best: Best,
+    /// Design and drive of the rows that `top` keeps.
+    pub kept: Vec<Tuple>,
+    pub solve: Duration,
+    /// Taps that earlier runs left to the full model.
+    pub mended: u64,
+    pub plan: &'a Plan,
+    pub stop: &'a AtomicBool,
+    pub progress: &'a mut dyn Progress,
+    /// Designs that are its own.
+    pub designs: Range<u64>,
+    /// Taps of these, about.
+    pub taps: u64,
+    /// Whether it is a part whose rows' places in the whole are written.
+    pub part: bool,
+    /// Keeps what is complete; nothing where nothing is written.
+    pub keeper: Option<Keeper>,
+    /// Where a stopped run stopped.
+    pub state: Option<Vec<u8>>,
+}
+
+impl<'a> Run<'a> {
+    pub fn new(
+        (study, plan): (&'a Study, &'a Plan),
+        method: Method,
+        before: Before,
+        (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
+    ) -> Self {
+        let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
+        let Before { writers, counts, best, solve, mended, state } = before;
+        let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
+        Self {
+            study,
+            evaluator,
+            writers,
+            counts,
+            best,
+            kept: Vec::new(),
+            solve,
+            mended,
+            plan,
+            stop,
+            progress,
+            designs,
+            taps,
+            part,
+            keeper,
+            state,
+        }
+    }
+
+    /// Outcomes of `tasks`; `Err` when asked to stop.
+    pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let outcomes = self.evaluator.run(designs, tasks)?;
+        self.solve += start.elapsed();
+        self.counts.solved += outcomes.len() as u64;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// As [`Self::evaluate`], read from charts where the plan has any.
+    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let outcomes = self.evaluator.read(designs, tasks)?;
+        self.solve += start.elapsed();
+        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.counts.interpolated += interpolated;
+        self.counts.solved += outcomes.len() as u64 - interpolated;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
+    pub fn evaluate_over(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        drives: &[f64],
+    ) -> Result<Vec<Outcome>, Error> {
+        self.check_stop()?;
+        let start = Instant::now();
+        let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.note(&outcomes);
+        Ok(outcomes)
+    }
+
+    /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
+    /// are told by the model. With `drives` the rows of a design are all of them; `Err` when asked to stop.
+    pub fn profiles(
+        &mut self,
+        designs: &[Design],
+        rows: impl Iterator<Item = (u32, f64, [f64; 2])>,
+        drives: Option<&[f64]>,
+    ) -> Result<Vec<Option<Profile>>, Error> {
+        if self.study.setup.estimate.theory != Theory::Exact {
+            return Ok(Vec::new());
+        }
+        self.check_stop()?;
+        let start = Instant::now();
+        let ask = |(design, drive, ends)| Ask { design, drive, reach: Reach::Asked(ends) };
+        let asks: Vec<Ask> = rows.map(ask).collect();
+        let (profiles, solved) =
+            profile::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        Ok(profiles)
+    }
+
+    /// Counts sweeps and strains.
+    pub fn note(&mut self, outcomes: &[Outcome]) {
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        for o in outcomes.iter().filter(|o| o.status.counts()) {
+            self.counts.strain.push(o.strain.abs());
+        }
+    }
+
+    /// `Err` when asked to stop.
+    pub fn check_stop(&self) -> Result<(), Error> {
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(keep::interrupted()),
+            false => Ok(()),
+        }
+    }
+
+    /// Taps that the full model solved in place of one with effects left off.
+    pub fn mended(&self) -> u64 {
+        self.mended + self.evaluator.mended()
+    }
+
+    /// Takes over the counts of finished taps.
+    pub fn absorb(&mut self, status: &Counts) {
+        self.counts.taps += status.taps;
+        for (word, n) in &status.status {
+            *self.counts.status.entry(word).or_default() += n;
+        }
+        self.progress.at(self.counts.taps, self.taps);
+    }
+
+    /// Shows that `more` taps than the finished ones are done.
+    pub fn show(&mut self, more: u64) {
+        self.progress.at(self.counts.taps + more, self.taps);
+    }
+
+    /// Appends `n` rows to a table, if it is written.
+    pub fn write(&mut self, table: Table, rows: Rows, n: u64) -> Result<(), Error> {
+        self.count(table, n);
+        self.writers.write(table, rows)
+    }
+
+    /// Counts `n` rows of a table, if it is written.
+    pub fn count(&mut self, table: Table, n: u64) {
+        if self.writers.wants(table) {
+            self.counts.rows[table as usize] += n;
+        }
+    }
+
+    /// Notes where rows stand in the whole, if this is a part.
+    pub fn place(&mut self, places: impl Iterator<Item = Place>) -> Result<(), Error> {
+        let bytes: Vec<u8> =
+            places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
+        self.writers.place(&bytes)
+    }
+
+    /// Rows for the tables.
+    pub fn rows(&self) -> Rows {
+        Rows::new(self.writers.format)
+    }
+}

@@ -1,0 +1,354 @@
+//! Sweeps that stop and go on: from every place where they can, with the bytes of an undisturbed run; and what lies about in their folder.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use crate::common::program::{Desk, SPEC, names};
+use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, rows_alone};
+use vibrissa::error::Error;
+use vibrissa::plan::Plan;
+use vibrissa::progress::Progress;
+use vibrissa::sink::pack::{CHECK, Packer};
+use vibrissa::spec;
+use vibrissa::sweep::{self, Report, Target};
+
+const WORK: &str = ".vibrissa-unfinished";
+
+/// Asks the run to stop when it says for the first time how far it is.
+struct Stops<'a> {
+    stop: &'a AtomicBool,
+    notes: AtomicU64,
+}
+
+impl Progress for Stops<'_> {
+    fn at(&mut self, done: u64, _: u64) {
+        self.stop.store(done > 0, Ordering::Relaxed);
+    }
+
+    fn note(&mut self, words: &str) {
+        assert!(words.starts_with("going on: "), "{words}");
+        self.notes.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+fn sweep(text: &str, list: &str, place: Place, out: &Path, stopping: bool) -> (Result<Report, Error>, bool) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("list.csv"), list).unwrap();
+    let (spec, choice) = (spec::parse("spec.toml", text, folder.path()).unwrap(), place.choice());
+    let (plan, stop, never) =
+        (Plan::new(&spec.study, &choice).unwrap(), AtomicBool::new(false), AtomicBool::new(false));
+    let mut progress = Stops { stop: if stopping { &stop } else { &never }, notes: AtomicU64::new(0) };
+    let target = Target { every: Duration::ZERO, ..Target::new(out, &stop) };
+    let result = sweep::run(&spec, &plan, &choice, &target, &mut progress);
+    (result, progress.notes.load(Ordering::Relaxed) > 0)
+}
+
+fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let names = names(folder).into_iter().filter(|name| name != "run.json");
+    names.map(|name| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect()
+}
+
+/// Stops at every place where the sweep can, and goes on; how often.
+fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, out) = (folder.path().join("whole"), folder.path().join("out"));
+    sweep(text, list, place, &whole, false).0.unwrap();
+    let mut stops = 0;
+    loop {
+        let (result, went_on) = sweep(text, list, place, &out, true);
+        assert_eq!(went_on, stops > 0, "it goes on where there is something");
+        match result {
+            Ok(_) => break,
+            Err(e) => {
+                assert!(e.exit_code() == 1 && e.to_string().contains("interrupted; "), "{e}");
+                assert!(e.to_string().contains(" are kept in "), "{e}");
+                assert_eq!(names(&out), [WORK], "nothing half-written under a final name");
+            }
+        }
+        stops += 1;
+        assert!(stops < 200, "it does not get on: {text}");
+    }
+    assert!(tables(&out) == tables(&whole), "other bytes after {stops} stops on {place:?}:\n{text}");
+    assert_eq!(names(folder.path()), ["out", "whole"]);
+    stops
+}
+
+/// Closed forms, so that several batches are quick: 5 designs a batch.
+fn linear(output: &str) -> String {
+    format!(
+        "[whisker]\nD = [8, 10]\nd = {{ from = 4, to = 7, steps = 9 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+         [tap]\na = {{ from = 21, to = 48, steps = 150 }}\ntheta = {{ from = 1, to = 6, steps = 150 }}\n\
+         [model]\ngeometry = \"linear\"\n[output]\n{output}\n"
+    )
+}
+
+#[test]
+fn a_grid_goes_on_from_every_batch() {
+    for (output, least) in [
+        ("tuples = false", 3),
+        ("format = \"parquet\"", 3),
+        ("top = 40\nby = \"noise_rms_mm\"", 5),
+        ("top = 7\nby = \"noise_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", 4),
+    ] {
+        let stops = stopped_everywhere(&linear(output), "", CPU_F64);
+        assert!(stops >= least, "{stops}: {output}");
+    }
+}
+
+/// One design larger than a chunk each.
+#[test]
+fn large_designs_go_on_from_each() {
+    let text = linear("distances = false\nformat = \"parquet\"")
+        .replace("steps = 150", "steps = 380")
+        .replace("steps = 9", "steps = 2");
+    assert!(stopped_everywhere(&text, "", CPU_F64) >= 3);
+}
+
+#[test]
+fn rankings_from_charts_go_on_from_every_group() {
+    let text = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 900 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+                [tap]\na = [15, 28, 41, 48]\ntheta = { from = 1, to = 12, steps = 9 }\n[output]\ntop = 30\nby = \"total_rms_mm\"\n";
+    assert!(stopped_everywhere(text, "", CPU) >= 4);
+    let neo = format!("{text}[model]\nmaterial = {{ neo-hookean = 3.2 }}\n");
+    assert!(stopped_everywhere(&neo, "", CPU) >= 4);
+}
+
+#[test]
+fn rows_from_charts_go_on_from_every_group() {
+    for format in ["csv", "parquet"] {
+        let text = rows_alone(format);
+        let spec = spec::parse("spec.toml", &text, Path::new("")).unwrap();
+        assert!(Plan::new(&spec.study, &CPU.choice()).unwrap().row_reader.is_some());
+        let stops = stopped_everywhere(&text, "", CPU);
+        assert!(stops >= 6, "{stops}");
+    }
+}
+
+/// The reference stops after fewer taps, for each takes long.
+#[test]
+fn the_reference_goes_on_too() {
+    let text = "[whisker]\nD = 10\nd = { from = 4, to = 7, steps = 5 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
+                [tap]\na = { from = 21, to = 48, steps = 20 }\ntheta = { from = 1, to = 4, steps = 40 }\n";
+    assert!(stopped_everywhere(text, "", REFERENCE) >= 2);
+}
+
+#[test]
+fn tuple_files_go_on() {
+    let rows = |n: usize| {
+        let row = |i: usize| {
+            let design = i * 7919 % 97;
+            format!(
+                "10.000000,{:.6},50.000000,{:.6},2.00000,{:.6},{:.6}\n",
+                4.0 + 0.05 * (design % 20) as f64,
+                3.0 + 0.05 * (design / 20) as f64,
+                21.0 + (i % 27) as f64,
+                1.0 + 0.5 * (i % 3) as f64
+            )
+        };
+        format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..n).map(row).collect::<String>())
+    };
+    let listed = |output: &str| {
+        format!(
+            "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\n{output}\n"
+        )
+    };
+    let (held, read) = (rows(140_000), rows(300_000));
+    assert!((held.len() as u64) < 8 << 20 && read.len() as u64 > 8 << 20);
+    for (output, list, least) in [
+        ("", &held, 1),
+        ("", &read, 4),
+        ("format = \"parquet\"", &read, 4),
+        ("top = 50\nby = \"noise_rms_mm\"", &read, 2),
+        ("top = 5\nby = \"noise_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", &read, 2),
+    ] {
+        let stops = stopped_everywhere(&listed(output), list, CPU_F64);
+        assert!(stops >= least, "{stops}: {output}");
+    }
+}
+
+/// A desk with a sweep that was stopped in `out`: its spec takes some seconds.
+fn stopped() -> Desk {
+    let desk = Desk::new(&linear("tuples = false"));
+    let ran = run_limited(&desk, &[]);
+    assert_eq!(ran.0, 1, "{}", ran.1);
+    assert!(
+        ran.1.contains(" of 18 designs are kept in out, and the same command goes on with them"),
+        "{}",
+        ran.1
+    );
+    assert_eq!(desk.names("out"), [WORK]);
+    desk
+}
+
+/// Runs the sweep with files of at most some kilobytes, as on a full disk; exit code and words.
+fn run_limited(desk: &Desk, more: &[&str]) -> (i32, String) {
+    let program = assert_cmd::cargo::cargo_bin("vibrissa");
+    let line = "trap '' XFSZ; ulimit -f 600; exec \"$0\" sweep spec.toml --backend cpu --precision f64 --out out --keep-every 0 \"$@\"";
+    let mut command = std::process::Command::new("bash");
+    command.current_dir(desk.path(".")).args(["-c", line]).arg(program).args(more);
+    let ran = command.output().unwrap();
+    (ran.status.code().unwrap(), String::from_utf8(ran.stderr).unwrap())
+}
+
+fn go_on(desk: &Desk, more: &[&str]) -> crate::common::program::Ran {
+    let line = ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out"];
+    desk.run(&[&line[..], more].concat())
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_loses_nothing_that_was_complete() {
+    let desk = stopped();
+    go_on(&desk, &["--out", "whole"]).exits(0);
+    desk.write("out/notes.txt", "mine");
+    // Still full: what is kept stays.
+    let (code, words) = run_limited(&desk, &[]);
+    assert!(code == 1 && words.contains("designs.csv") && words.contains("are kept in out"), "{words}");
+    let ran = go_on(&desk, &[]).exits(0);
+    assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
+    let run = desk.whole("out");
+    assert!(run["resumed"]["from"].as_str().is_some_and(|from| from.ends_with("of 18 designs")), "{run}");
+    for table in ["designs.csv", "distances.csv"] {
+        assert_eq!(desk.read(&format!("out/{table}")), desk.read(&format!("whole/{table}")));
+    }
+    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "notes.txt", "run.json"]);
+}
+
+/// The state as if it had taken longer.
+fn as_if_long(desk: &Desk) {
+    let path = desk.path("out").join(WORK).join(".state");
+    let bytes = std::fs::read(&path).unwrap();
+    let (head, rest) = bytes[..bytes.len() - CHECK].split_at(bytes.iter().position(|b| *b == b'\n').unwrap());
+    let mut head: serde_json::Value = serde_json::from_slice(head).unwrap();
+    head["seconds"] = 4000.0.into();
+    let mut file = std::fs::File::create(&path).unwrap();
+    let mut packer = Packer::new(&mut file);
+    packer.raw(head.to_string().as_bytes());
+    packer.raw(rest);
+    packer.finish().unwrap();
+    file.flush().unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn long_work_of_other_values_gives_way_to_force_alone() {
+    let desk = stopped();
+    let spec = desk.read("spec.toml");
+    let other = spec.replace("noise_strain = 1e-6", "noise_strain = 2e-6");
+    as_if_long(&desk);
+    for (text, more) in
+        [(&other, &[][..]), (&spec, &["--precision", "f32"]), (&spec, &["--tolerance", "1e-7"])]
+    {
+        desk.write("spec.toml", text);
+        let line = [&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat();
+        let ran = desk.run(&line).exits(2);
+        assert!(
+            ran.stderr.contains("an unfinished run of 4000 s") && ran.stderr.contains("--force"),
+            "{}",
+            ran.stderr
+        );
+    }
+    // Other commands.
+    desk.write("rig.toml", SPEC.replace("d = [4, 7]", "d = 4"));
+    let ran = desk.run(&["simulate", "rig.toml", "--out", "out"]).exits(2);
+    assert!(ran.stderr.contains("an unfinished sweep"), "{}", ran.stderr);
+    // A changed comment is no change, nor are other threads.
+    desk.write("spec.toml", format!("# A comment\n{spec}"));
+    assert!(go_on(&desk, &["--threads", "1"]).exits(0).stderr.contains("going on"));
+    let desk = stopped();
+    as_if_long(&desk);
+    desk.write("spec.toml", &other);
+    let ran = go_on(&desk, &["--force"]).exits(0);
+    assert!(!ran.stderr.contains("going on"), "{}", ran.stderr);
+    // Short work is no loss.
+    let desk = stopped();
+    desk.write("spec.toml", &other);
+    assert!(!go_on(&desk, &[]).exits(0).stderr.contains("going on"));
+    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "run.json"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn damaged_work_is_told_and_given_up_by_force() {
+    let desk = stopped();
+    let state = desk.path("out").join(WORK).join(".state");
+    let table = desk.path("out").join(WORK).join("designs.csv");
+    let (good, rows) = (std::fs::read(&state).unwrap(), std::fs::read(&table).unwrap());
+    let flipped = |bytes: &[u8], at: usize| {
+        let mut bytes = bytes.to_vec();
+        bytes[at] ^= 4;
+        bytes
+    };
+    let kept = || (std::fs::read(&state).unwrap(), std::fs::read(&table).unwrap());
+    for (bytes, words) in [
+        (&good[..good.len() - 1], "damaged"),
+        (&flipped(&good, 3), "damaged"),
+        (&flipped(&good, good.len() / 2), "damaged"),
+        (&[], "damaged"),
+    ] {
+        std::fs::write(&state, bytes).unwrap();
+        let ran = go_on(&desk, &[]).exits(2);
+        assert!(ran.stderr.contains(words) && ran.stderr.contains("--force"), "{}", ran.stderr);
+        assert_eq!(kept().0, bytes);
+    }
+    std::fs::write(&state, &good).unwrap();
+    for bytes in [&flipped(&rows, 100), &rows[..rows.len() / 3]] {
+        std::fs::write(&table, bytes).unwrap();
+        let ran = go_on(&desk, &[]);
+        assert!(ran.code == 1 && ran.stderr.contains("--force begins anew"), "{}", ran.stderr);
+        assert_eq!(kept(), (good.clone(), bytes.to_vec()));
+    }
+    assert!(!go_on(&desk, &["--force"]).exits(0).stderr.contains("going on"));
+    desk.whole("out");
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_work_is_left_alone() {
+    use std::os::unix::fs::symlink;
+    let desk = Desk::new(SPEC);
+    desk.write("mine/notes.txt", "mine");
+    std::fs::create_dir(desk.path("out")).unwrap();
+    let work = desk.path("out").join(WORK);
+    let refused = || {
+        for more in [&[][..], &["--force"]] {
+            let ran = desk.sweep(&[&["--out", "out"], more].concat()).exits(2);
+            assert!(ran.stderr.contains(WORK), "{}", ran.stderr);
+        }
+        assert_eq!(
+            (desk.names("out"), desk.names("mine")),
+            (vec![WORK.to_owned()], vec!["notes.txt".to_owned()])
+        );
+    };
+    symlink("../mine", &work).unwrap();
+    refused();
+    std::fs::remove_file(&work).unwrap();
+    std::fs::write(&work, "mine").unwrap();
+    refused();
+    std::fs::remove_file(&work).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&work).status().unwrap().success());
+    refused();
+    std::fs::remove_file(&work).unwrap();
+    // Links and pipes in it are not followed; a state that is one is no state.
+    std::fs::create_dir(&work).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(work.join(".state")).status().unwrap().success());
+    let ran = desk.sweep(&["--out", "out"]).exits(2);
+    assert!(ran.stderr.contains("cannot be read"), "{}", ran.stderr);
+    std::fs::remove_file(work.join(".state")).unwrap();
+    symlink("../../mine", work.join("designs.csv")).unwrap();
+    symlink("../../spec.toml", work.join("tuples.csv")).unwrap();
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert_eq!((desk.read("mine/notes.txt").as_str(), desk.read("spec.toml").as_str()), ("mine", SPEC));
+    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "run.json", "tuples.csv"]);
+    // A table of the work that became a link is not written through.
+    let desk = stopped();
+    let table = desk.path("out").join(WORK).join("designs.csv");
+    std::fs::rename(&table, desk.path("mine.csv")).unwrap();
+    symlink("../../mine.csv", &table).unwrap();
+    let before = desk.read("mine.csv");
+    let ran = go_on(&desk, &[]).exits(1);
+    assert!(ran.stderr.contains("designs.csv"), "{}", ran.stderr);
+    assert_eq!(desk.read("mine.csv"), before);
+}

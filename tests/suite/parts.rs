@@ -1,0 +1,253 @@
+//! Parts of a sweep and their merge: the tables of the whole, byte for byte, whatever is asked and into however many parts it is cut; and
+//! what is no whole set of parts is refused.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use crate::common::program::{Desk, SPEC};
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, rows_alone};
+use proptest::prelude::*;
+use serde_json::Value;
+use vibrissa::merge;
+use vibrissa::plan::Plan;
+use vibrissa::progress::Silent;
+use vibrissa::sink::shard::Shard;
+use vibrissa::spec;
+use vibrissa::sweep::{self, Target};
+
+/// Sweeps `text` into `out`, as a whole or as a part.
+fn sweep_part(text: &str, list: &str, place: Place, shard: Option<Shard>, out: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("list.csv"), list).unwrap();
+    let (spec, choice) = (spec::parse("spec.toml", text, folder.path()).unwrap(), place.choice());
+    let (plan, stop) = (Plan::new(&spec.study, &choice).unwrap(), AtomicBool::new(false));
+    let out = shard.map_or(out.to_owned(), |shard| out.join(shard.folder()));
+    std::fs::create_dir_all(out.parent().unwrap()).unwrap();
+    let target = Target { shard, ..Target::new(&out, &stop) };
+    sweep::run(&spec, &plan, &choice, &target, &mut Silent).unwrap_or_else(|e| panic!("{e}\n{text}"));
+}
+
+/// Bytes of the tables in `folder`.
+fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut all: Vec<(String, Vec<u8>)> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|e| e == "csv" || e == "parquet"))
+        .map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(p).unwrap()))
+        .collect();
+    all.sort();
+    all
+}
+
+/// What of the counts does not depend on how a sweep was cut.
+fn counted(folder: &Path) -> Vec<Value> {
+    let run: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
+    let keys = ["taps", "tuples", "designs", "distances", "status", "complete_rows", "kept_rows"];
+    keys.iter().map(|key| run["counts"][*key].clone()).collect()
+}
+
+/// The whole, and the same of `n` parts.
+fn joined(text: &str, list: &str, place: Place, parts: u32) {
+    let (whole, cut) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    sweep_part(text, list, place, None, &whole.path().join("out"));
+    for index in 1..=parts {
+        sweep_part(text, list, place, Some(Shard { index, of: parts }), cut.path());
+    }
+    let report = merge::run(&[cut.path().to_owned()], None, false).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(report.warnings, [""; 0]);
+    let (one, other) = (tables(&whole.path().join("out")), tables(cut.path()));
+    let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert!(!one.is_empty() && names(&one) == names(&other), "{:?} {:?}", names(&one), names(&other));
+    for ((name, a), (_, b)) in one.iter().zip(&other) {
+        assert!(a == b, "{name} of {parts} parts on {place:?}:\n{text}");
+    }
+    assert_eq!(counted(&whole.path().join("out")), counted(cut.path()), "{text}");
+}
+
+const GAUGE: &str = "[gauge]\nx_ss = [5, 8]\nl = 2\nnoise_strain = 1e-6\n";
+const TAP: &str = "[tap]\na = { from = 15, to = 48, steps = 5 }\ntheta = { from = 1, to = 12, steps = 7 }\n";
+
+fn grid(designs: usize, output: &str) -> String {
+    let whisker =
+        format!("[whisker]\nD = [8, 10]\nd = {{ from = 3, to = 9, steps = {designs} }}\nL_a = [40, 50]\n");
+    format!("{whisker}{GAUGE}{TAP}[output]\n{output}\n")
+}
+
+/// A tuple file whose designs and drives interleave.
+fn list(rows: usize) -> String {
+    let row = |i: usize| {
+        let design = i * 7 % 5;
+        format!("10,{},50,{},2,{},{}\n", 4 + design, 3 + design % 2, 21 + i % 9, 1 + i * 3 % 4)
+    };
+    format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..rows).map(row).collect::<String>())
+}
+
+fn listed(output: &str) -> String {
+    format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[output]\n{output}\n")
+}
+
+/// Rows read from charts, cut where neither groups nor pieces of them end; by a GPU too, whose rows are those of the CPU.
+#[test]
+fn parts_of_rows_from_charts_give_the_bytes_of_the_whole() {
+    for (place, format, parts) in [(CPU, "csv", 5), (CPU, "parquet", 7), (GPU, "csv", 3)] {
+        joined(&rows_alone(format), "", place, parts);
+    }
+}
+
+/// Every table, ranking and format; ranked from charts (f32), from solved taps (f64), by the reference; more parts than designs.
+#[test]
+fn parts_give_the_bytes_of_the_whole() {
+    let ranked = "top = 9\nby = \"total_rms_mm\"";
+    for (place, designs, output, parts) in [
+        (CPU, 5, "", 3),
+        (CPU, 2, "tuples = false", 20),
+        (CPU, 4, "format = \"parquet\"", 5),
+        (CPU, 30, ranked, 4),
+        (CPU, 30, "top = 9\nby = \"K_sd\"\nper = \"design\"\nformat = \"parquet\"", 7),
+        (CPU_F64, 4, ranked, 3),
+        (CPU_F64, 4, "top = 9\nby = \"force_max_N\"\nper = \"design\"", 2),
+        (CPU_F64, 3, "top = 100000\ndistances = false", 3),
+        (GPU, 4, "", 2),
+        (GPU, 30, ranked, 3),
+        (REFERENCE, 1, "", 3),
+    ] {
+        joined(&grid(designs, output), "", place, parts);
+    }
+    for (output, parts) in [
+        ("", 2),
+        ("format = \"parquet\"", 4),
+        ("top = 6", 3),
+        ("top = 3\nper = \"design\"\nformat = \"parquet\"", 9),
+        ("designs = false\ntuples = false", 2),
+    ] {
+        joined(&listed(output), &list(80), CPU, parts);
+    }
+}
+
+/// Rows of a tuple file that is not held in memory, and designs that are larger than a chunk.
+#[test]
+fn large_parts_give_the_bytes_of_the_whole() {
+    let row = |i: usize| {
+        let design = i * 7919 % 97;
+        format!(
+            "10.000000,{:.6},50.000000,{:.6},2.0000,{:.6},{:.6}\n",
+            4.0 + 0.05 * (design % 20) as f64,
+            3.0 + 0.05 * (design / 20) as f64,
+            21.0 + (i % 27) as f64,
+            1.0 + 0.5 * (i % 3) as f64
+        )
+    };
+    let rows: String = (0..170_000).map(row).collect();
+    let file = format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}");
+    assert!(file.len() as u64 > 8 << 20, "it is read again");
+    joined(&listed(""), &file, CPU, 3);
+    joined(&listed("top = 20\nformat = \"parquet\""), &file, CPU, 2);
+    let wide = "[whisker]\nD = [8, 10, 12]\nd = 5\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 21, to = 48, steps = 400 }\n\
+                theta = { from = 1, to = 6, steps = 400 }\n[model]\ngeometry = \"linear\"\n[output]\nformat = \"parquet\"\n";
+    joined(wide, "", CPU, 2);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn any_number_of_parts_of_any_size(
+        designs in 1usize..12, parts in 1u32..40, top in prop::option::of(1usize..60), per in any::<bool>(),
+        parquet in any::<bool>(), exact in any::<bool>(), list_rows in prop::option::of(1usize..60),
+    ) {
+        let mut output = top.map_or(String::new(), |n| format!("top = {n}\n"));
+        if per { output += "per = \"design\"\n"; }
+        if parquet { output += "format = \"parquet\"\n"; }
+        let place = if exact { CPU_F64 } else { CPU };
+        match list_rows {
+            Some(rows) => joined(&listed(&output), &list(rows), place, parts),
+            None => joined(&grid(designs, &output), "", place, parts),
+        }
+    }
+}
+
+#[test]
+fn the_program_makes_parts_and_joins_them() {
+    let desk = Desk::new(SPEC);
+    desk.sweep(&["--out", "whole"]).exits(0);
+    let ran = desk.sweep(&["--out", "out", "--shard", "2/3"]).exits(0);
+    assert!(ran.stdout.contains("out/shard-2-of-3/tuples.csv"), "{}", ran.stdout);
+    // What is missing is named.
+    let ran = desk.run(&["merge", "out"]).exits(2);
+    assert!(ran.stderr.contains("2 of 3 parts are missing: 1, 3"), "{}", ran.stderr);
+    for task in ["3", "1"] {
+        let slurm = [
+            ("SLURM_ARRAY_TASK_ID", task),
+            ("SLURM_ARRAY_TASK_COUNT", "3"),
+            ("SLURM_ARRAY_TASK_MIN", "1"),
+            ("SLURM_ARRAY_TASK_MAX", "3"),
+        ];
+        desk.run_with(
+            &["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", "slurm"],
+            &slurm,
+        )
+        .exits(0);
+    }
+    let merged = desk.run(&["merge", "out", "--json"]).exits(0).json();
+    assert_eq!(
+        (&merged["ok"], &merged["out"], &merged["counts"]["taps"]),
+        (&true.into(), &"out".into(), &12.into())
+    );
+    for table in ["tuples.csv", "designs.csv", "distances.csv"] {
+        assert_eq!(desk.read(&format!("out/{table}")), desk.read(&format!("whole/{table}")));
+    }
+    let run = desk.whole("out");
+    assert_eq!(run["parts"].as_array().map(Vec::len), Some(3));
+    assert!(run["shard"].is_null() && run["parts"][1]["part"] == "2/3", "{run}");
+    // It is the result of the spec: the same command replaces it, and a merge replaces it again.
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk.run(&["merge", "out/shard-1-of-3", "out/shard-2-of-3", "out/shard-3-of-3"]).exits(0);
+    desk.run(&["merge", "out", "--out", "elsewhere", "--quiet"]).exits(0);
+    assert_eq!(desk.read("elsewhere/tuples.csv"), desk.read("whole/tuples.csv"));
+    desk.run(&["report-nothing"]).exits(2);
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let desk = Desk::new(SPEC);
+    for part in ["1/2", "2/2"] {
+        desk.sweep(&["--out", "out", "--shard", part]).exits(0);
+    }
+    let refused = |words: &str| {
+        let ran = desk.run(&["merge", "out", "--out", "joined"]).exits(2);
+        assert!(ran.stderr.contains(words), "{words}: {}", ran.stderr);
+        assert!(!desk.path("joined").exists());
+    };
+    let again = || desk.sweep(&["--out", "out", "--shard", "2/2", "--force"]).exits(0);
+    // Edited, torn, of other values, of another precision, of another program's folder, twice, of another count.
+    let table = desk.read("out/shard-2-of-2/designs.csv");
+    desk.write("out/shard-2-of-2/designs.csv", table.replacen("10,7,", "10,8,", 1));
+    refused("designs.csv is not what was written");
+    again();
+    desk.write("out/shard-2-of-2/run.json", "{ \"command\": \"sweep\" ");
+    refused("its run.json is not that of part 2/2");
+    std::fs::remove_dir_all(desk.path("out/shard-2-of-2")).unwrap();
+    desk.write("spec.toml", SPEC.replace("theta = [1, 4]", "theta = [1, 5]"));
+    again();
+    refused("of another spec");
+    desk.write("spec.toml", SPEC);
+    desk.sweep(&["--out", "out", "--shard", "2/2", "--precision", "f64"]).exits(0);
+    refused("of another precision");
+    desk.sweep(&["--out", "out", "--shard", "2/2", "--tolerance", "1e-4"]).exits(0);
+    refused("of another tolerance");
+    again();
+    desk.sweep(&["--out", "out", "--shard", "3/4"]).exits(0);
+    refused("parts of 2 and of 4");
+    std::fs::remove_dir_all(desk.path("out/shard-3-of-4")).unwrap();
+    let both = ["merge", "out", "out/shard-1-of-2", "--out", "joined"];
+    assert!(desk.run(&both).exits(2).stderr.contains("part 1/2 is there twice"));
+    std::fs::rename(desk.path("out/shard-2-of-2"), desk.path("out/kept")).unwrap();
+    std::fs::create_dir_all(desk.path("out/shard-2-of-2/.vibrissa-unfinished")).unwrap();
+    refused("this part is unfinished (2/2)");
+    assert!(desk.run(&["merge", "joined-nowhere"]).exits(1).stderr.contains("joined-nowhere"));
+    assert!(desk.run(&["merge", "."]).exits(2).stderr.contains("no part of a sweep is here"));
+    for bad in ["0/2", "3/2", "a", "slurm"] {
+        let ran = desk.sweep(&["--shard", bad]).exits(2);
+        assert!(ran.stderr.contains("--shard"), "{bad}: {}", ran.stderr);
+    }
+}
