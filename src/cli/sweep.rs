@@ -8,7 +8,9 @@ use vibrissa::backend::{Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
+use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
+use vibrissa::sink::table::Table;
 use vibrissa::sweep::{Kept, Report, Target};
 use vibrissa::{files, spec};
 
@@ -130,8 +132,8 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
     let (b, way) = (&choice.backend, plan.way);
     let seconds = vibrissa::sweep::seconds(&spec.study, plan, choice)?;
     let mut text = headline(spec, plan, b) + "\n";
-    let names = ["tuples.csv", "designs.csv", "distances.csv"];
-    for (name, rows) in names.iter().zip(plan.rows) {
+    let format = TableFormat::of(spec);
+    for (name, rows) in Table::ALL.map(|table| table.file(format)).iter().zip(plan.rows) {
         let _ = writeln!(
             text,
             "  {name:<14} {}",
@@ -141,7 +143,7 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
     let _ = writeln!(
         text,
         "  about {} bytes in {}, about {} s, {}; nothing was run",
-        rough(plan.bytes),
+        rough(plan.bytes * format.share()),
         out.display(),
         rough(seconds),
         way.name()
@@ -172,7 +174,7 @@ fn planned(spec: &Spec, plan: &Plan, choice: &Choice, out: PathBuf) -> Result<Re
         text,
         out: Some(out),
         files: Vec::new(),
-        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes, "curves": plan.curves }),
+        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes * format.share(), "curves": plan.curves }),
         seconds: json!({ "expected": seconds, "way": way.name() }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None) }),

@@ -31,7 +31,6 @@ pub(super) fn run(
     ranker: &Ranker,
     (top, before): (usize, Option<At>),
 ) -> Result<Vec<Kept>, Error> {
-    run.counts.chart = Some(ranker.summary());
     let (from, all, best) = match before {
         Some(At::Ranked(from, all, best)) => (from, all, best),
         _ => {
