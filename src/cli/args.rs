@@ -287,6 +287,10 @@ pub struct Simulate {
 pub struct Optimise {
     /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
     pub spec: PathBuf,
+    /// Search i of n, with the seed of the spec + i − 1 and the whole budget, into <out>/shard-i-of-n; `vibrissa merge` joins them to the best
+    /// design and one front. `slurm`: the number that this task of a Slurm array has
+    #[arg(long, value_name = "i/n", value_parser = shard)]
+    pub shard: Option<Shard>,
     /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was; without this a search that would
     /// discard the work of an unfinished one asks for --force
     #[arg(long)]

@@ -30,7 +30,12 @@ const KEPT: &str = "interrupted; the best so far is written, and --resume goes o
 
 /// Reads the spec and searches, or says what would be searched.
 pub fn run(args: &Optimise) -> Result<Reply, Error> {
-    let (mut spec, search) = spec::read_search(&args.spec)?;
+    let (mut spec, mut search) = spec::read_search(&args.spec)?;
+    if let Some(shard) = args.shard {
+        search.seed = search.seed.wrapping_add(u64::from(shard.index) - 1);
+        let seed = spec.in_force.iter_mut().find(|(key, ..)| key == "optimise.seed");
+        seed.into_iter().for_each(|(_, value, _)| *value = search.seed.to_string());
+    }
     let options = args.common.over(&spec.run);
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
@@ -39,6 +44,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         spec.warnings.iter().for_each(say::warning);
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
+    let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::new(&options)?;
     let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);

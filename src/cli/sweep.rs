@@ -9,7 +9,9 @@ use vibrissa::error::Error;
 use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
+use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
+use vibrissa::sink::table::Table;
 use vibrissa::sweep::{Kept, Report, Target};
 use vibrissa::{files, spec};
 
@@ -159,8 +161,8 @@ fn planned(
     let (b, way) = (&choice.backend, plan.way);
     let seconds = vibrissa::sweep::seconds(&spec.study, plan, choice)?;
     let mut text = headline(spec, plan, b) + "\n";
-    let names = ["tuples.csv", "designs.csv", "distances.csv"];
-    for (name, rows) in names.iter().zip(plan.rows) {
+    let format = TableFormat::of(spec);
+    for (name, rows) in Table::ALL.map(|table| table.file(format)).iter().zip(plan.rows) {
         let _ = writeln!(
             text,
             "  {name:<14} {}",
@@ -170,7 +172,7 @@ fn planned(
     let _ = writeln!(
         text,
         "  about {} bytes in {}, about {} s, {}; nothing was run",
-        rough(plan.bytes),
+        rough(plan.bytes * format.share()),
         out.display(),
         rough(seconds),
         way.name()
@@ -207,7 +209,7 @@ fn planned(
         text,
         out: Some(out),
         files: Vec::new(),
-        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes, "curves": plan.curves }),
+        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes * format.share(), "curves": plan.curves }),
         seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),

@@ -3,11 +3,13 @@
 //! Each part holds whole designs in the order of the whole, so most tables are the parts one behind the other. Rows of a tuple file
 //! interleave, and rows that were ranked compete: their parts say where each row stands ([`Place`](crate::sweep::Place)), and the rows
 //! are taken in that order. A chart ranks candidates before they are solved; how many of them the whole would have solved is decided here,
-//! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows.
+//! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows. Searches with seeds of their own
+//! are joined to their best design and one front.
 
 mod order;
 mod part;
 mod record;
+mod search;
 mod source;
 
 use std::path::{Path, PathBuf};
@@ -40,7 +42,7 @@ pub struct Report {
     pub seconds: f64,
 }
 
-/// Joins the parts in `folders`, or in folders of `folders`, into `out` (where they all lie, by default).
+/// Joins the parts of a sweep, or the searches, in `folders`, or in folders of `folders`, into `out` (where they all lie, by default).
 ///
 /// # Errors
 /// Parts that are missing, unfinished, edited, there twice, of another sweep or of another version; a folder that holds something else.
@@ -51,6 +53,9 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
         Some(out) => out.to_owned(),
         None => beside(&found)?,
     };
+    if search::is_search(&found[0].1) {
+        return search::run(&found, out, force);
+    }
     let parts = part::checked(&found)?;
     let warnings = part::differences(&parts);
     let first = &parts[0];

@@ -38,7 +38,7 @@ impl Part {
     }
 }
 
-fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Error {
+pub(super) fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Error {
     InputError::new(why).key("merge").value(folder.display()).allowed(allowed).into()
 }
 
@@ -69,7 +69,7 @@ pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error>
         let why = format!("these are parts of {} and of {} ({})", first.of, last.of, other.display());
         return Err(refuse(folder, why, "the folders of the parts that belong together"));
     }
-    for pair in all.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+    if let Some(pair) = all.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         let why = format!("part {} is there twice, also in {}", pair[0].0, pair[1].1.display());
         return Err(refuse(&pair[0].1, why, "each part once"));
     }
@@ -116,7 +116,7 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
             }
         }
     }
-    let edited = |part: &Part| part.listed.iter().try_for_each(|file| unedited(part, file));
+    let edited = |part: &Part| part.listed.iter().try_for_each(|file| unedited(&part.folder, file));
     parts.par_iter().try_for_each(edited)?;
     Ok(parts)
 }
@@ -147,8 +147,8 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
 }
 
 /// Fails unless a file is what was written.
-fn unedited(part: &Part, listed: &Listed) -> Result<(), Error> {
-    let path = part.folder.join(&listed.name);
+pub(super) fn unedited(folder: &Path, listed: &Listed) -> Result<(), Error> {
+    let path = folder.join(&listed.name);
     let file =
         open_regular(&path, std::fs::OpenOptions::new().read(true)).map_err(|e| Error::io(&path, e))?;
     let found = hash_file(file).map_err(|e| Error::io(&path, e))?;
@@ -156,7 +156,11 @@ fn unedited(part: &Part, listed: &Listed) -> Result<(), Error> {
         return Ok(());
     }
     let why = format!("{} is not what was written", path.display());
-    Err(refuse(&part.folder, why, "the part as it was written; sweep --force makes it again"))
+    Err(refuse(
+        folder,
+        why,
+        "the part as it was written; the command that made it makes it again with --force",
+    ))
 }
 
 /// In what the parts differ though they are of one sweep: their tables are within the tolerance then, but perhaps not the very bytes.

@@ -81,7 +81,7 @@ impl Source {
             }
             (Kind::Groups { reader, group, at }, batch) => {
                 while *at == group.len() {
-                    (*group, *at) = (reader.next()?.ok_or_else(early)?, 0);
+                    (*group, *at) = (reader.next_group()?.ok_or_else(early)?, 0);
                 }
                 *at += 1;
                 match batch {
@@ -108,7 +108,7 @@ impl Source {
                 }
             }
             Kind::Groups { reader, .. } => {
-                while let Some(group) = reader.next()? {
+                while let Some(group) = reader.next_group()? {
                     rows += group.len() as u64;
                     sheet.write(Rows::Columns(group))?;
                 }

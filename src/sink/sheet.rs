@@ -14,7 +14,7 @@ pub struct Sheet {
 }
 
 enum File {
-    Csv(Output),
+    Csv(Box<Output>),
     Parquet(Box<parquet::Writer>),
 }
 
@@ -50,7 +50,7 @@ impl Sheet {
                 let mut text = Text::default();
                 text.header(columns).map_err(|e| Error::Run(e.to_string()))?;
                 output.write(&text.into_bytes())?;
-                File::Csv(output)
+                File::Csv(Box::new(output))
             }
             TableFormat::Parquet => {
                 File::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
@@ -71,7 +71,7 @@ impl Sheet {
         let Some(mark) = state.take::<Mark>() else { return Ok(None) };
         let Some(output) = folder.file_again(&about.name(), &mark)? else { return Ok(None) };
         Ok(match about.format {
-            TableFormat::Csv => Some(Self { file: File::Csv(output) }),
+            TableFormat::Csv => Some(Self { file: File::Csv(Box::new(output)) }),
             TableFormat::Parquet => {
                 let writer = parquet::Writer::resume(output, about.columns, about.provenance, state)?;
                 writer.map(|writer| Self { file: File::Parquet(Box::new(writer)) })

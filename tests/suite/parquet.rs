@@ -78,5 +78,5 @@ fn an_empty_table_has_its_columns() {
     let file = std::fs::File::open(desk.path("out/designs.parquet")).unwrap();
     let mut reader = vibrissa::sink::parquet::Reader::new(&desk.path("out/designs.parquet"), file).unwrap();
     assert_eq!(reader.columns().last().map(String::as_str), Some("status"));
-    assert!(reader.next().unwrap().is_none());
+    assert!(reader.next_group().unwrap().is_none());
 }

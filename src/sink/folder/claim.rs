@@ -104,7 +104,8 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
     Ok(match record {
         Record::Nothing => {
             let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
-            let part = |name: &str| question.command == "sweep" && Shard::of_folder(name).is_some();
+            let cut = matches!(question.command, "sweep" | "optimise");
+            let part = |name: &str| cut && Shard::of_folder(name).is_some();
             let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
             let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
             let searched = question.command != "optimise" && folder.join(JOURNAL).exists();

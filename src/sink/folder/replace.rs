@@ -51,6 +51,11 @@ pub(super) fn replace(target: &Path, new: &Path, names: &[String], old: &Old) ->
         old: old.files.iter().map(|(f, _)| f.clone()).collect(),
         aside: old.aside.clone(),
     };
+    // One of a run that was killed here, of the same result.
+    match fs::remove_file(new.join(MANIFEST)) {
+        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
+        _ => {}
+    }
     let mut file = fs::File::create_new(new.join(MANIFEST))?;
     file.write_all(serde_json::to_string(&manifest)?.as_bytes())?;
     file.sync_all()?;
@@ -211,6 +216,24 @@ mod tests {
             assert_eq!(texts(folder.path()), expected, "after {renames}");
             recover(folder.path()).unwrap();
         }
+    }
+
+    #[test]
+    fn a_run_killed_before_the_decision_does_not_hold_up_the_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let new = folder.path().join(".vibrissa-unfinished");
+        fs::create_dir(&new).unwrap();
+        for (name, text) in
+            [(MANIFEST, "{ \"put\": [\"a.csv\""), (STATE, "state"), ("a.csv", "new"), (RUN, "new")]
+        {
+            fs::write(new.join(name), text).unwrap();
+        }
+        let names = ["a.csv".to_owned(), RUN.to_owned()];
+        replace(folder.path(), &new, &names, &Old::default()).unwrap();
+        assert_eq!(
+            texts(folder.path()),
+            [("a.csv".to_owned(), "new".to_owned()), (RUN.to_owned(), "new".to_owned())]
+        );
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl Reader {
     ///
     /// # Errors
     /// A damaged file.
-    pub fn next(&mut self) -> std::result::Result<Option<Columns>, Error> {
+    pub fn next_group(&mut self) -> std::result::Result<Option<Columns>, Error> {
         if self.next == self.file.num_row_groups() {
             return Ok(None);
         }

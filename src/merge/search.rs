@@ -1,0 +1,184 @@
+//! Searches of several machines, each with a seed of its own: the best design of all, and the front of all their fronts.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::Report;
+use super::part::{refuse, unedited};
+use crate::error::Error;
+use crate::sink::folder::{Folder, Listed, Question, Written, open_regular};
+use crate::sink::shard::Shard;
+
+/// The file of a front.
+const FRONT: &str = "pareto.csv";
+
+/// A finished search.
+struct Part {
+    folder: PathBuf,
+    shard: Shard,
+    run: Value,
+    listed: Vec<Listed>,
+    /// Value of the objective of its best design, smaller is better.
+    value: f64,
+}
+
+/// Whether the part in `folder` is a search.
+pub(super) fn is_search(folder: &Path) -> bool {
+    read(folder).is_some_and(|run| run["command"] == "optimise")
+}
+
+fn read(folder: &Path) -> Option<Value> {
+    let file = open_regular(&folder.join("run.json"), std::fs::OpenOptions::new().read(true)).ok()?;
+    serde_json::from_reader(std::io::BufReader::new(file)).ok()
+}
+
+/// Joins the searches `found` into `out`.
+pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Result<Report, Error> {
+    let start = Instant::now();
+    let parts = found.iter().map(|(shard, folder)| part(*shard, folder)).collect::<Result<Vec<_>, _>>()?;
+    for part in &parts[1..] {
+        same(&parts[0], part)?;
+    }
+    let best = parts.iter().min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(&parts[0]);
+    let names: Vec<&str> = best.listed.iter().map(|file| file.name.as_str()).collect();
+    let inputs = parts.iter().flat_map(|p| p.listed.iter().map(|file| p.folder.join(&file.name))).collect();
+    let name = best.run["name"].as_str().unwrap_or_default();
+    let question = Question::new("optimise", name, best.run["asked"].clone());
+    let question = Question { inputs, in_force: best.run["in_force"].clone(), ..question };
+    let mut folder = Folder::open(&out, question, &names, force)?;
+    let mut run = best.run.clone();
+    for name in &names {
+        let bytes = match *name {
+            FRONT => {
+                let (bytes, points) = front(&parts)?;
+                run["result"]["front"] = json!({ "points": points });
+                bytes
+            }
+            _ => bytes(best, name)?,
+        };
+        let mut file = folder.file(name)?;
+        file.write(&bytes)?;
+        file.close()?;
+    }
+    let sum = |key: &str| parts.iter().filter_map(|part| part.run["counts"][key].as_u64()).sum::<u64>();
+    for key in ["evaluations", "evaluations_resumed", "evaluations_sensitivity", "taps", "starts"] {
+        run["counts"][key] = sum(key).into();
+    }
+    let seconds = parts.iter().filter_map(|part| part.run["seconds"]["total"].as_f64()).sum::<f64>();
+    run["seconds"] = json!({ "total": seconds + start.elapsed().as_secs_f64() });
+    let one = |part: &Part| {
+        json!({
+            "folder": part.folder.display().to_string(),
+            "part": part.shard.to_string(),
+            "seed": seed(part),
+            "value": part.value,
+            "best": std::ptr::eq(part, best),
+            "evaluations": part.run["counts"]["evaluations"],
+            "seconds": part.run["seconds"]["total"],
+            "files": part.listed,
+        })
+    };
+    run["parts"] = parts.iter().map(one).collect();
+    folder.run_json(&run)?;
+    let Written { files, removed, .. } = folder.finish()?;
+    Ok(Report { out, files, removed, run, warnings: Vec::new(), seconds: start.elapsed().as_secs_f64() })
+}
+
+fn part(shard: Shard, folder: &Path) -> Result<Part, Error> {
+    let again = format!("the result of optimise --shard {shard}");
+    let run = read(folder).unwrap_or_default();
+    let found = || {
+        let listed: Vec<Listed> = serde_json::from_value(run["files"].clone()).ok()?;
+        let value = run["result"]["value"].as_f64().filter(|_| run["command"] == "optimise")?;
+        Some(Part { folder: folder.to_owned(), shard, run: run.clone(), listed, value })
+    };
+    let part = found().ok_or_else(|| refuse(folder, "this is no finished search", &again))?;
+    part.listed.iter().try_for_each(|file| unedited(folder, file))?;
+    Ok(part)
+}
+
+/// The value in force of a key.
+fn in_force(run: &Value) -> Vec<(&str, &str)> {
+    let entries = run["in_force"].as_array().into_iter().flatten();
+    entries.filter_map(|e| Some((e["key"].as_str()?, e["value"].as_str()?))).collect()
+}
+
+/// The seed of a part.
+fn seed(part: &Part) -> Option<u64> {
+    in_force(&part.run)
+        .iter()
+        .find(|(key, _)| *key == "optimise.seed")
+        .and_then(|(_, value)| value.parse().ok())
+}
+
+/// Fails unless both are of one spec, version and backends, with the seeds of their numbers.
+fn same(first: &Part, part: &Part) -> Result<(), Error> {
+    let free = |key: &str| key == "optimise.seed" || key.starts_with("run.") && key != "run.model_error";
+    let values = |part: &Part| -> Vec<(String, String)> {
+        let all = in_force(&part.run).into_iter().filter(|(key, _)| !free(key));
+        all.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
+    };
+    let offset = |part: &Part| seed(part).map(|seed| seed.wrapping_sub(part.shard.index.into()));
+    let backend = |part: &Part, key: &str| {
+        ["name", "adapter", "precision", "tolerance"].map(|field| part.run[key][field].clone())
+    };
+    for (equal, what) in [
+        (first.run["version"] == part.run["version"], "version of the program"),
+        (first.run["spec"]["hash"] == part.run["spec"]["hash"], "spec"),
+        (values(first) == values(part), "values in force"),
+        (backend(first, "backend") == backend(part, "backend"), "backend"),
+        (offset(first) == offset(part), "row of seeds"),
+    ] {
+        if !equal {
+            let why = format!("this part and {} are of another {what}", first.folder.display());
+            return Err(refuse(&part.folder, why, "parts of one spec, version and backend"));
+        }
+    }
+    Ok(())
+}
+
+fn bytes(part: &Part, name: &str) -> Result<Vec<u8>, Error> {
+    let path = part.folder.join(name);
+    let mut bytes = Vec::new();
+    open_regular(&path, std::fs::OpenOptions::new().read(true))
+        .and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut bytes))
+        .map_err(|e| Error::io(&path, e))?;
+    Ok(bytes)
+}
+
+/// The points of all fronts that no other beats in both figures, by rising spread, and how many.
+fn front(parts: &[Part]) -> Result<(Vec<u8>, usize), Error> {
+    let (mut header, mut points) = (String::new(), Vec::new());
+    for part in parts {
+        let text = String::from_utf8(bytes(part, FRONT)?).unwrap_or_default();
+        let mut lines = text.lines();
+        header = lines.next().unwrap_or_default().to_owned();
+        let at = |name: &str| header.split(',').position(|column| column.starts_with(name));
+        let Some(places) = at("K_sd").zip(at("total_rms_mm")) else {
+            return Err(refuse(
+                &part.folder,
+                "its front has no K_sd and total_rms_mm",
+                "the front that optimise wrote",
+            ));
+        };
+        for line in lines {
+            let number = |at: usize| line.split(',').nth(at).and_then(|x| x.parse::<f64>().ok());
+            points.extend(
+                number(places.0).zip(number(places.1)).map(|(sd, total)| (sd, total, line.to_owned())),
+            );
+        }
+    }
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut least = f64::INFINITY;
+    // As the search itself tells points apart.
+    points.retain(|(_, total, _)| {
+        let better = *total < least * (1.0 - 1e-9);
+        least = if better { *total } else { least };
+        better
+    });
+    let lines = points.iter().map(|(.., line)| line.as_str());
+    let text: String = std::iter::once(header.as_str()).chain(lines).flat_map(|line| [line, "\n"]).collect();
+    Ok((text.into_bytes(), points.len()))
+}
