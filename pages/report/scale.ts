@@ -46,7 +46,7 @@ class Scale {
     private even(wanted: number): [number, string][] {
         const raw = (this.to - this.from) / Math.max(1, wanted);
         const unit = 10 ** Math.floor(Math.log10(raw));
-        const step = [1, 2, 5, 10].map((m) => m * unit).find((s) => s >= 0.999 * raw) ?? unit;
+        const step = [1, 2, 5, 10].map((m) => m * unit).find((s) => s >= 0.9 * raw) ?? unit;
         const found: [number, string][] = [];
         for (let i = Math.ceil(this.from / step - 1e-9); i * step <= this.to + 1e-9 * step && found.length < 100; i++) {
             found.push([i * step, round(i * step, step)]);
@@ -62,7 +62,10 @@ class Scale {
         const tens = whole.filter((n) => n % every === 0).map((n) => 10 ** n).filter(inside);
         const parts = whole.flatMap((n) => [1, 2, 5].map((m) => m * 10 ** n)).filter(inside);
         if (tens.length < 2 && parts.length < 2) return this.even(Math.min(wanted, 4));
-        return (tens.length < 2 ? parts : tens).map((x) => [x, decade(x)]);
+        const named = tens.length < 2 ? parts : tens;
+        // All ticks of an axis are written in the same way.
+        const plain = named.every((x) => x > 0.0099 && x < 9999);
+        return named.map((x) => [x, decade(x, plain)]);
     }
 }
 
@@ -73,19 +76,20 @@ function round(x: number, step: number): string {
         const power = Math.floor(Math.log10(Math.abs(x)) + 1e-9);
         const digits = Math.min(6, Math.max(0, Math.floor(Math.log10(Math.abs(x) / step) + 1e-9)));
         const lead = String(Number((x / 10 ** power).toFixed(digits)));
-        return (lead === "1" ? ten(power) : `${lead}·${ten(power)}`).replace("-", "−");
+        return (lead === "1" ? ten(power) : lead === "-1" ? `-${ten(power)}` : `${lead}·${ten(power)}`).replace("-", "−");
     }
     return x.toFixed(Math.max(0, Math.ceil(-Math.log10(step) - 1e-9))).replace("-", "−");
 }
 
-function decade(x: number): string {
-    if (x > 0.0099 && x < 9999) return String(Number(x.toPrecision(6)));
+function decade(x: number, plain: boolean): string {
+    if (plain) return String(Number(x.toPrecision(6)));
     const power = Math.floor(Math.log10(x) + 1e-9);
     const lead = Math.round(x / 10 ** power);
     return lead === 1 ? ten(power) : `${lead}·${ten(power)}`;
 }
 
 function ten(power: number): string {
+    if (power === 0) return "1";
     const raised = [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]!)).join("");
     return `10${raised}`;
 }

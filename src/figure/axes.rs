@@ -31,8 +31,8 @@ pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) ->
     if !axis.words.is_empty() {
         return (axis.words.iter().enumerate().map(|(i, w)| (i as f64, w.clone())).collect(), Vec::new());
     }
-    let each = if upright { 2.6 * size } else { 4.6 * size };
-    scale.ticks(((long / each) as usize).clamp(2, 8))
+    let each = if upright { 1.8 * size } else { 3.6 * size };
+    scale.ticks(((long / each) as usize).clamp(3, 8))
 }
 
 /// Width that the words left of a panel take.

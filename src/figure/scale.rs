@@ -76,7 +76,7 @@ impl Scale {
         let raw = (b - a) / wanted.max(1) as f64;
         let unit = 10f64.powf(raw.log10().floor());
         let step =
-            [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= 0.999 * raw).unwrap_or(unit);
+            [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= 0.9 * raw).unwrap_or(unit);
         let from = (a / step - 1e-9).ceil() as i64;
         let values = (from..).map(|i| i as f64 * step).take_while(|x| *x <= b + 1e-9 * step).take(100);
         values.map(|x| (x, number(x, step))).collect()
@@ -104,7 +104,9 @@ impl Scale {
             0 | 1 if b - a < 0.7 => return (self.even(wanted.min(4)), small),
             _ => tens,
         };
-        (named.into_iter().map(|x| (x, decade(x))).collect(), small)
+        // All ticks of an axis are written in the same way.
+        let plain = named.iter().all(|x| (1e-2..1e4).contains(&(x * 1.000_001)));
+        (named.into_iter().map(|x| (x, decade(x, plain))).collect(), small)
     }
 }
 
@@ -122,7 +124,11 @@ fn number(x: f64, step: f64) -> String {
         } else {
             lead
         };
-        if lead == "1" { ten(power) } else { format!("{lead}·{}", ten(power)) }
+        match lead.as_str() {
+            "1" => ten(power),
+            "-1" => format!("-{}", ten(power)),
+            _ => format!("{lead}·{}", ten(power)),
+        }
     } else {
         let digits = (-step.log10()).ceil().max(0.0) as usize;
         format!("{x:.digits$}")
@@ -130,9 +136,9 @@ fn number(x: f64, step: f64) -> String {
     text.replace('-', "−")
 }
 
-/// A number m·10ⁿ of few digits, on an axis of decades.
-fn decade(x: f64) -> String {
-    if (1e-2..1e4).contains(&(x * 1.000_001)) {
+/// A number m·10ⁿ of few digits, on an axis of decades; `plain`: without powers.
+fn decade(x: f64, plain: bool) -> String {
+    if plain {
         return format!("{}", (x * 1e6).round() / 1e6);
     }
     let power = (x.log10() + 1e-9).floor() as i32;
@@ -142,6 +148,9 @@ fn decade(x: f64) -> String {
 
 /// 10ⁿ.
 fn ten(power: i32) -> String {
+    if power == 0 {
+        return "1".into();
+    }
     let raised = power
         .to_string()
         .chars()
@@ -174,7 +183,7 @@ mod tests {
         assert_eq!(words(Scale { ends: [0.9, 1.1], log: false }), ["0.90", "0.95", "1.00", "1.05", "1.10"]);
         assert_eq!(
             words(Scale { ends: [3e-7, 0.2], log: true }),
-            ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]
+            ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]
         );
         assert_eq!(words(Scale { ends: [0.4, 12.0], log: true }), ["1", "10"]);
         assert_eq!(words(Scale { ends: [0.4, 6.0], log: true }), ["0.5", "1", "2", "5"]);

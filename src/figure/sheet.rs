@@ -28,7 +28,7 @@ pub fn lay(figure: &Figure, style: &Style) -> Drawing {
     let guess = ASPECT * cell;
     let margin = |(p, s): (&Panel, &[Scale; 2])| axes::left(p, &s[1], guess, &face, size);
     let left = figure.panels.iter().zip(&scales).map(margin).fold(0.0, f64::max);
-    let right = if figure.panels.iter().any(|p| mapped(p).is_some()) { SCALE * size } else { 0.8 * size };
+    let right = if figure.panels.iter().any(|p| mapped(p).is_some()) { SCALE * size } else { 1.3 * size };
     let wide = (cell - left - right).max(30.0);
     let title = if figure.panels.iter().any(|p| !p.title.is_empty()) { 1.7 * size } else { 0.6 * size };
     let mut drawing = Drawing { size: [paper, 0.0], items: Vec::new() };

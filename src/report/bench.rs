@@ -2,12 +2,15 @@
 
 use super::content::Content;
 use super::designs::front;
+use super::quantity;
 use super::source::Source;
 use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 
 const TIME: (&str, &str) = ("time per tap", "ns");
+/// Peers that take longer for a tap would leave no room for the others, ns.
+const SLOWEST: f64 = 1e8;
 
 /// Everything of the folder of `bench`.
 ///
@@ -125,7 +128,7 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
     let places = Places::of(work);
     let first = if work.len > 0 { work.word("configuration", 0) } else { String::new() };
     let time = work.numbers("ns_per_tap")?;
-    let mut panels = Vec::new();
+    let (mut panels, mut beyond) = (Vec::new(), Vec::new());
     for (title, column, theirs) in
         [("99 of 100 taps are better", "strain_error_p99", "p99"), ("worst tap", "strain_error_max", "worst")]
     {
@@ -155,6 +158,14 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
         if let Some(peers) = peers {
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
+                if 1e9 / rate[r] > SLOWEST {
+                    beyond.push(format!(
+                        "{} at {} s a tap",
+                        peers.word("name", r),
+                        quantity::short(1.0 / rate[r])
+                    ));
+                    continue;
+                }
                 let name = peers.word("name", r);
                 let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
                 let colour = 1 + ["scipy", "JAX", "numba", "PyElastica", "diffrax"]
@@ -174,7 +185,19 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
         panels.push(panel);
     }
     share(&mut panels);
-    let beside = if peers.is_some() { " Crosses: other programs on the same taps (peers.csv)." } else { "" };
+    beyond.sort();
+    beyond.dedup();
+    let mut beside = if peers.is_some() {
+        " Crosses: other programs on the same taps (peers.csv)".to_owned()
+    } else {
+        String::new()
+    };
+    if !beyond.is_empty() {
+        beside += &format!("; beyond the axis: {}", beyond.join(", "));
+    }
+    if !beside.is_empty() {
+        beside.push('.');
+    }
     let caption = format!(
         "{first}, frictionless exact rod: time of a tap against its strain error, lower left is better. Each point is one tolerance; a line joins those that no other beats (work_precision.csv).{beside}"
     );

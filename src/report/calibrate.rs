@@ -4,7 +4,7 @@ use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
 use super::quantity::{self, said};
 use super::source::Source;
-use super::sweep::MARKERS;
+use super::sweep::{HUES, MARKERS};
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
 use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path};
@@ -81,8 +81,8 @@ fn curves(rows: &Table, cells: &Table, drive: &str, signal: &str) -> Result<Figu
         line.dedup_by(|p, q| p.0 == q.0);
         let here = cells.rows(|r| at[r] == d);
         let name = said(drive, d);
-        panel = panel.with(Mark::line(Path::new(name.clone(), i, line), 0)).with(Mark::Points {
-            path: Path::new(name, i, here.iter().map(|r| (a[*r], mean[*r]))),
+        panel = panel.with(Mark::line(Path::new(name.clone(), HUES[i], line), 0)).with(Mark::Points {
+            path: Path::new(name, HUES[i], here.iter().map(|r| (a[*r], mean[*r]))),
             marker: MARKERS[i % MARKERS.len()],
             error: here.iter().map(|r| sd[*r]).collect(),
             rows: Vec::new(),

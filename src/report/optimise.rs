@@ -74,7 +74,7 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
         (history.numbers("evaluations")?, history.numbers("start")?, history.numbers(column)?);
     let broken = history.numbers("violation")?;
     let starts = super::table::distinct(start.iter().copied());
-    let mut panel = Panel::new("", Axis::new("evaluations", ""), quantity::axis(column));
+    let mut panel = Panel::new("", Axis::log("evaluations", ""), quantity::axis(column));
     for (i, s) in starts.iter().enumerate() {
         let rows: Vec<usize> = history.rows(|r| start[r] == *s);
         let kept = rows.iter().filter(|r| broken[**r] == 0.0).map(|r| (n[*r], value[*r]));

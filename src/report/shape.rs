@@ -4,6 +4,7 @@ use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, WHISKER};
 use super::quantity::{self, said, short};
 use super::source::Source;
+use super::sweep::HUES;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
@@ -62,7 +63,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         for (i, r) in some.iter().enumerate() {
             let nodes = &taps[*r];
             let points = nodes.iter().map(|k| (shape.number("s_mm", *k), shape.number("strain", *k)));
-            panel = panel.with(Mark::line(Path::new(said(drive, contacts.number(drive, *r)), i, points), 0));
+            panel = panel
+                .with(Mark::line(Path::new(said(drive, contacts.number(drive, *r)), HUES[i], points), 0));
         }
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| contacts.number(n, rows[0]));
         let most =
@@ -125,7 +127,7 @@ fn whiskers(
         let upper = nodes.iter().map(|k| side(*k, 1.0));
         let edge = upper.chain(nodes.iter().rev().map(|k| side(*k, -1.0)));
         let name = said(drive, number(drive, *r));
-        panel = panel.with(Mark::Area { path: Path::new(name, i, edge), outlined: true });
+        panel = panel.with(Mark::Area { path: Path::new(name, HUES[i], edge), outlined: true });
         let far = source.in_force("gauge.side").is_some_and(|t| t.contains("far"));
         let sign = if far { -1.0 } else { 1.0 };
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| number(n, *r));
@@ -142,6 +144,6 @@ fn whiskers(
         }
     }
     let contact = rows.iter().map(|r| (number("contact_x_mm", *r), number("contact_y_mm", *r)));
-    panel = panel.with(Mark::points(Path::new("contact", 1, contact), Marker::Circle));
+    panel = panel.with(Mark::points(Path::new("contact", 4, contact), Marker::Circle));
     Ok(panel.with(Mark::points(Path::new("motor's axis", 4, [(0.0, 0.0)]), Marker::Cross)))
 }

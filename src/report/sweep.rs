@@ -59,7 +59,10 @@ fn of_designs(c: &mut Content, table: &Table) -> Result<(), Error> {
         for (i, w) in whiskers.iter().enumerate() {
             let points = w.rows.iter().map(|r| (table.number(drive, *r), table.number(sd, *r)));
             let name = if w.name.is_empty() { "the whisker".to_owned() } else { w.name.clone() };
-            panel = panel.with(Mark::dotted(Path::new(name, i, sorted(points)), MARKERS[i % MARKERS.len()]));
+            panel = panel.with(Mark::dotted(
+                Path::new(name, HUES[i % HUES.len()], sorted(points)),
+                MARKERS[i % MARKERS.len()],
+            ));
         }
         let caption =
             format!("Standard deviation of K over the distances of each tap angle (designs.csv){left}.");
@@ -117,13 +120,14 @@ fn of_taps(c: &mut Content, table: &Table) -> Result<(), Error> {
         linear: table.numbers("strain_linear")?,
         k: table.numbers(k)?,
         distance: table.numbers("distance_mm")?,
+        error: table.numbers("error_mm")?,
         names: ["a_mm", drive, k],
     };
     let each = |f: &dyn Fn(&Taps<'_>, &Whisker) -> Panel| {
         whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
     };
     let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
-    let theory = "Strain of the gauge: exact rod (coloured) beside linear theory (dashed)";
+    let theory = "Strain of the gauge: exact rod (points) beside linear theory (dashed)";
     c.figure(Figure::new(
         "strain_drive",
         "Strain against the tap",
@@ -152,6 +156,8 @@ fn of_taps(c: &mut Content, table: &Table) -> Result<(), Error> {
     Ok(())
 }
 
+/// Colours of curves beside each other: black is for what they are compared with.
+pub const HUES: [usize; 6] = [0, 1, 2, 3, 5, 6];
 /// Markers of curves beside each other.
 pub const MARKERS: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
 
@@ -163,6 +169,7 @@ struct Taps<'a> {
     linear: &'a [f64],
     k: &'a [f64],
     distance: &'a [f64],
+    error: &'a [f64],
     names: [&'static str; 3],
 }
 
@@ -182,9 +189,11 @@ impl Taps<'_> {
         for (i, value) in self.some(w, other).into_iter().enumerate() {
             let of =
                 |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
-            panel = panel
-                .with(Mark::line(Path::new(said(self.names[1 - along], value), i, of(self.strain)), 0))
-                .with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1));
+            panel =
+                panel.with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1)).with(Mark::dotted(
+                    Path::new(said(self.names[1 - along], value), HUES[i], of(self.strain)),
+                    MARKERS[i % MARKERS.len()],
+                ));
         }
         panel
     }
@@ -223,12 +232,13 @@ impl Taps<'_> {
         } else {
             panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
         }
-        for (i, drive) in self.some(w, self.drive).into_iter().enumerate() {
+        // The smallest on top: they are where the larger ones spread about.
+        for (i, drive) in self.some(w, self.drive).into_iter().enumerate().rev() {
             let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
-            let less = |r: usize| if error { self.a[r] } else { 0.0 };
-            let points = sorted(rows.map(|r| (self.a[*r], self.distance[*r] - less(*r))));
+            let of = if error { self.error } else { self.distance };
+            let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
             panel = panel.with(Mark::dotted(
-                Path::new(said(self.names[1], drive), i, points),
+                Path::new(said(self.names[1], drive), HUES[i], points),
                 MARKERS[i % MARKERS.len()],
             ));
         }

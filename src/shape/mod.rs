@@ -35,7 +35,7 @@ pub struct Node {
 /// A bent whisker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// From the clamp to the tip; where it has slipped off, to the contact beyond it.
+    /// From the clamp to the tip; two at the contact, where the strain ends. Where it has slipped off, to the contact beyond the tip.
     pub nodes: Vec<Node>,
     /// Where the force acts, mm.
     pub contact: DVec2,
@@ -80,14 +80,13 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         compliance: if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 },
     };
     let bent = rod.bend(nodes)?;
-    let (turn, lift, hub) = match setup.drive {
-        Drive::Angle => (amount(setup.drive, task.drive), 0.0, setup.hub),
-        // The hub plays no part in what happens, but the clamp is where it is.
-        Drive::Displacement => (0.0, task.drive, setup.hub),
+    let turn = match setup.drive {
+        Drive::Angle => amount(setup.drive, task.drive),
+        Drive::Displacement => 0.0,
     };
     let (base, clamp) = bent.last().map(|(_, [psi, x, y], _)| (*psi, DVec2::new(*x, *y)))?;
     let frame = turn - base;
-    let to_lab = |r: DVec2| DVec2::from_angle(turn) * hub + DVec2::from_angle(frame).rotate(r - clamp);
+    let to_lab = |r: DVec2| DVec2::from_angle(turn) * setup.hub + DVec2::from_angle(frame).rotate(r - clamp);
     let node = |(s, [psi, x, y], strain): &(f64, State, f64)| Node {
         s: *s,
         at: to_lab(DVec2::new(*x, *y)),
@@ -98,11 +97,17 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
     let length = design.tuple.L_a;
     if arc < length {
-        let tip = DVec2::new(length - arc, 0.0);
-        all.push(Node { s: length, at: to_lab(tip), psi: 0.0, direction: frame, strain: 0.0 });
+        // Nothing is strained beyond the contact, whatever its force does to the section that bears it.
+        let free = |s: f64| Node {
+            s,
+            at: to_lab(DVec2::new(s - arc, 0.0)),
+            psi: 0.0,
+            direction: frame,
+            strain: 0.0,
+        };
+        all.extend([free(arc), free(length)]);
     }
     let pole = to_lab(rod.point + model.pole_radius * tilt);
-    debug_assert!(lift >= 0.0);
     Some(Shape { nodes: all, contact: to_lab(rod.point), pole })
 }
 
