@@ -224,6 +224,10 @@ impl Taps<'_> {
     fn located(&self, w: &Whisker, error: bool) -> Panel {
         let y = if error { "error_mm" } else { "distance_mm" };
         let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(y));
+        let of = if error { self.error } else { self.distance };
+        if !w.rows.iter().any(|r| of[*r].is_finite()) {
+            return panel;
+        }
         let all = w.rows.iter().map(|r| self.a[*r]);
         let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(x, y), a| (x.min(a), y.max(a)));
         if error {
@@ -235,7 +239,6 @@ impl Taps<'_> {
         // The smallest on top: they are where the larger ones spread about.
         for (i, drive) in self.some(w, self.drive).into_iter().enumerate().rev() {
             let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
-            let of = if error { self.error } else { self.distance };
             let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
             panel = panel.with(Mark::dotted(
                 Path::new(said(self.names[1], drive), HUES[i], points),
