@@ -24,6 +24,8 @@ pub mod estimator;
 pub mod evaluate;
 pub mod explain;
 pub mod export;
+#[cfg(feature = "report")]
+pub mod figure;
 #[cfg(feature = "files")]
 pub mod files;
 pub mod locate;
@@ -31,11 +33,16 @@ pub mod measure;
 pub mod merge;
 pub mod needed;
 pub mod optimise;
+#[cfg(feature = "report")]
+pub mod page;
 pub mod plan;
 pub mod profile;
 pub mod progress;
 #[cfg(feature = "files")]
 pub mod reference;
+#[cfg(feature = "report")]
+pub mod report;
+pub mod shape;
 pub mod simulate;
 pub mod sink;
 #[cfg(feature = "files")]

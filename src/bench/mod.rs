@@ -6,10 +6,8 @@
 //! can do, the median what it did, their spread how much else it did ([`noise`]).
 //!
 //! [`work`] makes the work–precision points, [`scaling`] the cost of whole sweeps and of threads, [`roofline`] compares counted
-//! operations with measured peaks; [`tables`] and [`figures`] show them.
+//! operations with measured peaks; [`tables`] show them, and [`crate::report`] draws its figures from these.
 
-mod figure;
-pub mod figures;
 pub mod noise;
 pub mod place;
 mod probe;
@@ -28,6 +26,8 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use crate::error::Error;
+use crate::figure::{self, Format, Style};
+use crate::report;
 use crate::sink::{
     folder::{Folder, Question, Written, hash},
     run_json,
@@ -187,12 +187,15 @@ pub fn write(
         file.write(bytes)?;
         file.close()
     };
-    for (name, text) in tables::all(measured, places)? {
+    let texts = tables::all(measured, places)?;
+    for (name, text) in &texts {
         put(name, text.as_bytes())?;
     }
     if stopped.is_none() {
-        for (name, bytes) in figures::all(measured, places)? {
-            put(&name, &bytes)?;
+        for figure in report::of_bench(&texts)? {
+            for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {
+                put(&name, &bytes)?;
+            }
         }
     }
     let text = settings.text(places);

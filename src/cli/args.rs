@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args as Flags, Parser, Subcommand};
 use vibrissa::export::Language;
+use vibrissa::figure::Format;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::sink::shard::Shard;
@@ -53,6 +54,10 @@ pub enum Command {
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
+    /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
+    Shape(Shape),
+    /// Figures (SVG, PNG, PDF) and one page to look at, from the folder of a result
+    Report(Report),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
     /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
@@ -78,6 +83,8 @@ impl Command {
             Self::Chart(_) => "chart",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
+            Self::Shape(_) => "shape",
+            Self::Report(_) => "report",
             Self::Devices(_) => "devices",
             Self::Help(_) => "help",
             Self::Completions(_) => "completions",
@@ -99,8 +106,9 @@ impl Command {
             Self::Chart(c) => Some(&c.common),
             Self::Verify(v) => Some(&v.common),
             Self::Bench(b) => Some(&b.common),
+            Self::Shape(s) => Some(&s.common),
             Self::Devices(c) => Some(c),
-            Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
+            Self::Report(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 }
@@ -233,6 +241,58 @@ pub struct Chart {
     pub spec: PathBuf,
     #[command(flatten)]
     pub common: Common,
+}
+
+/// Shapes of bent whiskers.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa shape sweeps/tapping.toml && vibrissa report results/tapping-shape"
+)]
+pub struct Shape {
+    /// The spec: whiskers, distances and drives (10 000 taps at most), an exact model
+    pub spec: PathBuf,
+    /// Sections from the clamp to the contact
+    #[arg(long, value_name = "N", default_value_t = 101, value_parser = clap::value_parser!(u32).range(3..=10_001))]
+    pub nodes: u32,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Figures and a page of a result.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa sweep sweeps/prototypes.toml && vibrissa report results/prototypes"
+)]
+pub struct Report {
+    /// Folder of a result of sweep, optimise, tap, calibrate, locate, bench, verify or shape
+    pub dir: PathBuf,
+    /// Folder for the report [default: DIR/report]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Formats of the figures, comma between; the page draws its own
+    #[arg(long, value_name = "FORMATS", value_delimiter = ',', default_value = "svg,png,pdf", value_parser = words(Format::WORDS))]
+    pub figures: Vec<Format>,
+    /// Width of a column of the paper, mm; figures with several panels are two columns wide
+    #[arg(long, value_name = "MM", default_value_t = 88.0)]
+    pub width: f64,
+    /// Size of all text in the figures, pt
+    #[arg(long, value_name = "PT", default_value_t = 8.0)]
+    pub font_size: f64,
+    /// TrueType font file of the figures [default: DejaVu Sans, built in]
+    #[arg(long, value_name = "FILE")]
+    pub font: Option<PathBuf>,
+    /// Draw also what was changed since it was written; write also where another report or other files lie
+    #[arg(long)]
+    pub force: bool,
+    /// Say which figures would be drawn; write nothing
+    #[arg(long)]
+    pub plan: bool,
+    /// No notes, no summary
+    #[arg(long)]
+    pub quiet: bool,
+    /// One JSON object on stdout and nothing else
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Synthetic measurements from the exact model.

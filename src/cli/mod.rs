@@ -22,7 +22,9 @@ mod optimise;
 mod patient;
 mod progress;
 mod reply;
+mod report;
 mod say;
+mod shape;
 mod simulate;
 mod sweep;
 mod tap;
@@ -76,6 +78,8 @@ pub fn run() -> ExitCode {
         Command::Cluster(cluster) => cluster::run(cluster),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
+        Command::Shape(shape) => shape::run(shape),
+        Command::Report(report) => report::run(report),
         Command::Devices(common) => devices::run(common),
         Command::Help(asked) => return help::run(asked),
         Command::Completions(asked) => help::completions(asked),

@@ -178,6 +178,8 @@ fn every_column_of_sweep_and_tap_is_described() {
         described_all(&desk, "sweep", "swept");
         desk.run(&["tap", "one.toml", "--backend", "cpu", "--out", "tapped"]).exits(0);
         described_all(&desk, "tap", "tapped");
+        desk.run(&["shape", "one.toml", "--out", "bent"]).exits(0);
+        described_all(&desk, "shape", "bent");
     }
 }
 

@@ -1,7 +1,9 @@
 //! What the columns of the tables say whose headers are lists of names: a test compares these lists with the files.
 
+mod bent;
 mod judged;
 
+use bent::{CONTACTS, SHAPE};
 use judged::{PEAKS, ROOFLINE, SCALING, THREADS, VERIFY, WORK};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -56,6 +58,8 @@ pub const OTHERS: &[Table] = &[
     ROWS,
     LOCATED,
     MEASUREMENTS,
+    SHAPE,
+    CONTACTS,
     VERIFY,
     WORK,
     SCALING,

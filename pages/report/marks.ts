@@ -1,0 +1,126 @@
+// Marks of a panel, as SVG.
+
+/** The inside of a panel on the screen, px, and its scales. */
+interface Place { left: number; top: number; wide: number; high: number; x: Scale; y: Scale }
+
+/** A point that can be pointed at. */
+interface Spot { x: number; y: number; words: string[]; row: number | null }
+
+function at(place: Place, x: Value | undefined, y: Value | undefined): [number, number] {
+    return [place.left + place.x.share(x) * place.wide, place.top + (1 - place.y.share(y)) * place.high];
+}
+
+/** A path through points, broken where one has no place. */
+function through(points: [number, number][], closed = false): string {
+    let begun = false;
+    let d = "";
+    for (const [x, y] of points) {
+        const usable = Number.isFinite(x) && Number.isFinite(y);
+        if (usable) d += `${begun ? "L" : "M"}${x.toFixed(2)} ${y.toFixed(2)}`;
+        begun = usable;
+    }
+    return closed && d !== "" ? `${d}Z` : d;
+}
+
+const SHAPES: Record<Exclude<Marker, "circle" | "ring">, [number, number][]> = {
+    square: [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+    triangle: [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
+    diamond: [[0, -1.3], [1.3, 0], [0, 1.3], [-1.3, 0]],
+    cross: [],
+};
+
+function spot(marker: Marker, x: number, y: number, r: number, colour: number): SVGElement {
+    if (marker === "circle") return drawn("circle", { cx: x, cy: y, r, class: `f${colour}` });
+    if (marker === "ring") return drawn("circle", { cx: x, cy: y, r: 1.8 * r, class: `s${colour} ring` });
+    if (marker === "cross") {
+        const d = through([[x - r, y - r], [x + r, y + r]]) + through([[x - r, y + r], [x + r, y - r]]);
+        return drawn("path", { d, class: `s${colour}` });
+    }
+    return drawn("path", { d: through(SHAPES[marker].map(([u, v]) => [x + u * r, y + v * r]), true), class: `f${colour}` });
+}
+
+const DASHES = ["", "6 4", "2 3"];
+
+/** Draws a mark and says where it can be pointed at. */
+function mark(into: SVGElement, place: Place, panel: Panel, m: Mark): Spot[] {
+    const spots: Spot[] = [];
+    const paired = (p: Path) => p.x.map((x, i) => at(place, x, p.y[i]));
+    const point = (p: Path, i: number, [x, y]: [number, number], more: string[] = [], row: number | null = null) => {
+        if (!Number.isFinite(x) || !Number.isFinite(y)) return;
+        spots.push({ x, y, row, words: [p.name, told(panel.x, p.x[i]), told(panel.y, p.y[i]), ...more].filter((w) => w !== "") });
+    };
+    switch (m.kind) {
+        case "line": {
+            const points = paired(m);
+            into.append(drawn("path", { d: through(points), class: `s${m.colour} line`, "stroke-dasharray": DASHES[m.dash] ?? "" }));
+            points.forEach((p, i) => {
+                if (m.marker !== null && Number.isFinite(p[0] + p[1])) into.append(spot(m.marker, p[0], p[1], 3, m.colour));
+                point(m, i, p);
+            });
+            break;
+        }
+        case "points": {
+            const size = m.x.length > 300 ? 2.2 : 3.2;
+            paired(m).forEach((p, i) => {
+                if (!Number.isFinite(p[0] + p[1])) return;
+                const group = drawn("g", {});
+                const error = m.error[i];
+                if (error !== null && error !== undefined) {
+                    const ends = [-1, 1].map((s) => at(place, m.x[i], m.y[i]! + s * error));
+                    group.append(drawn("path", { d: through(ends as [number, number][]), class: `s${m.colour} bar` }));
+                }
+                group.append(spot(m.marker, p[0], p[1], size, m.colour));
+                const row = m.rows[i] ?? null;
+                if (row !== null) group.dataset.row = String(row);
+                into.append(group);
+                const more = error === null || error === undefined ? [] : [`± ${spoken(error)}`];
+                point(m, i, p, [...more, m.notes[i] ?? ""], row);
+            });
+            break;
+        }
+        case "bars": {
+            const thick = (0.8 * place.high) / (place.y.to - place.y.from) / m.among[1];
+            m.x.forEach((x, i) => {
+                const [[x0, middle], [x1]] = [at(place, 0, m.y[i]), at(place, x, m.y[i])];
+                if (!Number.isFinite(x1)) return;
+                const top = middle + thick * (m.among[0] - 0.5 * m.among[1]);
+                into.append(drawn("rect", { x: Math.min(x0, x1), y: top, width: Math.abs(x1 - x0), height: 0.92 * thick, class: `f${m.colour}` }));
+                point(m, i, [x1, top + 0.5 * thick]);
+            });
+            break;
+        }
+        case "area":
+            into.append(drawn("path", { d: through(paired(m), true), class: `a${m.colour} ${m.outlined ? "outlined" : "plain"}` }));
+            break;
+        case "cells": {
+            const scale = Scale.of(m.of, m.z, true);
+            const columns = m.x.length - 1;
+            m.z.forEach((z, k) => {
+                const [i, j] = [k % columns, Math.floor(k / columns)];
+                const [[x0, y0], [x1, y1]] = [at(place, m.x[i], m.y[j]), at(place, m.x[i + 1], m.y[j + 1])];
+                if (z === null || !Number.isFinite(x0 + y0 + x1 + y1)) return;
+                into.append(drawn("rect", { x: x0, y: y1, width: x1 - x0 + 0.3, height: y0 - y1 + 0.3, "shape-rendering": "crispEdges", style: `fill: ${shade(scale.share(z))}` }));
+                const middle = (a: number, b: number) => (a + b) / 2;
+                spots.push({
+                    x: middle(x0, x1), y: middle(y0, y1), row: null,
+                    words: [told(m.of, z), told(panel.x, middle(m.x[i]!, m.x[i + 1]!)), told(panel.y, middle(m.y[j]!, m.y[j + 1]!))],
+                });
+            });
+            break;
+        }
+        case "rule": {
+            const ends = m.along === "x"
+                ? [at(place, place.x.from, m.at), at(place, place.x.to, m.at)]
+                : [at(place, m.at, place.y.from), at(place, m.at, place.y.to)];
+            into.append(drawn("path", { d: through(ends as [number, number][]), class: `s${m.colour} rule`, "stroke-dasharray": DASHES[m.dash] ?? "" }));
+            break;
+        }
+        case "note": {
+            const [x, y] = at(place, m.x, m.y);
+            const right = x > place.left + 0.6 * place.wide;
+            into.append(drawn("text", { x: x + (right ? -7 : 7), y: y - 6, class: "note", "text-anchor": right ? "end" : "start" }, m.text));
+            break;
+        }
+    }
+    return spots;
+}

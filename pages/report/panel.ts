@@ -1,0 +1,203 @@
+// A panel on the screen: axes, marks, what is pointed at (mouse, touch or arrow keys), log axes.
+
+const tip = element("div", { id: "tip", role: "status", "aria-live": "polite" });
+
+function say(words: string[], x: number, y: number): void {
+    tip.replaceChildren(...words.map((w) => element("div", {}, w)));
+    tip.hidden = false;
+    const wide = tip.offsetWidth;
+    tip.style.left = `${Math.max(4, Math.min(x + 14, document.documentElement.clientWidth - wide - 8))}px`;
+    tip.style.top = `${y + 16}px`;
+}
+
+function silent(): void {
+    tip.hidden = true;
+    choice.point(null);
+}
+
+/** The points whose place the axes must hold. */
+function reach(m: Mark): [Value, Value][] {
+    switch (m.kind) {
+        case "cells":
+            return [[m.x[0]!, m.y[0]!], [m.x[m.x.length - 1]!, m.y[m.y.length - 1]!]];
+        case "rule":
+        case "note":
+            return [];
+        case "bars":
+            return m.x.flatMap((x, i): [Value, Value][] => [[x, m.y[i] ?? null], [0, m.y[i] ?? null]]);
+        case "points":
+            return m.x.flatMap((x, i): [Value, Value][] => {
+                const [y, e] = [m.y[i] ?? null, m.error[i] ?? 0];
+                return y === null ? [] : [[x, y - e], [x, y + e]];
+            });
+        default:
+            return m.x.map((x, i): [Value, Value] => [x, m.y[i] ?? null]);
+    }
+}
+
+class PanelView {
+    readonly box = element("div", { class: "panel" });
+    private readonly hidden: Set<string>;
+    private readonly logs: { x: boolean; y: boolean };
+    private spots: Spot[] = [];
+    private at = -1;
+    private ring: SVGElement | null = null;
+
+    constructor(private readonly panel: Panel, hidden: Set<string>) {
+        this.hidden = hidden;
+        this.logs = { x: panel.x.log, y: panel.y.log };
+        choice.whenChanged(() => this.show());
+    }
+
+    /** Draws it, `wide` pixels wide. */
+    draw(wide: number): void {
+        const p = this.panel;
+        const marks = p.marks.filter((m) => !("name" in m) || !this.hidden.has(m.name));
+        const points = p.marks.flatMap(reach);
+        const mapped = p.marks.find((m): m is Cells => m.kind === "cells");
+        const axis = (a: Axis, log: boolean) => ({ ...a, log, ends: log === a.log ? a.ends : null });
+        const x = Scale.of(axis(p.x, this.logs.x), points.map((q) => q[0]), mapped !== undefined);
+        const y = Scale.of(axis(p.y, this.logs.y), points.map((q) => q[1]), mapped !== undefined);
+        const words = p.y.words.reduce((most, w) => Math.max(most, w.length), 0);
+        const left = Math.min(0.45 * wide, Math.max(62, 22 + 6.6 * words));
+        const [right, top] = [mapped === undefined ? 12 : 78, p.title === "" ? 8 : 24];
+        const inside = wide - left - right;
+        let high = p.to_scale ? (inside * (y.to - y.from)) / (x.to - x.from) : 0.66 * inside;
+        high = Math.max(p.to_scale ? 60 : 150, 15 * p.y.words.length, Math.min(high, 460));
+        const place: Place = { left, top, wide: inside, high, x, y };
+        if (p.to_scale) {
+            // What the height has more than it needs goes to both ends.
+            const more = 0.5 * (((x.to - x.from) / inside) * high - (y.to - y.from));
+            place.y = new Scale(y.from - more, y.to + more, false);
+        }
+        const turned = p.x.words.length > 6 ? 60 : 0;
+        const svg = drawn("svg", {
+            width: wide, height: top + high + 42 + turned, tabindex: "0", role: "img",
+            "aria-label": `${p.title} ${text(p.y)} against ${text(p.x)}; arrow keys go from point to point`,
+        });
+        this.axes(svg, place, turned);
+        const clip = `clip${PanelView.count++}`;
+        svg.append(drawn("clipPath", { id: clip }, drawn("rect", { x: left - 1, y: top - 1, width: inside + 2, height: high + 2 })));
+        const inner = drawn("g", { "clip-path": `url(#${clip})` });
+        this.spots = marks.flatMap((m) => mark(inner, place, p, m));
+        svg.append(inner, drawn("rect", { x: left, y: top, width: inside, height: high, class: "edge" }));
+        if (mapped !== undefined) this.beside(svg, place, mapped);
+        this.ring = drawn("circle", { r: 7, class: "pointed", visibility: "hidden" });
+        svg.append(this.ring);
+        svg.addEventListener("pointermove", (e) => this.near(svg, e));
+        svg.addEventListener("pointerdown", (e) => this.near(svg, e));
+        svg.addEventListener("pointerleave", () => this.leave());
+        svg.addEventListener("blur", () => this.leave());
+        svg.addEventListener("keydown", (e) => this.key(svg, e));
+        this.box.replaceChildren(svg, this.switches());
+        this.show();
+    }
+
+    private static count = 0;
+
+    private axes(svg: SVGElement, place: Place, turned: number): void {
+        const { left, top, wide, high, x, y } = place;
+        const p = this.panel;
+        const named = (a: Axis, s: Scale, n: number): [number, string][] =>
+            a.words.length > 0 ? a.words.map((w, i): [number, string] => [i, w]) : s.ticks(n);
+        let last = -Infinity;
+        for (const [value, words] of named(p.x, x, Math.max(2, Math.floor(wide / 62)))) {
+            const at = left + x.share(value) * wide;
+            svg.append(drawn("path", { d: `M${at} ${top}v${high + 4}`, class: "grid" }));
+            if (turned > 0) {
+                svg.append(drawn("text", { x: at, y: top + high + 8, class: "tick", "text-anchor": "end", transform: `rotate(-60 ${at} ${top + high + 8})` }, words));
+            } else if (at - 3.4 * words.length > last) {
+                svg.append(drawn("text", { x: at, y: top + high + 17, class: "tick", "text-anchor": "middle" }, words));
+                last = at + 3.4 * words.length;
+            }
+        }
+        for (const [value, words] of named(p.y, y, Math.max(2, Math.floor(high / 40)))) {
+            const at = top + (1 - y.share(value)) * high;
+            svg.append(drawn("path", { d: `M${left - 4} ${at}h${wide + 4}`, class: "grid" }));
+            const shown = words.length * 6.6 > left - 24 ? `${words.slice(0, Math.floor((left - 30) / 6.6))}…` : words;
+            svg.append(drawn("text", { x: left - 7, y: at + 4, class: "tick", "text-anchor": "end" }, shown, drawn("title", {}, words)));
+        }
+        svg.append(drawn("text", { x: left + wide / 2, y: top + high + 36 + turned, class: "label", "text-anchor": "middle" }, text(p.x)));
+        svg.append(drawn("text", { x: 12, y: top + high / 2, class: "label", "text-anchor": "middle", transform: `rotate(-90 12 ${top + high / 2})` }, text(p.y)));
+        svg.append(drawn("text", { x: left + wide / 2, y: 14, class: "title", "text-anchor": "middle" }, p.title));
+    }
+
+    private beside(svg: SVGElement, place: Place, cells: Cells): void {
+        const scale = Scale.of(cells.of, cells.z, true);
+        const [left, steps] = [place.left + place.wide + 10, 48];
+        for (let i = 0; i < steps; i++) {
+            const high = place.high / steps;
+            svg.append(drawn("rect", { x: left, y: place.top + place.high - (i + 1) * high - 0.2, width: 10, height: high + 0.4, style: `fill: ${shade((i + 0.5) / steps)}` }));
+        }
+        for (const [value, words] of scale.ticks(5)) {
+            svg.append(drawn("text", { x: left + 14, y: place.top + (1 - scale.share(value)) * place.high + 4, class: "tick" }, words));
+        }
+    }
+
+    private near(svg: SVGSVGElement, e: PointerEvent): void {
+        const box = svg.getBoundingClientRect();
+        const [x, y] = [e.clientX - box.left, e.clientY - box.top];
+        let [best, least] = [-1, 40 * 40];
+        this.spots.forEach((s, i) => {
+            const d = (s.x - x) ** 2 + (s.y - y) ** 2;
+            if (d < least && (s.row === null || choice.has(s.row))) [best, least] = [i, d];
+        });
+        this.point(svg, best);
+    }
+
+    private point(svg: SVGSVGElement, i: number): void {
+        const s = this.spots[i];
+        if (s === undefined) return this.leave();
+        this.at = i;
+        this.ring?.setAttribute("visibility", "visible");
+        this.ring?.setAttribute("cx", String(s.x));
+        this.ring?.setAttribute("cy", String(s.y));
+        const box = svg.getBoundingClientRect();
+        say(s.words, box.left + s.x + scrollX, box.top + s.y + scrollY);
+        choice.point(s.row);
+    }
+
+    private leave(): void {
+        this.at = -1;
+        this.ring?.setAttribute("visibility", "hidden");
+        silent();
+    }
+
+    private key(svg: SVGSVGElement, e: KeyboardEvent): void {
+        const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[e.key];
+        if (e.key === "Escape") this.leave();
+        if (step === undefined || this.spots.length === 0) return;
+        e.preventDefault();
+        const n = this.spots.length;
+        this.point(svg, (((this.at + step) % n) + n) % n);
+    }
+
+    private switches(): HTMLElement {
+        const made = (which: "x" | "y") => {
+            const a = this.panel[which];
+            const positive = this.panel.marks.flatMap(reach).some((q) => (q[which === "x" ? 0 : 1] ?? 0) > 0);
+            if (a.words.length > 0 || this.panel.to_scale || !positive) return "";
+            const button = element("button", { type: "button", "aria-pressed": String(this.logs[which]) }, `log ${which}`);
+            button.addEventListener("click", () => {
+                this.logs[which] = !this.logs[which];
+                this.draw(this.box.clientWidth);
+                this.box.querySelectorAll<HTMLElement>("button")[which === "x" ? 0 : this.box.querySelectorAll("button").length - 1]?.focus();
+            });
+            return button;
+        };
+        return element("div", { class: "switches" }, made("x"), made("y"));
+    }
+
+    /** Shows what is chosen. */
+    private show(): void {
+        for (const group of this.box.querySelectorAll<SVGElement>("[data-row]")) {
+            const row = Number(group.dataset.row);
+            group.classList.toggle("out", !choice.has(row));
+            group.classList.toggle("here", choice.pointed === row);
+        }
+    }
+}
+
+function text(axis: Axis): string {
+    return axis.unit === "" ? axis.label : `${axis.label} (${axis.unit})`;
+}

@@ -1,0 +1,95 @@
+// From values to places along an axis, and its ticks: as src/figure/scale.rs.
+
+class Scale {
+    constructor(readonly from: number, readonly to: number, readonly log: boolean) {}
+
+    /** That holds all values which have a place on the axis, with a little room; `tight`: exactly those. */
+    static of(axis: Axis, values: Value[], tight = false): Scale {
+        if (axis.words.length > 0) return new Scale(-0.5, axis.words.length - 0.5, false);
+        let [least, most] = [Infinity, -Infinity];
+        for (const x of values) {
+            if (x === null || !Number.isFinite(x) || (axis.log && x <= 0)) continue;
+            if (x < least) least = x;
+            if (x > most) most = x;
+        }
+        if (axis.ends !== null && !(axis.log && axis.ends[0] <= 0)) return new Scale(axis.ends[0], axis.ends[1], axis.log);
+        if (least > most) return new Scale(axis.log ? 0.1 : 0, 1, axis.log);
+        if (tight && least < most) return new Scale(least, most, axis.log);
+        if (axis.log) {
+            const room = least < most ? (most / least) ** 0.04 : 2;
+            return new Scale(least / room, most * room, true);
+        }
+        if (least === most) {
+            const room = least === 0 ? 1 : 0.1 * Math.abs(least);
+            return new Scale(least - room, most + room, false);
+        }
+        const room = 0.04 * (most - least);
+        return new Scale(least >= 0 && least < 0.2 * most ? 0 : least - room, most + room, false);
+    }
+
+    /** Share of the way from end to end; NaN where there is no place. */
+    share(x: Value | undefined): number {
+        if (x === null || x === undefined) return NaN;
+        if (!this.log) return (x - this.from) / (this.to - this.from);
+        return x > 0 ? Math.log(x / this.from) / Math.log(this.to / this.from) : NaN;
+    }
+
+    /** The value at a share. */
+    value(share: number): number {
+        return this.log ? this.from * (this.to / this.from) ** share : this.from + share * (this.to - this.from);
+    }
+
+    ticks(wanted: number): [number, string][] {
+        return this.log ? this.decades(wanted) : this.even(wanted);
+    }
+
+    private even(wanted: number): [number, string][] {
+        const raw = (this.to - this.from) / Math.max(1, wanted);
+        const unit = 10 ** Math.floor(Math.log10(raw));
+        const step = [1, 2, 5, 10].map((m) => m * unit).find((s) => s >= 0.9 * raw) ?? unit;
+        const found: [number, string][] = [];
+        for (let i = Math.ceil(this.from / step - 1e-9); i * step <= this.to + 1e-9 * step && found.length < 100; i++) {
+            found.push([i * step, round(i * step, step)]);
+        }
+        return found;
+    }
+
+    private decades(wanted: number): [number, string][] {
+        const [a, b] = [Math.log10(this.from), Math.log10(this.to)];
+        const whole = Array.from({ length: Math.ceil(b) - Math.floor(a) + 1 }, (_, i) => Math.floor(a) + i);
+        const inside = (x: number) => this.share(x) >= -1e-9 && this.share(x) <= 1 + 1e-9;
+        const every = Math.max(1, Math.floor(whole.length / Math.max(1, wanted)));
+        const tens = whole.filter((n) => n % every === 0).map((n) => 10 ** n).filter(inside);
+        const parts = whole.flatMap((n) => [1, 2, 5].map((m) => m * 10 ** n)).filter(inside);
+        if (tens.length < 2 && parts.length < 2) return this.even(Math.min(wanted, 4));
+        const named = tens.length < 2 ? parts : tens;
+        // All ticks of an axis are written in the same way.
+        const plain = named.every((x) => x > 0.0099 && x < 9999);
+        return named.map((x) => [x, decade(x, plain)]);
+    }
+}
+
+/** A multiple of `step`. */
+function round(x: number, step: number): string {
+    if (x === 0) return "0";
+    if (Math.abs(x) >= 1e5 || (Math.abs(x) < 1e-3 && step < 1e-3)) {
+        const power = Math.floor(Math.log10(Math.abs(x)) + 1e-9);
+        const digits = Math.min(6, Math.max(0, Math.floor(Math.log10(Math.abs(x) / step) + 1e-9)));
+        const lead = String(Number((x / 10 ** power).toFixed(digits)));
+        return (lead === "1" ? ten(power) : lead === "-1" ? `-${ten(power)}` : `${lead}·${ten(power)}`).replace("-", "−");
+    }
+    return x.toFixed(Math.max(0, Math.ceil(-Math.log10(step) - 1e-9))).replace("-", "−");
+}
+
+function decade(x: number, plain: boolean): string {
+    if (plain) return String(Number(x.toPrecision(6)));
+    const power = Math.floor(Math.log10(x) + 1e-9);
+    const lead = Math.round(x / 10 ** power);
+    return lead === 1 ? ten(power) : `${lead}·${ten(power)}`;
+}
+
+function ten(power: number): string {
+    if (power === 0) return "1";
+    const raised = [...String(power)].map((c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]!)).join("");
+    return `10${raised}`;
+}

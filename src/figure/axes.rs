@@ -1,0 +1,100 @@
+//! Axes of a panel: how much room their words take, and their lines, ticks and words.
+
+use ttf_parser::Face;
+
+use super::colour::{FAINT, INK};
+use super::data::{Axis, Mark, Panel};
+use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
+use super::font::length;
+use super::marks::Place;
+use super::scale::Scale;
+
+/// Ticks of an axis: at, words; and small ones.
+type Ticks = (Vec<(f64, String)>, Vec<f64>);
+
+/// The scales of a panel's data.
+pub fn scales(panel: &Panel) -> [Scale; 2] {
+    let reach: Vec<(f64, f64)> = panel.marks.iter().flat_map(Mark::reach).collect();
+    let mapped = panel.marks.iter().any(|m| matches!(m, Mark::Cells(_)));
+    let scale = |axis: &Axis, values: Vec<f64>| match mapped {
+        true => Scale::tight(axis, values.into_iter()),
+        false => Scale::of(axis, values.into_iter()),
+    };
+    [
+        scale(&panel.x, reach.iter().map(|p| p.0).collect()),
+        scale(&panel.y, reach.iter().map(|p| p.1).collect()),
+    ]
+}
+
+/// Ticks, about as many as there is room for in `long` points.
+pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) -> Ticks {
+    if !axis.words.is_empty() {
+        return (axis.words.iter().enumerate().map(|(i, w)| (i as f64, w.clone())).collect(), Vec::new());
+    }
+    let each = if upright { 1.8 * size } else { 3.6 * size };
+    scale.ticks(((long / each) as usize).clamp(3, 8))
+}
+
+/// Width that the words left of a panel take.
+pub fn left(panel: &Panel, y: &Scale, high: f64, face: &Face<'_>, size: f64) -> f64 {
+    let (named, _) = ticks(&panel.y, y, high, size, true);
+    let longest = named.iter().map(|(_, w)| length(face, w) * size).fold(0.0, f64::max);
+    let label = if panel.y.label.is_empty() { 0.0 } else { 1.5 * size };
+    longest + label + 7.0
+}
+
+/// Height of what stands below a panel.
+pub fn below(panel: &Panel, size: f64) -> f64 {
+    let turned = panel.x.words.len() > 6;
+    let label = if panel.x.label.is_empty() { 0.0 } else { 1.5 * size };
+    label + if turned { 6.0 * size } else { 1.3 * size } + 5.0
+}
+
+/// Grid and ticks go under the data.
+pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>, size: f64) {
+    let Rect { x, y, w, h } = p.inside;
+    let mapped = panel.marks.iter().any(|m| matches!(m, Mark::Cells(_)));
+    let (across, small_x) = ticks(&panel.x, &p.x, w, size, false);
+    let (up, small_y) = ticks(&panel.y, &p.y, h, size, true);
+    let (thin, faint) = (Stroke::solid(INK, 0.6), Stroke::solid(FAINT, 0.5));
+    let (mut widest, mut last) = (0f64, f64::NEG_INFINITY);
+    for (value, words) in &across {
+        let at = p.at(*value, p.y.ends[0])[0];
+        if !mapped {
+            d.stroke(open(&[[at, y], [at, y + h]]), faint, None);
+        }
+        d.stroke(open(&[[at, y + h], [at, y + h + 2.5]]), thin, None);
+        let long = length(face, words) * size;
+        if panel.x.words.len() > 6 {
+            d.text([at + 0.35 * size, y + h + 4.5], words.clone(), 0.85 * size, Anchor::End, true);
+        } else if at - 0.5 * long > last + 2.0 {
+            d.text([at, y + h + 4.0 + 0.8 * size], words.clone(), size, Anchor::Middle, false);
+            last = at + 0.5 * long;
+        }
+    }
+    for (value, words) in &up {
+        let at = p.at(p.x.ends[0], *value)[1];
+        if !mapped {
+            d.stroke(open(&[[x, at], [x + w, at]]), faint, None);
+        }
+        d.stroke(open(&[[x - 2.5, at], [x, at]]), thin, None);
+        d.text([x - 4.5, at + 0.35 * size], words.clone(), size, Anchor::End, false);
+        widest = widest.max(length(face, words) * size);
+    }
+    for value in small_x {
+        let at = p.at(value, p.y.ends[0])[0];
+        d.stroke(open(&[[at, y + h], [at, y + h + 1.4]]), Stroke::solid(INK, 0.4), None);
+    }
+    for value in small_y {
+        let at = p.at(p.x.ends[0], value)[1];
+        d.stroke(open(&[[x - 1.4, at], [x, at]]), Stroke::solid(INK, 0.4), None);
+    }
+    let turned = if panel.x.words.len() > 6 { 6.0 * size } else { 1.3 * size };
+    d.text([x + 0.5 * w, y + h + 4.0 + turned + size], panel.x.text(), size, Anchor::Middle, false);
+    d.text([x - 6.5 - widest - 0.35 * size, y + 0.5 * h], panel.y.text(), size, Anchor::Middle, true);
+}
+
+/// The panel's edge goes over them.
+pub fn edge(d: &mut Drawing, inside: Rect) {
+    d.stroke(inside.steps(), Stroke::solid(INK, 0.6), None);
+}

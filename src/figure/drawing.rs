@@ -1,0 +1,206 @@
+//! What lies on the paper, ready to be written: paths and texts in points (1/72 inch), y downwards.
+
+use super::colour::Rgb;
+
+/// Points of a millimetre.
+pub const MM: f64 = 72.0 / 25.4;
+
+/// A list of things, later ones on top.
+#[derive(Debug, Clone, Default)]
+pub struct Drawing {
+    /// Width and height, pt.
+    pub size: [f64; 2],
+    /// In order.
+    pub items: Vec<Item>,
+}
+
+/// One thing.
+#[derive(Debug, Clone)]
+pub enum Item {
+    /// Lines and areas.
+    Path {
+        /// Its course.
+        steps: Vec<Step>,
+        /// Inside.
+        fill: Option<Rgb>,
+        /// Colour, width and dashes of the line.
+        stroke: Option<Stroke>,
+        /// 0 … 1.
+        opacity: f64,
+        /// Left, top, width, height of what is seen of it.
+        clip: Option<[f64; 4]>,
+    },
+    /// A line of text.
+    Text {
+        /// Baseline, at the anchor.
+        at: [f64; 2],
+        /// Words.
+        text: String,
+        /// pt.
+        size: f64,
+        /// Which part of the text stands there.
+        anchor: Anchor,
+        /// Reads upwards.
+        upwards: bool,
+        /// Colour.
+        colour: Rgb,
+    },
+}
+
+/// A line's looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    /// Colour.
+    pub colour: Rgb,
+    /// pt.
+    pub width: f64,
+    /// Lengths drawn and left out, pt; 0 is solid.
+    pub dash: [f64; 2],
+}
+
+impl Stroke {
+    /// Solid.
+    pub fn solid(colour: Rgb, width: f64) -> Self {
+        Self { colour, width, dash: [0.0; 2] }
+    }
+
+    /// Solid, dashed or dotted.
+    pub fn of(colour: Rgb, width: f64, dash: u8) -> Self {
+        let dash = match dash {
+            0 => [0.0; 2],
+            1 => [4.0 * width, 2.5 * width],
+            _ => [1.2 * width, 1.8 * width],
+        };
+        Self { colour, width, dash }
+    }
+}
+
+/// A step of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    /// Begin here.
+    To([f64; 2]),
+    /// Straight to here.
+    Line([f64; 2]),
+    /// By two control points to here.
+    Curve([[f64; 2]; 3]),
+    /// Back to the beginning.
+    Close,
+}
+
+/// Part of a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// Its beginning.
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its end.
+    End,
+}
+
+impl Anchor {
+    /// Share of the text's length before the anchor.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::Start => 0.0,
+            Self::Middle => 0.5,
+            Self::End => 1.0,
+        }
+    }
+}
+
+/// Part of the paper.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rect {
+    /// Left end, pt.
+    pub x: f64,
+    /// Upper end, pt.
+    pub y: f64,
+    /// Width, pt.
+    pub w: f64,
+    /// Height, pt.
+    pub h: f64,
+}
+
+impl Rect {
+    /// As a clip.
+    pub fn array(self) -> [f64; 4] {
+        [self.x, self.y, self.w, self.h]
+    }
+
+    /// Its edge.
+    pub fn steps(self) -> Vec<Step> {
+        let Self { x, y, w, h } = self;
+        closed(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+    }
+}
+
+/// A closed path through `points`.
+pub fn closed(points: &[[f64; 2]]) -> Vec<Step> {
+    let mut steps = open(points);
+    steps.push(Step::Close);
+    steps
+}
+
+/// A path through `points`, broken where one is no number.
+pub fn open(points: &[[f64; 2]]) -> Vec<Step> {
+    let mut steps = Vec::with_capacity(points.len());
+    let mut begun = false;
+    for p in points {
+        let usable = p.iter().all(|x| x.is_finite());
+        if usable {
+            steps.push(if begun { Step::Line(*p) } else { Step::To(*p) });
+        }
+        begun = usable;
+    }
+    steps
+}
+
+/// A circle of radius `r` about `c`.
+pub fn circle([x, y]: [f64; 2], r: f64) -> Vec<Step> {
+    // Four cubics, off by 2.7e-4 of the radius.
+    let k = 0.552_284_75 * r;
+    vec![
+        Step::To([x + r, y]),
+        Step::Curve([[x + r, y + k], [x + k, y + r], [x, y + r]]),
+        Step::Curve([[x - k, y + r], [x - r, y + k], [x - r, y]]),
+        Step::Curve([[x - r, y - k], [x - k, y - r], [x, y - r]]),
+        Step::Curve([[x + k, y - r], [x + r, y - k], [x + r, y]]),
+        Step::Close,
+    ]
+}
+
+impl Drawing {
+    /// Adds an area.
+    pub fn fill(&mut self, steps: Vec<Step>, fill: Rgb, opacity: f64, clip: Option<Rect>) {
+        self.path(steps, Some(fill), None, opacity, clip);
+    }
+
+    /// Adds a line.
+    pub fn stroke(&mut self, steps: Vec<Step>, stroke: Stroke, clip: Option<Rect>) {
+        self.path(steps, None, Some(stroke), 1.0, clip);
+    }
+
+    /// Adds a path.
+    pub fn path(
+        &mut self,
+        steps: Vec<Step>,
+        fill: Option<Rgb>,
+        stroke: Option<Stroke>,
+        opacity: f64,
+        clip: Option<Rect>,
+    ) {
+        if !steps.is_empty() {
+            self.items.push(Item::Path { steps, fill, stroke, opacity, clip: clip.map(Rect::array) });
+        }
+    }
+
+    /// Adds black text.
+    pub fn text(&mut self, at: [f64; 2], text: impl Into<String>, size: f64, anchor: Anchor, upwards: bool) {
+        let (text, colour) = (text.into(), super::colour::INK);
+        if !text.is_empty() {
+            self.items.push(Item::Text { at, text, size, anchor, upwards, colour });
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The font of a figure: how long texts are, and their outlines.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
+
+use super::drawing::{Anchor, Step};
+use crate::error::InputError;
+
+/// DejaVu Sans 2.37, cut down to Latin, Greek and the signs of formulas.
+const BUILT_IN: &[u8] = include_bytes!("font/DejaVuSans.ttf");
+
+/// A TrueType font.
+#[derive(Debug, Clone)]
+pub struct Font {
+    bytes: Arc<[u8]>,
+    /// Family, as SVG names it.
+    pub family: String,
+}
+
+impl Font {
+    /// That of the program.
+    pub fn built_in() -> Self {
+        Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into() }
+    }
+
+    /// Of a file of the user.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or that is no TrueType font.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let refuse = |why: String| {
+            InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")
+        };
+        let bytes = std::fs::read(path).map_err(|e| refuse(format!("the font cannot be read: {e}")))?;
+        let face = Face::parse(&bytes, 0).map_err(|e| refuse(format!("this is no font: {e}")))?;
+        if face.tables().glyf.is_none() {
+            return Err(refuse("the outlines of this font are not those of TrueType".to_owned()));
+        }
+        if let Some(lacks) = "0123456789−ABCabcθ".chars().find(|c| face.glyph_index(*c).is_none()) {
+            return Err(refuse(format!("this font has no sign {lacks:?}")));
+        }
+        let name =
+            face.names().into_iter().find(|n| n.name_id == ttf_parser::name_id::FAMILY && n.is_unicode());
+        let family = name.and_then(|n| n.to_string()).unwrap_or_else(|| "sans-serif".into());
+        Ok(Self { bytes: bytes.into(), family })
+    }
+
+    /// Its file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// To ask more than one thing of it.
+    pub fn face(&self) -> Face<'_> {
+        Face::parse(&self.bytes, 0).expect("it was parsed when it was read")
+    }
+}
+
+/// The glyph of a sign, or that of an unknown one.
+pub fn glyph(face: &Face<'_>, c: char) -> GlyphId {
+    face.glyph_index(c).unwrap_or(GlyphId(0))
+}
+
+/// Length of `text`, as a multiple of the font's size.
+pub fn length(face: &Face<'_>, text: &str) -> f64 {
+    let units = f64::from(face.units_per_em());
+    text.chars().map(|c| f64::from(face.glyph_hor_advance(glyph(face, c)).unwrap_or(0)) / units).sum()
+}
+
+/// Outline of a text that stands at `at`.
+pub fn outline(
+    face: &Face<'_>,
+    text: &str,
+    at: [f64; 2],
+    size: f64,
+    anchor: Anchor,
+    upwards: bool,
+) -> Vec<Step> {
+    let scale = size / f64::from(face.units_per_em());
+    let mut pen =
+        Pen { steps: Vec::new(), at, along: -anchor.share() * length(face, text) * size, scale, upwards };
+    for c in text.chars() {
+        let id = glyph(face, c);
+        face.outline_glyph(id, &mut pen);
+        pen.along += f64::from(face.glyph_hor_advance(id).unwrap_or(0)) * scale;
+    }
+    pen.steps
+}
+
+/// Takes the outlines of glyphs, one after the other.
+struct Pen {
+    steps: Vec<Step>,
+    at: [f64; 2],
+    /// Where the glyph begins.
+    along: f64,
+    scale: f64,
+    upwards: bool,
+}
+
+impl Pen {
+    fn point(&self, x: f32, y: f32) -> [f64; 2] {
+        let (along, up) = (self.along + f64::from(x) * self.scale, f64::from(y) * self.scale);
+        let [x0, y0] = self.at;
+        if self.upwards { [x0 - up, y0 - along] } else { [x0 + along, y0 - up] }
+    }
+
+    fn last(&self) -> [f64; 2] {
+        match self.steps.last() {
+            Some(Step::To(p) | Step::Line(p) | Step::Curve([_, _, p])) => *p,
+            _ => self.at,
+        }
+    }
+}
+
+impl OutlineBuilder for Pen {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.steps.push(Step::To(self.point(x, y)));
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.steps.push(Step::Line(self.point(x, y)));
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (a, b, c) = (self.last(), self.point(x1, y1), self.point(x, y));
+        let toward = |from: [f64; 2]| std::array::from_fn(|i| from[i] + 2.0 / 3.0 * (b[i] - from[i]));
+        self.steps.push(Step::Curve([toward(a), toward(c), c]));
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.steps.push(Step::Curve([self.point(x1, y1), self.point(x2, y2), self.point(x, y)]));
+    }
+
+    fn close(&mut self) {
+        self.steps.push(Step::Close);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sign_that_figures_use_is_built_in() {
+        let (font, signs) = (Font::built_in(), "θψεσδτρμνβφκαδ°±−×·…–→≤≥∞√⁰¹²³⁴⁵⁶⁷⁸⁹⁻â|ΔĀ");
+        let face = font.face();
+        let lacking: String =
+            signs.chars().chain(' '..='~').filter(|c| *c != 'Ā' && face.glyph_index(*c).is_none()).collect();
+        assert_eq!(lacking, "");
+    }
+
+    #[test]
+    fn a_text_is_as_long_as_its_outline() {
+        let font = Font::built_in();
+        let face = font.face();
+        for (anchor, from) in [(Anchor::Start, 0.0), (Anchor::Middle, -0.5), (Anchor::End, -1.0)] {
+            let steps = outline(&face, "HHHH", [100.0, 50.0], 10.0, anchor, false);
+            let whole = 10.0 * length(&face, "HHHH");
+            let xs = steps.iter().filter_map(|s| match s {
+                Step::To(p) | Step::Line(p) => Some(p[0]),
+                _ => None,
+            });
+            let (least, most) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            assert!((least - (100.0 + from * whole)).abs() < 1.2 && (most - least) < whole);
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! A drawing as PDF of one page of its size. Text stays text: the font is embedded, and says which sign each of its glyphs is.
+
+use std::collections::BTreeMap;
+
+use flate2::write::ZlibEncoder;
+use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+
+use super::colour::Rgb;
+use super::data::Figure;
+use super::drawing::{Drawing, Item, Step};
+use super::font::{Font, glyph, length};
+
+const FONT: Name<'static> = Name(b"F");
+const POSTSCRIPT: Name<'static> = Name(b"Figure-Sans");
+const SYSTEM: SystemInfo<'static> =
+    SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
+
+/// The file.
+pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> Vec<u8> {
+    let [catalog, pages, page, contents, type0, cid, descriptor, file, unicode, info] =
+        std::array::from_fn(|i| Ref::new(i as i32 + 1));
+    let mut pdf = Pdf::new();
+    pdf.catalog(catalog).pages(pages);
+    pdf.pages(pages).kids([page]).count(1);
+    pdf.document_info(info)
+        .title(TextStr(&figure.title))
+        .subject(TextStr(&figure.caption))
+        .creator(TextStr("vibrissa"));
+    let [w, h] = drawing.size.map(|x| x as f32);
+    let states = opacities(drawing);
+    {
+        let mut p = pdf.page(page);
+        p.media_box(Rect::new(0.0, 0.0, w, h)).parent(pages).contents(contents);
+        let mut resources = p.resources();
+        resources.fonts().pair(FONT, type0);
+        let mut all = resources.ext_g_states();
+        for (name, opacity) in &states {
+            let share = *opacity as f32 / 100.0;
+            all.insert(Name(name.as_bytes()))
+                .start::<pdf_writer::writers::ExtGraphicsState>()
+                .non_stroking_alpha(share)
+                .stroking_alpha(share);
+        }
+    }
+    let content = packed(&content(drawing, font, &states));
+    pdf.stream(contents, &content).filter(Filter::FlateDecode);
+    embed(&mut pdf, drawing, font, [type0, cid, descriptor, file, unicode]);
+    pdf.finish()
+}
+
+/// Names of the opacities in use, in percent.
+fn opacities(drawing: &Drawing) -> Vec<(String, u32)> {
+    let percent = drawing.items.iter().map(|i| match i {
+        Item::Path { opacity, .. } => (100.0 * opacity).round() as u32,
+        Item::Text { .. } => 100,
+    });
+    let all: std::collections::BTreeSet<u32> = percent.collect();
+    all.into_iter().map(|p| (format!("O{p}"), p)).collect()
+}
+
+fn content(drawing: &Drawing, font: &Font, states: &[(String, u32)]) -> Vec<u8> {
+    let face = font.face();
+    let mut c = Content::new();
+    // y downwards, as in the drawing.
+    c.transform([1.0, 0.0, 0.0, -1.0, 0.0, drawing.size[1] as f32]);
+    let rgb = |[r, g, b]: Rgb| [r, g, b].map(|x| f32::from(x) / 255.0);
+    for item in &drawing.items {
+        match item {
+            Item::Path { steps, fill, stroke, opacity, clip } => {
+                c.save_state();
+                if let Some([x, y, w, h]) = clip.map(|c| c.map(|x| x as f32)) {
+                    c.rect(x, y, w, h).clip_nonzero().end_path();
+                }
+                let percent = (100.0 * opacity).round() as u32;
+                if let Some((name, _)) = states.iter().find(|(_, p)| *p == percent && percent < 100) {
+                    c.set_parameters(Name(name.as_bytes()));
+                }
+                if let Some([r, g, b]) = fill.map(rgb) {
+                    c.set_fill_rgb(r, g, b);
+                }
+                if let Some(s) = stroke {
+                    let [r, g, b] = rgb(s.colour);
+                    c.set_stroke_rgb(r, g, b)
+                        .set_line_width(s.width as f32)
+                        .set_line_join(LineJoinStyle::RoundJoin);
+                    if s.dash[0] > 0.0 {
+                        c.set_dash_pattern(s.dash.map(|x| x as f32), 0.0);
+                    }
+                }
+                course(&mut c, steps);
+                match (fill.is_some(), stroke.is_some()) {
+                    (true, true) => c.fill_nonzero_and_stroke(),
+                    (true, false) => c.fill_nonzero(),
+                    _ => c.stroke(),
+                };
+                c.restore_state();
+            }
+            Item::Text { at: [x, y], text, size, anchor, upwards, colour } => {
+                let back = anchor.share() * length(&face, text) * size;
+                let [r, g, b] = rgb(*colour);
+                let glyphs: Vec<u8> = text.chars().flat_map(|s| glyph(&face, s).0.to_be_bytes()).collect();
+                c.begin_text().set_fill_rgb(r, g, b).set_font(FONT, *size as f32);
+                let matrix = if *upwards {
+                    [0.0, -1.0, -1.0, 0.0, *x, y + back]
+                } else {
+                    [1.0, 0.0, 0.0, -1.0, x - back, *y]
+                };
+                c.set_text_matrix(matrix.map(|x| x as f32)).show(Str(&glyphs)).end_text();
+            }
+        }
+    }
+    c.finish().to_vec()
+}
+
+fn course(c: &mut Content, steps: &[Step]) {
+    for step in steps {
+        let f = |p: &[f64; 2]| (p[0] as f32, p[1] as f32);
+        match step {
+            Step::To(p) => c.move_to(f(p).0, f(p).1),
+            Step::Line(p) => c.line_to(f(p).0, f(p).1),
+            Step::Curve([p, q, r]) => c.cubic_to(f(p).0, f(p).1, f(q).0, f(q).1, f(r).0, f(r).1),
+            Step::Close => c.close_path(),
+        };
+    }
+}
+
+fn embed(pdf: &mut Pdf, drawing: &Drawing, font: &Font, [type0, cid, descriptor, file, unicode]: [Ref; 5]) {
+    let face = font.face();
+    let units = 1000.0 / f32::from(face.units_per_em());
+    let mut used = BTreeMap::new();
+    for item in &drawing.items {
+        if let Item::Text { text, .. } = item {
+            used.extend(text.chars().map(|c| (glyph(&face, c).0, c)));
+        }
+    }
+    pdf.type0_font(type0)
+        .base_font(POSTSCRIPT)
+        .encoding_predefined(Name(b"Identity-H"))
+        .descendant_font(cid)
+        .to_unicode(unicode);
+    let mut f = pdf.cid_font(cid);
+    f.subtype(CidFontType::Type2).base_font(POSTSCRIPT).system_info(SYSTEM).font_descriptor(descriptor);
+    f.cid_to_gid_map_predefined(Name(b"Identity"));
+    let mut widths = f.widths();
+    for id in used.keys() {
+        let advance = face.glyph_hor_advance(ttf_parser::GlyphId(*id)).unwrap_or(0);
+        widths.consecutive(*id, [f32::from(advance) * units]);
+    }
+    widths.finish();
+    f.finish();
+    let b = face.global_bounding_box();
+    let bounds = [b.x_min, b.y_min, b.x_max, b.y_max].map(|x| f32::from(x) * units);
+    pdf.font_descriptor(descriptor)
+        .name(POSTSCRIPT)
+        .flags(FontFlags::SYMBOLIC)
+        .bbox(Rect::new(bounds[0], bounds[1], bounds[2], bounds[3]))
+        .italic_angle(0.0)
+        .ascent(f32::from(face.ascender()) * units)
+        .descent(f32::from(face.descender()) * units)
+        .cap_height(f32::from(face.capital_height().unwrap_or(face.ascender())) * units)
+        .stem_v(80.0)
+        .font_file2(file);
+    let bytes = packed(font.bytes());
+    pdf.stream(file, &bytes).filter(Filter::FlateDecode).pair(Name(b"Length1"), font.bytes().len() as i32);
+    let mut map = UnicodeCmap::<u16>::new(Name(b"Figure-Unicode"), SYSTEM);
+    used.into_iter().for_each(|(id, c)| map.pair(id, c));
+    pdf.cmap(unicode, &map.finish());
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut encoder = ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).expect("memory takes everything")
+}

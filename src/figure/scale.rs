@@ -1,0 +1,207 @@
+//! From values to places along an axis, and where its ticks stand.
+
+use super::data::Axis;
+
+/// Values from one end of an axis to the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Values at the ends.
+    pub ends: [f64; 2],
+    /// By decades.
+    pub log: bool,
+}
+
+impl Scale {
+    /// That holds all `values` that have a place on `axis`, with a little room.
+    pub fn of(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+        if !axis.words.is_empty() {
+            return Self { ends: [-0.5, axis.words.len() as f64 - 0.5], log: false };
+        }
+        let usable = |x: &f64| x.is_finite() && (!axis.log || *x > 0.0);
+        let (least, most) =
+            values.filter(usable).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        if let Some(ends) = axis.ends {
+            return Self { ends, log: axis.log };
+        }
+        let ends = match (axis.log, least < most) {
+            _ if least > most => [if axis.log { 0.1 } else { 0.0 }, 1.0],
+            (true, true) => {
+                let room = (most / least).powf(0.04);
+                [least / room, most * room]
+            }
+            (true, false) => [least / 2.0, most * 2.0],
+            (false, true) => {
+                let room = 0.04 * (most - least);
+                // Zero is an end where it is one of the data.
+                let low = if least >= 0.0 && least < 0.2 * most { 0.0 } else { least - room };
+                [low, most + room]
+            }
+            (false, false) => {
+                let room = if least == 0.0 { 1.0 } else { 0.1 * least.abs() };
+                [least - room, most + room]
+            }
+        };
+        Self { ends, log: axis.log }
+    }
+
+    /// Exactly from the least to the greatest of `values`: of colours.
+    pub fn tight(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+        let usable = |x: &f64| x.is_finite() && (!axis.log || *x > 0.0);
+        let (a, b) =
+            values.filter(usable).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        if a < b { Self { ends: [a, b], log: axis.log } } else { Self::of(axis, [a, b].into_iter()) }
+    }
+
+    /// Share of the way from end to end; NaN where there is no place.
+    pub fn share(&self, x: f64) -> f64 {
+        let [a, b] = self.ends;
+        if self.log {
+            if x > 0.0 { (x / a).ln() / (b / a).ln() } else { f64::NAN }
+        } else {
+            (x - a) / (b - a)
+        }
+    }
+
+    /// Ticks with their words, about `wanted` of them, and small ones without.
+    pub fn ticks(&self, wanted: usize) -> (Vec<(f64, String)>, Vec<f64>) {
+        if self.log { self.decades(wanted) } else { (self.even(wanted), Vec::new()) }
+    }
+
+    fn holds(&self, x: f64) -> bool {
+        (-1e-9..=1.0 + 1e-9).contains(&self.share(x))
+    }
+
+    fn even(&self, wanted: usize) -> Vec<(f64, String)> {
+        let [a, b] = self.ends;
+        let raw = (b - a) / wanted.max(1) as f64;
+        let unit = 10f64.powf(raw.log10().floor());
+        let step =
+            [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= 0.9 * raw).unwrap_or(unit);
+        let from = (a / step - 1e-9).ceil() as i64;
+        let values = (from..).map(|i| i as f64 * step).take_while(|x| *x <= b + 1e-9 * step).take(100);
+        values.map(|x| (x, number(x, step))).collect()
+    }
+
+    fn decades(&self, wanted: usize) -> (Vec<(f64, String)>, Vec<f64>) {
+        let [a, b] = self.ends.map(f64::log10);
+        let whole: Vec<i32> = (a.floor() as i32..=b.ceil() as i32).collect();
+        let every = (whole.len() / wanted.max(1)).max(1) as i32;
+        let within = |steps: &[f64]| -> Vec<f64> {
+            let all = whole.iter().flat_map(|n| steps.iter().map(move |s| s * 10f64.powi(*n)));
+            all.filter(|x| self.holds(*x)).collect()
+        };
+        let tens: Vec<f64> = whole
+            .iter()
+            .filter(|n| *n % every == 0)
+            .map(|n| 10f64.powi(*n))
+            .filter(|x| self.holds(*x))
+            .collect();
+        let small =
+            if b - a <= 6.0 { within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]) } else { within(&[1.0]) };
+        // Of one decade or less, its parts are named too.
+        let named = match tens.len() {
+            0 | 1 if within(&[1.0, 2.0, 5.0]).len() >= 2 => within(&[1.0, 2.0, 5.0]),
+            0 | 1 if b - a < 0.7 => return (self.even(wanted.min(4)), small),
+            _ => tens,
+        };
+        // All ticks of an axis are written in the same way.
+        let plain = named.iter().all(|x| (1e-2..1e4).contains(&(x * 1.000_001)));
+        (named.into_iter().map(|x| (x, decade(x, plain))).collect(), small)
+    }
+}
+
+/// A number that is a multiple of `step`.
+fn number(x: f64, step: f64) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    let text = if x.abs() >= 1e5 || x.abs() < 1e-3 && step < 1e-3 {
+        let power = x.abs().log10().floor() as i32;
+        let digits = ((x.abs() / step).log10().floor() as usize).min(6);
+        let lead = format!("{:.digits$}", x / 10f64.powi(power));
+        let lead = if lead.contains('.') {
+            lead.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            lead
+        };
+        match lead.as_str() {
+            "1" => ten(power),
+            "-1" => format!("-{}", ten(power)),
+            _ => format!("{lead}·{}", ten(power)),
+        }
+    } else {
+        let digits = (-step.log10()).ceil().max(0.0) as usize;
+        format!("{x:.digits$}")
+    };
+    text.replace('-', "−")
+}
+
+/// A number m·10ⁿ of few digits, on an axis of decades; `plain`: without powers.
+fn decade(x: f64, plain: bool) -> String {
+    if plain {
+        return format!("{}", (x * 1e6).round() / 1e6);
+    }
+    let power = (x.log10() + 1e-9).floor() as i32;
+    let lead = (x / 10f64.powi(power)).round();
+    if lead == 1.0 { ten(power) } else { format!("{lead}·{}", ten(power)) }
+}
+
+/// 10ⁿ.
+fn ten(power: i32) -> String {
+    if power == 0 {
+        return "1".into();
+    }
+    let raised = power
+        .to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            c => c.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or(c),
+        })
+        .collect::<String>();
+    format!("10{raised}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(scale: Scale) -> Vec<String> {
+        scale.ticks(5).0.into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        assert_eq!(
+            words(Scale { ends: [0.0, 10.4], log: false }),
+            ["0", "2", "4", "6", "8", "10"].map(String::from)[..6]
+        );
+        assert_eq!(words(Scale { ends: [-1e-4, 2.1e-4], log: false }), ["−10⁻⁴", "0", "10⁻⁴", "2·10⁻⁴"]);
+        assert_eq!(words(Scale { ends: [0.9, 1.1], log: false }), ["0.90", "0.95", "1.00", "1.05", "1.10"]);
+        assert_eq!(
+            words(Scale { ends: [3e-7, 0.2], log: true }),
+            ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]
+        );
+        assert_eq!(words(Scale { ends: [0.4, 12.0], log: true }), ["1", "10"]);
+        assert_eq!(words(Scale { ends: [0.4, 6.0], log: true }), ["0.5", "1", "2", "5"]);
+        for scale in [Scale { ends: [1.0, 1.0 + 1e-13], log: false }, Scale { ends: [5.0, 5.3], log: true }] {
+            assert!(scale.ticks(5).0.len() < 100);
+        }
+    }
+
+    #[test]
+    fn nothing_or_one_value_still_has_an_axis() {
+        for axis in [Axis::new("x", ""), Axis::log("x", "")] {
+            for values in [vec![], vec![f64::NAN], vec![0.0], vec![3.0], vec![-3.0, -3.0]] {
+                let scale = Scale::of(&axis, values.iter().copied());
+                assert!(scale.ends[0] < scale.ends[1], "{values:?} {scale:?}");
+                assert!(!scale.log || scale.ends[0] > 0.0);
+            }
+        }
+        let log = Scale::of(&Axis::log("x", ""), [1.0, 100.0].into_iter());
+        assert!(log.share(0.0).is_nan() && (log.share(10.0) - 0.5).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,347 @@
+//! Figures of a benchmark: time against error, whole sweeps, threads, roofs.
+
+use super::content::Content;
+use super::designs::front;
+use super::quantity;
+use super::source::Source;
+use super::table::Table;
+use crate::error::{Error, InputError};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+
+const TIME: (&str, &str) = ("time per tap", "ns");
+/// Peers that take longer for a tap would leave no room for the others, ns.
+const SLOWEST: f64 = 1e8;
+
+/// Everything of the folder of `bench`.
+///
+/// # Errors
+/// Tables that are damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    figures(&|name| source.maybe(name))?.into_iter().for_each(|f| c.figure(f));
+    c.first_rows(
+        source,
+        &["work_precision.csv", "scaling.csv", "threads.csv", "roofline.csv", "peaks.csv", "peers.csv"],
+    )?;
+    if c.tables.is_empty() {
+        source.table("work_precision.csv")?;
+    }
+    Ok(c)
+}
+
+/// Figures of the tables that `read` finds.
+///
+/// # Errors
+/// Tables that are damaged.
+pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Vec<Figure>, Error> {
+    let mut all = Vec::new();
+    if let Some(work) = read("work_precision.csv")? {
+        let peers = read("peers.csv")?;
+        all.push(precision(&work, peers.as_ref())?);
+        all.push(configurations(&work)?);
+    }
+    if let Some(table) = read("scaling.csv")? {
+        all.push(scaling(&table)?);
+    }
+    if let Some(table) = read("threads.csv")? {
+        all.push(threads(&table)?);
+    }
+    if let (Some(loads), Some(peaks)) = (read("roofline.csv")?, read("peaks.csv")?) {
+        all.push(roofline(&loads, &peaks)?);
+    }
+    all.retain(|f| !f.is_empty());
+    Ok(all)
+}
+
+/// Backends of a table in order of appearance, by what they are called; software adapters are called so.
+struct Places(Vec<(String, [String; 3])>);
+
+impl Places {
+    fn of(table: &Table) -> Self {
+        let mut all: Vec<(String, [String; 3])> = Vec::new();
+        for r in 0..table.len {
+            let key = Self::key(table, r);
+            if all.iter().any(|(_, k)| *k == key) {
+                continue;
+            }
+            let [backend, precision, adapter] = &key;
+            let name = match (backend.as_str(), is_software(adapter)) {
+                ("gpu", true) => format!("software GPU {precision} ({})", short(adapter)),
+                ("gpu", false) => format!("GPU {precision} ({adapter})"),
+                ("cpu", _) => format!("CPU {precision}"),
+                _ => format!("{backend} {precision}"),
+            };
+            all.push((name, key));
+        }
+        Self(all)
+    }
+
+    fn key(table: &Table, r: usize) -> [String; 3] {
+        ["backend", "precision", "adapter"].map(|c| table.word(c, r))
+    }
+
+    fn rows(&self, table: &Table, place: usize, keep: impl Fn(usize) -> bool) -> Vec<usize> {
+        table.rows(|r| Self::key(table, r) == self.0[place].1 && keep(r))
+    }
+
+    fn marker(&self, place: usize) -> Marker {
+        match self.0[place].1[0].as_str() {
+            "reference" => Marker::Diamond,
+            "gpu" => Marker::Square,
+            _ => Marker::Circle,
+        }
+    }
+}
+
+/// Whether `adapter` is a CPU in the clothes of a GPU.
+pub fn is_software(adapter: &str) -> bool {
+    let name = adapter.to_lowercase();
+    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
+}
+
+/// An adapter's name without what stands in brackets.
+fn short(adapter: &str) -> &str {
+    adapter.split(" (").next().unwrap_or(adapter)
+}
+
+/// Points, and a line through those that none beats: it never turns back.
+fn reached(
+    panel: Panel,
+    name: &str,
+    colour: usize,
+    marker: Marker,
+    dash: u8,
+    points: &[(f64, f64)],
+) -> Panel {
+    let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
+    let best = front(&x, &y);
+    let line = Path::new(name, colour, best.iter().map(|i| (x[*i], y[*i])));
+    let panel = panel.with(Mark::line(line, dash));
+    match dash {
+        0 => panel.with(Mark::points(Path::new(name, colour, points.iter().copied()), marker)),
+        _ => panel,
+    }
+}
+
+/// The simplest configuration: every kernel, the peers on the same axes.
+fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> {
+    let places = Places::of(work);
+    let first = if work.len > 0 { work.word("configuration", 0) } else { String::new() };
+    let time = work.numbers("ns_per_tap")?;
+    let (mut panels, mut beyond) = (Vec::new(), Vec::new());
+    for (title, column, theirs) in
+        [("99 of 100 taps are better", "strain_error_p99", "p99"), ("worst tap", "strain_error_max", "worst")]
+    {
+        let error = work.numbers(column)?;
+        let mut panel = Panel::new(title, Axis::log(TIME.0, TIME.1), Axis::log("strain error, relative", ""));
+        let at = |rows: Vec<usize>| {
+            rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
+        };
+        for (i, (name, _)) in places.0.iter().enumerate() {
+            let of = |kernel: &str| {
+                at(places.rows(work, i, |r| {
+                    work.word("configuration", r) == first && work.word("kernel", r) == kernel
+                }))
+            };
+            let ladder = [of("exact"), of("reference")].concat();
+            panel = reached(panel, name, i, places.marker(i), 0, &ladder);
+            panel = reached(
+                panel,
+                "dashed: one rule of nodes alone, its best",
+                i,
+                Marker::Circle,
+                1,
+                &of("exact-nodes"),
+            );
+            panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Triangle));
+        }
+        if let Some(peers) = peers {
+            let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
+            for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
+                if 1e9 / rate[r] > SLOWEST {
+                    beyond.push(format!(
+                        "{} at {} s a tap",
+                        peers.word("name", r),
+                        quantity::short(1.0 / rate[r])
+                    ));
+                    continue;
+                }
+                let name = peers.word("name", r);
+                let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
+                let colour = 1 + ["scipy", "JAX", "numba", "PyElastica", "diffrax"]
+                    .iter()
+                    .position(|f| *f == family)
+                    .unwrap_or(6);
+                let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
+                panel = panel.with(Mark::Points {
+                    path,
+                    marker: Marker::Cross,
+                    error: Vec::new(),
+                    rows: Vec::new(),
+                    notes: vec![name],
+                });
+            }
+        }
+        panels.push(panel);
+    }
+    share(&mut panels);
+    beyond.sort();
+    beyond.dedup();
+    let mut beside = if peers.is_some() {
+        " Crosses: other programs on the same taps (peers.csv)".to_owned()
+    } else {
+        String::new()
+    };
+    if !beyond.is_empty() {
+        beside += &format!("; beyond the axis: {}", beyond.join(", "));
+    }
+    if !beside.is_empty() {
+        beside.push('.');
+    }
+    let caption = format!(
+        "{first}, frictionless exact rod: time of a tap against its strain error, lower left is better. Each point is one tolerance; a line joins those that no other beats (work_precision.csv).{beside}"
+    );
+    Ok(Figure::new("work_precision", "Work against precision", caption, panels))
+}
+
+/// The same ends for all panels, so that they can be compared.
+fn share(panels: &mut [Panel]) {
+    let reach: Vec<(f64, f64)> = panels.iter().flat_map(|p| &p.marks).flat_map(Mark::reach).collect();
+    let ends = |axis: &Axis, values: Vec<f64>| crate::figure::Scale::of(axis, values.into_iter()).ends;
+    for p in panels.iter_mut() {
+        p.x.ends = Some(ends(&p.x, reach.iter().map(|r| r.0).collect()));
+        p.y.ends = Some(ends(&p.y, reach.iter().map(|r| r.1).collect()));
+    }
+}
+
+fn configurations(work: &Table) -> Result<Figure, InputError> {
+    let places = Places::of(work);
+    let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
+    let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");
+    let mut names: Vec<String> = Vec::new();
+    for r in work.rows(ladder) {
+        if !names.contains(&work.word("configuration", r)) {
+            names.push(work.word("configuration", r));
+        }
+    }
+    let mut panels = Vec::new();
+    for c in &names {
+        let mut panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
+        for (i, (name, _)) in places.0.iter().enumerate() {
+            let rows = places.rows(work, i, |r| ladder(r) && work.word("configuration", r) == *c);
+            let points: Vec<_> =
+                rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect();
+            panel = reached(panel, name, i, places.marker(i), 0, &points);
+        }
+        panels.push(panel);
+    }
+    share(&mut panels);
+    Ok(Figure::new(
+        "configurations",
+        "Every configuration",
+        "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).",
+        panels,
+    ))
+}
+
+fn scaling(table: &Table) -> Result<Figure, InputError> {
+    let places = Places::of(table);
+    let (taps, seconds) = (table.numbers("taps")?, table.numbers("seconds")?);
+    let panels = [("independent", "independent taps"), ("gridded", "a grid with 100 tap angles")].map(
+        |(shape, title)| {
+            let mut panel =
+                Panel::new(title, Axis::log("taps of the sweep", ""), Axis::log("whole sweep", "s"));
+            for (i, (name, _)) in places.0.iter().enumerate() {
+                let rows = places.rows(table, i, |r| table.word("shape", r) == shape);
+                let path = Path::new(name.clone(), i, rows.into_iter().map(|r| (taps[r], seconds[r])));
+                panel = panel.with(Mark::dotted(path, places.marker(i)));
+            }
+            panel
+        },
+    );
+    Ok(Figure::new(
+        "scaling",
+        "Cost of whole sweeps",
+        "Seconds of whole sweeps, reduced to the 100 best designs (scaling.csv).",
+        panels.into(),
+    ))
+}
+
+fn threads(table: &Table) -> Result<Figure, InputError> {
+    let places = Places::of(table);
+    let (n, time) = (table.numbers("threads")?, table.numbers("ns_per_tap")?);
+    let mut panel = Panel::new("", Axis::new("CPU threads", ""), Axis::log(TIME.0, TIME.1));
+    for (i, (name, _)) in places.0.iter().enumerate() {
+        let rows = places.rows(table, i, |_| true);
+        let points: Vec<(f64, f64)> = rows.into_iter().map(|r| (n[r], time[r])).collect();
+        if let Some(&(_, alone)) = points.iter().find(|p| p.0 == 1.0) {
+            let ideal = points.iter().map(|(n, _)| (*n, alone / n));
+            panel = panel.with(Mark::line(Path::new("ideal: time of one thread, shared", i, ideal), 1));
+        }
+        panel = panel.with(Mark::dotted(Path::new(name.clone(), i, points), places.marker(i)));
+    }
+    Ok(Figure::new("threads", "Threads", "The same taps on more threads (threads.csv).", vec![panel]))
+}
+
+fn roofline(loads: &Table, peaks: &Table) -> Result<Figure, InputError> {
+    let places = Places::of(loads);
+    let (flops, bytes, attained) =
+        (loads.numbers("flops_per_tap")?, loads.numbers("bytes_per_tap")?, loads.numbers("gflops")?);
+    let (top, slope) = (peaks.numbers("gflops")?, peaks.numbers("gbytes_per_s")?);
+    let all = (0..loads.len).map(|r| flops[r] / bytes[r]);
+    let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let mut panel = Panel::new(
+        "",
+        Axis::log("counted flops per byte", ""),
+        Axis::log("attained in the kernel", "GFLOP/s"),
+    );
+    for (i, (name, key)) in places.0.iter().enumerate() {
+        if let Some(p) = peaks.rows(|r| Places::key(peaks, r) == *key).first() {
+            let ridge = top[*p] / slope[*p];
+            let roof = [0.5 * least.min(ridge), ridge, 2.0 * most.max(ridge)]
+                .map(|x| (x, (x * slope[*p]).min(top[*p])));
+            panel = panel.with(Mark::line(Path::new("dashed: measured roof of the same colour", i, roof), 1));
+        }
+        let rows = places.rows(loads, i, |_| true);
+        let notes = rows.iter().map(|r| loads.word("configuration", *r)).collect();
+        let path = Path::new(name.clone(), i, rows.into_iter().map(|r| (flops[r] / bytes[r], attained[r])));
+        panel = panel.with(Mark::Points {
+            path,
+            marker: places.marker(i),
+            error: Vec::new(),
+            rows: Vec::new(),
+            notes,
+        });
+    }
+    Ok(Figure::new(
+        "roofline",
+        "Kernels under measured roofs",
+        "Attained flops against flops per byte, a point for each configuration (roofline.csv, peaks.csv).",
+        vec![panel],
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_software_adapter_is_called_so() {
+        assert!(
+            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
+        );
+        assert!(!is_software("NVIDIA H200") && !is_software(""));
+        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
+    }
+
+    #[test]
+    fn a_line_never_turns_back() {
+        let points = [(5.0, 1e-3), (4.0, 1e-2), (6.0, 1e-2), (9.0, 1e-6), (8.0, 1e-5), (12.0, 1e-5)];
+        let panel =
+            reached(Panel::new("", Axis::log("", ""), Axis::log("", "")), "n", 0, Marker::Circle, 0, &points);
+        let Mark::Line { path, .. } = &panel.marks[0] else { panic!("a line comes first") };
+        assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
+        let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };
+        assert_eq!(path.x.len(), points.len());
+    }
+}

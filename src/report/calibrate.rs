@@ -1,0 +1,242 @@
+//! Figures of a calibration.
+
+use super::content::{Content, SHOWN};
+use super::designs::{DRIVES, SD};
+use super::quantity::{self, said};
+use super::source::Source;
+use super::sweep::{HUES, MARKERS};
+use super::table::{Table, distinct};
+use crate::error::{Error, InputError};
+use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path};
+
+/// Curves of a panel.
+const CURVES: usize = 6;
+
+/// Everything of the folder of `calibrate`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let rows = source.table("rows.csv")?;
+    let cells = source.table("K_table.csv")?;
+    let signal = cells.first(&["strain", "reading"]).ok_or_else(|| lacks(&cells, "strain"))?;
+    let drive = rows.first(&DRIVES).ok_or_else(|| lacks(&rows, "theta_deg"))?;
+    c.figure(curves(&rows, &cells, drive, signal)?);
+    c.figure(residuals(&rows)?);
+    c.figure(held_out(&rows)?);
+    if let Some(figure) = coverage(&rows)? {
+        c.figure(figure);
+    }
+    if let Some(designs) = source.maybe("designs.csv")?
+        && let Some(sd) = designs.first(&SD)
+        && designs.has(sd)
+    {
+        let line = Path::new(
+            "SD of K",
+            0,
+            designs.numbers(drive)?.iter().copied().zip(designs.numbers(sd)?.iter().copied()),
+        );
+        let panel = Panel::new("", quantity::axis(drive), quantity::axis(sd))
+            .with(Mark::dotted(line, Marker::Circle));
+        c.figure(Figure::new(
+            "sd",
+            "Spread of K",
+            "Standard deviation of K over the distances of each tap (designs.csv).",
+            vec![panel],
+        ));
+    }
+    let result = &source.run["result"];
+    c.fact("estimator", &result["estimator"]);
+    c.fact("noise of one reading", &result["noise"]);
+    c.fact("noise from", &result["noise_from"]);
+    c.table(&rows, (0..rows.len.min(SHOWN)).collect(), "the first", true);
+    c.first_rows(source, &["K_table.csv", "designs.csv", "distances.csv"])?;
+    Ok(c)
+}
+
+fn lacks(table: &Table, column: &str) -> InputError {
+    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
+}
+
+/// Mean signals with their spread, over what the estimator expects.
+fn curves(rows: &Table, cells: &Table, drive: &str, signal: &str) -> Result<Figure, InputError> {
+    let (a, at, mean) = (cells.numbers("a_mm")?, cells.numbers(drive)?, cells.numbers(signal)?);
+    let sd = cells.numbers(&format!("{signal}_sd"))?;
+    let (ra, rd, expected) = (rows.numbers("a_mm")?, rows.numbers(drive)?, rows.numbers("expected")?);
+    let drives = distinct(at.iter().copied());
+    let n = drives.len().min(CURVES);
+    let some = (0..n).map(|i| drives[if n < 2 { 0 } else { i * (drives.len() - 1) / (n - 1) }]);
+    let mut panel = Panel::new("", quantity::axis("a_mm"), quantity::axis(signal));
+    for (i, d) in some.enumerate() {
+        // A labelled drive may be off its group's mean by the width of the group.
+        let near =
+            |x: f64| (x - d).abs() <= 1e-3 * d.abs() || drives.iter().all(|o| (x - d).abs() <= (x - o).abs());
+        let mut line: Vec<(f64, f64)> = rows
+            .rows(|r| near(rd[r]) && expected[r].is_finite())
+            .into_iter()
+            .map(|r| (ra[r], expected[r]))
+            .collect();
+        line.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        line.dedup_by(|p, q| p.0 == q.0);
+        let here = cells.rows(|r| at[r] == d);
+        let name = said(drive, d);
+        panel = panel.with(Mark::line(Path::new(name.clone(), HUES[i], line), 0)).with(Mark::Points {
+            path: Path::new(name, HUES[i], here.iter().map(|r| (a[*r], mean[*r]))),
+            marker: MARKERS[i % MARKERS.len()],
+            error: here.iter().map(|r| sd[*r]).collect(),
+            rows: Vec::new(),
+            notes: Vec::new(),
+        });
+    }
+    let left =
+        if n < drives.len() { format!("; {n} of {} taps are shown", drives.len()) } else { String::new() };
+    let caption = format!(
+        "Points: mean signal of each distance, with the standard deviation of one tap (K_table.csv). Lines: what the estimator that won expects there, joined from distance to distance (rows.csv){left}."
+    );
+    Ok(Figure::new("curves", "Data over the fitted curves", caption, vec![panel]))
+}
+
+/// Places of used and suspect rows among those of the page.
+fn used(rows: &Table) -> [Vec<usize>; 2] {
+    let tap = |r: usize| rows.number("a_mm", r).is_finite() && rows.number("distance_mm", r).is_finite();
+    let of = |word: &str| rows.rows(|r| rows.word("use", r) == word && (tap(r) || word == "suspect"));
+    [of("used"), of("suspect")]
+}
+
+/// Points of `rows` with what is said of them.
+fn points(
+    table: &Table,
+    name: &str,
+    colour: usize,
+    marker: Marker,
+    rows: &[usize],
+    y: &str,
+    error: Option<&str>,
+) -> Result<Mark, InputError> {
+    let (a, y) = (table.numbers("a_mm")?, table.numbers(y)?);
+    let note = |r: &usize| {
+        format!(
+            "line {}{}",
+            table.word("line", *r),
+            Some(table.word("reason", *r))
+                .filter(|w| !w.is_empty())
+                .map_or(String::new(), |w| format!(": {w}"))
+        )
+    };
+    let bars = match error {
+        Some(column) => {
+            let e = table.numbers(column)?;
+            rows.iter().map(|r| e[*r]).collect()
+        }
+        None => Vec::new(),
+    };
+    Ok(Mark::Points {
+        path: Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r]))),
+        marker,
+        error: bars,
+        rows: if table.len <= SHOWN { rows.to_vec() } else { Vec::new() },
+        notes: rows.iter().map(note).collect(),
+    })
+}
+
+fn zero() -> Mark {
+    Mark::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
+}
+
+fn residuals(rows: &Table) -> Result<Figure, InputError> {
+    let [used, suspect] = used(rows);
+    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("signal − expected", ""))
+        .with(zero())
+        .with(points(rows, "used", 0, Marker::Circle, &used, "residual", None)?)
+        .with(points(rows, "suspect", 1, Marker::Cross, &suspect, "residual", None)?);
+    let mut reasons: Vec<(String, usize)> = Vec::new();
+    for r in &suspect {
+        let word = rows.word("reason", *r);
+        let word = word.split([':', ',']).next().unwrap_or_default().trim().to_owned();
+        match reasons.iter_mut().find(|(w, _)| *w == word) {
+            Some((_, n)) => *n += 1,
+            None => reasons.push((word, 1)),
+        }
+    }
+    let why = reasons.iter().map(|(w, n)| format!("{n} {w}")).collect::<Vec<_>>().join(", ");
+    let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
+    Ok(Figure::new(
+        "residuals",
+        "Residuals by distance",
+        format!("Signal less what the estimator expects, of every tap; {why} (rows.csv)."),
+        vec![panel],
+    ))
+}
+
+fn held_out(rows: &Table) -> Result<Figure, InputError> {
+    let [used, _] = used(rows);
+    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"))
+        .with(zero())
+        .with(points(rows, "error ± σ", 0, Marker::Circle, &used, "held_out_error_mm", Some("sigma_mm"))?);
+    Ok(Figure::new(
+        "held_out",
+        "Errors on distances left out",
+        "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv).",
+        vec![panel],
+    ))
+}
+
+/// Share of taps whose error is within so many σ, beside that of a normal distribution.
+fn coverage(rows: &Table) -> Result<Option<Figure>, InputError> {
+    let [used, _] = used(rows);
+    let (error, sigma) = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
+    let mut ratios: Vec<f64> =
+        used.iter().map(|r| error[*r].abs() / sigma[*r]).filter(|x| x.is_finite()).collect();
+    if ratios.len() < 5 {
+        return Ok(None);
+    }
+    ratios.sort_by(f64::total_cmp);
+    let n = ratios.len() as f64;
+    let steps = ratios.iter().enumerate().map(|(i, x)| (*x, (i + 1) as f64 / n)).filter(|p| p.0 <= 4.0);
+    let normal = (0..=80).map(|i| f64::from(i) / 20.0).map(|x| (x, normal_within(x)));
+    let panel = Panel::new(
+        "",
+        Axis::new("|error|/σ", "").over([0.0, 4.0]),
+        Axis::new("share of taps below", "").over([0.0, 1.02]),
+    )
+    .with(Mark::line(Path::new("errors on distances left out", 0, steps), 0))
+    .with(Mark::line(Path::new("normal distribution", 4, normal), 1));
+    let beyond = ratios.iter().filter(|x| **x > 4.0).count();
+    let caption = format!(
+        "Share of {} taps whose error on a distance left out is within so many of its standard deviations; {beyond} lie beyond 4 (rows.csv).",
+        ratios.len()
+    );
+    Ok(Some(Figure::new("coverage", "Coverage", caption, vec![panel])))
+}
+
+/// Share of a normal distribution within `x` standard deviations: Simpson's rule, to 1e-9 for x ≤ 4.
+fn normal_within(x: f64) -> f64 {
+    const PARTS: usize = 64;
+    let density = |t: f64| (-0.5 * t * t).exp() * (2.0 / std::f64::consts::PI).sqrt();
+    let h = x / PARTS as f64;
+    let weight = |i: usize| {
+        if i == 0 || i == PARTS {
+            1.0
+        } else if i % 2 == 1 {
+            4.0
+        } else {
+            2.0
+        }
+    };
+    (0..=PARTS).map(|i| weight(i) * density(i as f64 * h)).sum::<f64>() * h / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_normal_distribution_is_that_of_tables() {
+        for (x, share) in
+            [(0.0, 0.0), (1.0, 0.682_689_492_137), (1.96, 0.950_004_209_703_6), (4.0, 0.999_936_657_516)]
+        {
+            assert!((normal_within(x) - share).abs() < 1e-8, "{x}: {}", normal_within(x));
+        }
+    }
+}

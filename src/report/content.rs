@@ -1,0 +1,90 @@
+//! What a report holds, whichever command it is of.
+
+use serde_json::{Value, json};
+
+use super::quantity;
+use super::source::Source;
+use super::table::Table;
+use crate::error::Error;
+use crate::figure::Figure;
+
+/// Rows of a table in the page.
+pub const SHOWN: usize = 1500;
+
+/// Figures and tables of a result.
+#[derive(Debug, Default)]
+pub struct Content {
+    /// In the order of the page.
+    pub figures: Vec<Figure>,
+    /// Behind them.
+    pub tables: Vec<Shown>,
+    /// Figures of the result in a line each, name and value.
+    pub facts: Vec<(String, String)>,
+    /// What was left out, and what is to be minded.
+    pub notes: Vec<String>,
+}
+
+/// A table in the page.
+#[derive(Debug)]
+pub struct Shown {
+    /// File.
+    pub file: String,
+    /// Rows that are shown, of the whole table.
+    pub rows: Vec<usize>,
+    /// How many there are, and how those were chosen.
+    pub of: (usize, String),
+    /// Its lines are those of the parallel coordinates and points of the front.
+    pub linked: bool,
+    /// Columns and rows.
+    pub json: Value,
+}
+
+impl Content {
+    /// With `figure`, if it shows anything.
+    pub fn figure(&mut self, figure: Figure) {
+        if !figure.is_empty() {
+            self.figures.push(figure);
+        }
+    }
+
+    /// With the rows `rows` of `table`, chosen as `how` says.
+    pub fn table(&mut self, table: &Table, rows: Vec<usize>, how: &str, linked: bool) {
+        let file = table.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+        if rows.len() < table.len {
+            self.notes.push(format!("{file}: {} of {} rows are in this page, {how}", rows.len(), table.len));
+        }
+        let columns: Vec<Value> = table
+            .columns
+            .iter()
+            .map(|c| {
+                let axis = quantity::axis(c);
+                json!({ "name": c, "label": axis.label, "unit": axis.unit })
+            })
+            .collect();
+        let values: Vec<Value> =
+            rows.iter().map(|r| (0..table.columns.len()).map(|c| table.json(c, *r)).collect()).collect();
+        let json = json!({ "columns": columns, "rows": values });
+        self.tables.push(Shown { file, of: (table.len, how.to_owned()), rows, linked, json });
+    }
+
+    /// With the first rows of the tables of these names that the result has.
+    pub fn first_rows(&mut self, source: &Source, names: &[&str]) -> Result<(), Error> {
+        for name in names {
+            if let Some(table) = source.maybe(name)? {
+                self.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", false);
+            }
+        }
+        Ok(())
+    }
+
+    /// With a fact, if it is known.
+    pub fn fact(&mut self, name: &str, value: &Value) {
+        let text = match value {
+            Value::Null => return,
+            Value::String(text) => text.clone(),
+            Value::Number(n) => n.as_f64().map_or(n.to_string(), quantity::short),
+            other => other.to_string(),
+        };
+        self.facts.push((name.to_owned(), text));
+    }
+}

@@ -1,0 +1,226 @@
+//! Rows of designs: what varies among them, which of them are kept, and figures of many: front, parallel coordinates, maps.
+
+use super::bins::map;
+use super::content::SHOWN;
+use super::quantity::{self, said};
+use super::table::{Table, distinct};
+use crate::error::InputError;
+use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
+
+/// Columns that make a whisker.
+pub const WHISKER: [&str; 5] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+/// Names of the spread of K.
+pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
+/// Names of the drive.
+pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
+
+/// Whether every row is a row that counts and keeps its limits.
+pub fn feasible(table: &Table) -> Vec<bool> {
+    (0..table.len).map(|r| matches!(table.word("status", r).as_str(), "ok" | "")).collect()
+}
+
+/// Columns of whisker and drive with more than one value.
+pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
+    let mut columns = Vec::new();
+    for name in WHISKER.into_iter().chain(DRIVES) {
+        if table.has(name) {
+            let numbers = table.numbers(name)?;
+            if numbers.iter().any(|x| *x != numbers[0]) {
+                columns.push(name);
+            }
+        }
+    }
+    Ok(columns)
+}
+
+/// Rows for the page: half of them the best by `by`, the others evenly from the rest, in the order of the table.
+pub fn chosen(table: &Table, by: &str) -> Result<(Vec<usize>, String), InputError> {
+    let values = table.numbers(by)?;
+    if table.len <= SHOWN {
+        return Ok(((0..table.len).collect(), "all".to_owned()));
+    }
+    let mut order: Vec<usize> = (0..table.len).filter(|r| values[*r].is_finite()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let best = order.len().min(SHOWN / 2);
+    let mut rows = order[..best].to_vec();
+    let rest = &order[best..];
+    let wanted = (SHOWN - best).min(rest.len());
+    rows.extend((0..wanted).map(|i| rest[i * rest.len() / wanted]));
+    rows.sort_unstable();
+    Ok((rows, format!("the {best} with the least {by} and {wanted} from all ranks of the others")))
+}
+
+/// Rows that no other beats in both of `x` and `y`, by ascending x.
+pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..x.len()).filter(|i| x[*i].is_finite() && y[*i].is_finite()).collect();
+    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]).then(y[*a].total_cmp(&y[*b])));
+    let mut least = f64::INFINITY;
+    order.retain(|i| {
+        let better = y[*i] < least;
+        least = least.min(y[*i]);
+        better
+    });
+    order
+}
+
+/// Trade-off of two quantities: the rows of the page, those that none beats, and one that was chosen.
+pub fn trade(
+    table: &Table,
+    [x, y]: [&str; 2],
+    rows: &[usize],
+    chosen: Option<(f64, f64)>,
+) -> Result<Option<Figure>, InputError> {
+    if !table.has(x) || !table.has(y) || table.len < 3 {
+        return Ok(None);
+    }
+    let (xs, ys, fine) = (table.numbers(x)?, table.numbers(y)?, feasible(table));
+    let keeps: Vec<f64> = ys.iter().zip(&fine).map(|(y, ok)| if *ok { *y } else { f64::NAN }).collect();
+    let best = front(xs, &keeps);
+    let of = |name: &str, colour, keep: &dyn Fn(usize) -> bool, marker| {
+        let places: Vec<usize> = (0..rows.len()).filter(|k| keep(rows[*k])).collect();
+        let path = Path::new(name, colour, places.iter().map(|k| (xs[rows[*k]], ys[rows[*k]])));
+        Mark::Points { path, marker, error: Vec::new(), rows: places, notes: Vec::new() }
+    };
+    let is_best: std::collections::HashSet<usize> = best.iter().copied().collect();
+    let line = Path::new("front", 1, best.iter().map(|i| (xs[*i], ys[*i])));
+    let panel = Panel::new("", quantity::axis(x), quantity::axis(y))
+        .with(of("a limit is broken", 7, &|r| !fine[r], Marker::Cross))
+        .with(of("rows", 5, &|r| fine[r] && !is_best.contains(&r), Marker::Circle))
+        .with(Mark::line(line, 0))
+        .with(of("front", 1, &|r| is_best.contains(&r), Marker::Circle))
+        .with(Mark::points(Path::new("chosen design", 4, chosen), Marker::Ring));
+    let caption = format!(
+        "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of all {} rows that keep their limits ({} on it).",
+        quantity::axis(x).label,
+        quantity::axis(y).label,
+        table.len,
+        best.len()
+    );
+    Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
+}
+
+/// Parallel coordinates of `rows`, coloured by the first of `by` that there is.
+pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Figure>, InputError> {
+    let mut names: Vec<&str> = varying(table)?;
+    let Some(colour) = by.iter().position(|n| table.has(n)) else { return Ok(None) };
+    let first = names.len();
+    names.extend(by[colour..].iter().filter(|n| table.has(n)));
+    names.extend(["strain_max", "force_max_N"].into_iter().filter(|n| table.has(n)));
+    if first < 2 || rows.len() < 3 {
+        return Ok(None);
+    }
+    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+    let fine = feasible(table);
+    let axis = |n: &&str| {
+        let mut axis = quantity::axis(n);
+        // Symbols fit where labels do not.
+        if WHISKER.contains(n) || DRIVES.contains(n) {
+            axis.label = axis.label.rsplit(' ').next().unwrap_or_default().to_owned();
+        }
+        axis
+    };
+    let parallel = Parallel {
+        axes: names.iter().map(axis).collect(),
+        values: rows.iter().map(|r| columns.iter().map(|c| c[*r]).collect()).collect(),
+        colour: first,
+        muted: rows.iter().map(|r| !fine[*r]).collect(),
+    };
+    let caption = format!(
+        "A line for each row of the table below, coloured by {} (dark is small); grey lines break a limit or miss a value.",
+        quantity::axis(names[first]).label
+    );
+    let mut figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
+    figure.parallel = Some(parallel);
+    Ok(Some(figure))
+}
+
+/// Maps of `quantity` over any two of what varies: the best over the rest.
+pub fn maps(table: &Table, quantity: &str) -> Result<Option<Figure>, InputError> {
+    let axes = varying(table)?;
+    if !table.has(quantity) || axes.len() < 2 {
+        return Ok(None);
+    }
+    let (values, fine) = (table.numbers(quantity)?, feasible(table));
+    let kept = |r: usize| if fine[r] { values[r] } else { f64::NAN };
+    let mut panels = Vec::new();
+    let mut binned = false;
+    for (i, x) in axes.iter().enumerate() {
+        for y in &axes[i + 1..] {
+            let (cells, bins) = map([table.numbers(x)?, table.numbers(y)?], kept, quantity::axis(quantity));
+            binned |= bins;
+            panels.push(Panel::new("", quantity::axis(x), quantity::axis(y)).with(Mark::Cells(cells)));
+        }
+    }
+    let rest = if axes.len() > 2 { ", the best over all other axes" } else { "" };
+    let bins = if binned {
+        format!("; axes with more than {} values in as many bins", super::bins::MOST)
+    } else {
+        String::new()
+    };
+    let caption = format!(
+        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}.",
+        quantity::axis(quantity).label,
+        table.len
+    );
+    let title = format!("Map of {}", quantity::axis(quantity).label);
+    Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
+}
+
+/// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by`.
+pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, usize), InputError> {
+    let columns = WHISKER.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+    let values = table.numbers(by)?;
+    let key = |r: usize| -> [u64; 5] { std::array::from_fn(|k| (columns[k][r] + 0.0).to_bits()) };
+    let mut places: std::collections::HashMap<[u64; 5], usize> = std::collections::HashMap::new();
+    let mut all: Vec<Whisker> = Vec::new();
+    for r in 0..table.len {
+        let place = *places.entry(key(r)).or_insert(all.len());
+        if place == all.len() {
+            all.push(Whisker {
+                of: std::array::from_fn(|k| columns[k][r]),
+                name: String::new(),
+                rows: Vec::new(),
+                best: f64::INFINITY,
+            });
+        }
+        all[place].rows.push(r);
+        all[place].best = all[place].best.min(if values[r].is_finite() { values[r] } else { f64::INFINITY });
+    }
+    let count = all.len();
+    if count > most {
+        all.sort_by(|a, b| a.best.total_cmp(&b.best));
+        all.truncate(most);
+    }
+    let differ: Vec<usize> = (0..5).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
+    for w in &mut all {
+        let told: Vec<String> = differ.iter().map(|k| said(WHISKER[*k], w.of[*k])).collect();
+        w.name = told.join(", ");
+    }
+    Ok((all, count))
+}
+
+/// A whisker and its rows.
+#[derive(Debug, Clone)]
+pub struct Whisker {
+    /// Values of [`WHISKER`].
+    pub of: [f64; 5],
+    /// In what it differs from the others.
+    pub name: String,
+    /// Of the table.
+    pub rows: Vec<usize>,
+    best: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_front_is_what_nothing_beats() {
+        let x = [3.0, 1.0, 2.0, 2.0, 5.0, f64::NAN, 1.0];
+        let y = [1.0, 5.0, 3.0, 2.0, 1.0, 0.0, 4.0];
+        assert_eq!(front(&x, &y), [6, 3, 0]);
+        let beaten = |i: usize| (0..7).any(|k| x[k] <= x[i] && y[k] <= y[i] && (x[k] < x[i] || y[k] < y[i]));
+        assert!((0..7).filter(|i| x[*i].is_finite()).all(|i| beaten(i) != front(&x, &y).contains(&i)));
+    }
+}

@@ -1,0 +1,50 @@
+//! Figures of answered readings.
+
+use super::content::{Content, SHOWN};
+use super::quantity;
+use super::source::Source;
+use crate::error::Error;
+use crate::figure::{Figure, Mark, Marker, Panel, Path};
+
+/// Readings that are drawn.
+const DRAWN: usize = 4000;
+
+/// Everything of the folder of `locate`.
+///
+/// # Errors
+/// A table that is missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let table = source.table("located.csv")?;
+    let (line, distance, sigma) =
+        (table.numbers("line")?, table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
+    let answered = table.rows(|r| distance[r].is_finite());
+    let every = answered.len().div_ceil(DRAWN).max(1);
+    let drawn: Vec<usize> = answered.iter().copied().step_by(every).collect();
+    let of = |name: &str, colour, fine: bool, marker| {
+        let rows: Vec<usize> =
+            drawn.iter().copied().filter(|r| (table.word("status", *r) == "ok") == fine).collect();
+        Mark::Points {
+            path: Path::new(name, colour, rows.iter().map(|r| (line[*r], distance[*r]))),
+            marker,
+            error: rows.iter().map(|r| sigma[*r]).collect(),
+            notes: rows.iter().map(|r| table.word("status", *r)).collect(),
+            rows: if table.len <= SHOWN { rows } else { Vec::new() },
+        }
+    };
+    let panel = Panel::new("", quantity::axis("line"), quantity::axis("distance_mm"))
+        .with(of("distance ± σ", 0, true, Marker::Circle))
+        .with(of("with another word than ok", 1, false, Marker::Cross));
+    let left = if every > 1 { format!("; one in {every} is shown") } else { String::new() };
+    let caption = format!(
+        "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
+        answered.len(),
+        table.len
+    );
+    c.figure(Figure::new("located", "Distances", caption, vec![panel]));
+    if answered.is_empty() {
+        c.notes.push("no reading has a distance: see their status".to_owned());
+    }
+    c.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", table.len <= SHOWN);
+    Ok(c)
+}

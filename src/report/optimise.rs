@@ -1,0 +1,180 @@
+//! Figures of a search.
+
+use super::content::{Content, SHOWN};
+use super::designs::{self, DRIVES, SD, WHISKER};
+use super::quantity::{self, said};
+use super::source::Source;
+use super::table::Table;
+use crate::error::{Error, InputError};
+use crate::figure::{Axis, Figure, Mark, Panel, Path};
+
+/// Everything of the folder of `optimise`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let result = &source.run["result"];
+    let history = source.table("history.csv")?;
+    let sd = history.first(&SD).ok_or_else(|| lacks(&history, "K_sd"))?;
+    let best = (result["best"][sd].as_f64(), result["best"]["total_rms_mm"].as_f64());
+    let best = best.0.zip(best.1);
+    if let Some(front) = source.maybe("pareto.csv")? {
+        let (rows, how) = designs::chosen(&front, sd)?;
+        for figure in [
+            designs::trade(&front, [sd, "total_rms_mm"], &rows, best)?,
+            designs::parallel(&front, &rows, &[sd, "total_rms_mm"])?,
+        ] {
+            figure.into_iter().for_each(|f| c.figure(f));
+        }
+        c.table(&front, rows, &how, true);
+    }
+    let objective = result["objective"].as_str().unwrap_or("sd");
+    let column = match objective {
+        "distance" => "total_rms_mm",
+        "weighted" => "weighted",
+        _ => sd,
+    };
+    c.figure(convergence(&history, column)?);
+    if let Some(table) = source.maybe("sensitivity.csv")? {
+        c.figure(sensitivity(&table)?);
+    }
+    if let Some(figure) = robust(source, sd) {
+        c.figure(figure);
+    }
+    split(source, &mut c);
+    for name in WHISKER.into_iter().chain(DRIVES) {
+        if let Some(x) = result["best"][name].as_f64() {
+            let text = said(name, x);
+            let (symbol, value) = text.split_once(" = ").unwrap_or((name, &text));
+            c.facts.push((format!("best {symbol}"), value.to_owned()));
+        }
+    }
+    for (name, key) in [
+        ("spread of K", sd),
+        ("bias, mm", "error_rms_mm"),
+        ("noise, mm", "noise_rms_mm"),
+        ("total error, mm", "total_rms_mm"),
+    ] {
+        c.fact(name, &result["best"][key]);
+    }
+    c.fact("why", &result["why"]);
+    c.table(&history, (0..history.len.min(SHOWN)).collect(), "the first", false);
+    c.first_rows(source, &["sensitivity.csv"])?;
+    Ok(c)
+}
+
+fn lacks(table: &Table, column: &str) -> InputError {
+    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
+}
+
+/// Best value so far against evaluations, a line for each start.
+fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
+    let (n, start, value) =
+        (history.numbers("evaluations")?, history.numbers("start")?, history.numbers(column)?);
+    let broken = history.numbers("violation")?;
+    let starts = super::table::distinct(start.iter().copied());
+    let mut panel = Panel::new("", Axis::log("evaluations", ""), quantity::axis(column));
+    for (i, s) in starts.iter().enumerate() {
+        let rows: Vec<usize> = history.rows(|r| start[r] == *s);
+        let kept = rows.iter().filter(|r| broken[**r] == 0.0).map(|r| (n[*r], value[*r]));
+        panel =
+            panel.with(Mark::dotted(Path::new(format!("start {s}"), i, kept), crate::figure::Marker::Circle));
+        let over = rows.iter().filter(|r| broken[**r] > 0.0).map(|r| (n[*r], value[*r]));
+        panel =
+            panel.with(Mark::points(Path::new("a limit is broken", 7, over), crate::figure::Marker::Cross));
+    }
+    Ok(Figure::new(
+        "convergence",
+        "Convergence",
+        "Best row so far against the evaluations that were spent on it, where it got better (history.csv).",
+        vec![panel],
+    ))
+}
+
+/// Bars of elasticities, and of Sobol' indices.
+fn sensitivity(table: &Table) -> Result<Figure, InputError> {
+    let names: Vec<String> = (0..table.len).map(|r| table.word("parameter", r)).collect();
+    let mut panels = Vec::new();
+    let sets: [(&str, &str, &[(&str, &str)]); 3] = [
+        (
+            "at the optimum",
+            "elasticity, % per %",
+            &[("spread of K", "K_sd_elasticity"), ("total error", "total_rms_elasticity")],
+        ),
+        (
+            "spread of K, over the box",
+            "Sobol’ index",
+            &[("first order", "K_sd_first"), ("total", "K_sd_total")],
+        ),
+        (
+            "total error, over the box",
+            "Sobol’ index",
+            &[("first order", "total_rms_first"), ("total", "total_rms_total")],
+        ),
+    ];
+    for (k, (title, label, columns)) in sets.into_iter().enumerate() {
+        let mut panel = Panel::new(title, Axis::new(label, ""), Axis::words("", names.clone()));
+        let there: Vec<_> = columns.iter().filter(|(_, column)| table.has(column)).collect();
+        for (i, (name, column)) in there.iter().enumerate() {
+            let values = table.numbers(column)?;
+            let path = Path::new(
+                *name,
+                if k == 0 { i } else { i + 2 },
+                values.iter().enumerate().map(|(r, x)| (*x, r as f64)),
+            );
+            panel = panel.with(Mark::Bars { path, among: [i, there.len()] });
+        }
+        if !panel.marks.is_empty() {
+            panels.push(panel);
+        }
+    }
+    Ok(Figure::new(
+        "sensitivity",
+        "Sensitivity",
+        "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of variance over the box of the variables (sensitivity.csv).",
+        panels,
+    ))
+}
+
+/// The best design as it is, and over the sampled ones.
+fn robust(source: &Source, sd: &str) -> Option<Figure> {
+    let result = &source.run["result"];
+    let robust = result["robust"].as_object()?;
+    let both = [("K_sd", sd), ("total_rms_mm", "total_rms_mm")];
+    let panels = both.into_iter().filter_map(|(key, column)| {
+        let over = robust.get(key)?.as_f64()?;
+        let at = result["best"][column].as_f64().unwrap_or(f64::NAN);
+        let mut axis = quantity::axis(column);
+        axis.log = false;
+        let words = vec!["over the samples".to_owned(), "as designed".to_owned()];
+        let path = Path::new("", 0, [(over, 0.0), (at, 1.0)]);
+        Some(Panel::new("", axis, Axis::words("", words)).with(Mark::Bars { path, among: [0, 1] }))
+    });
+    let n = robust.get("samples").and_then(serde_json::Value::as_u64).unwrap_or(0);
+    let measure = source.in_force("optimise.robust").unwrap_or_default();
+    let caption = format!(
+        "The best design as designed, and what the search made small over {n} sampled whiskers ({measure}; run.json)."
+    );
+    Some(Figure::new("robust", "Robust spread", caption, panels.collect()))
+}
+
+/// Bias and noise of the best design.
+fn split(source: &Source, c: &mut Content) {
+    let best = &source.run["result"]["best"];
+    let parts = [("bias", "error_rms_mm"), ("noise", "noise_rms_mm"), ("total", "total_rms_mm")];
+    let values: Vec<f64> = parts.iter().map(|(_, key)| best[*key].as_f64().unwrap_or(f64::NAN)).collect();
+    if !values[1].is_finite() {
+        return;
+    }
+    let words = parts.iter().rev().map(|(name, _)| (*name).to_owned()).collect();
+    let path = Path::new("", 0, values.iter().rev().enumerate().map(|(i, x)| (*x, i as f64)));
+    let panel = Panel::new("", Axis::new("error of the distance, rms", "mm"), Axis::words("", words))
+        .with(Mark::Bars { path, among: [0, 1] });
+    c.figure(Figure::new(
+        "split",
+        "Error of the best design",
+        "Bias and noise of the best design; they add in quadrature (run.json).",
+        vec![panel],
+    ));
+}

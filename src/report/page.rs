@@ -1,0 +1,83 @@
+//! The page of a report: data as JSON, and what draws it.
+
+use serde_json::{Value, json};
+
+use super::content::Content;
+use super::source::Source;
+use crate::page::{Page, html};
+
+/// What draws, in the order in which it is needed: `pages/report/*.ts`, built.
+const SCRIPTS: [&str; 7] = [
+    include_str!("../../pages/report/data.js"),
+    include_str!("../../pages/report/scale.js"),
+    include_str!("../../pages/report/panel.js"),
+    include_str!("../../pages/report/marks.js"),
+    include_str!("../../pages/report/parallel.js"),
+    include_str!("../../pages/report/table.js"),
+    include_str!("../../pages/report/main.js"),
+];
+
+/// The page of `content`.
+pub fn page(source: &Source, content: &Content) -> String {
+    let tables: Vec<Value> = content
+        .tables
+        .iter()
+        .map(|t| {
+            json!({ "file": t.file, "of": t.of.0, "how": t.of.1, "linked": t.linked, "columns": t.json["columns"],
+                    "rows": t.json["rows"], "at": t.rows })
+        })
+        .collect();
+    let data = json!({
+        "colours": crate::figure::COLOURS,
+        "made": made(source),
+        "facts": content.facts,
+        "notes": content.notes,
+        "figures": content.figures,
+        "tables": tables,
+        "spec": source.run["spec"]["text"],
+    });
+    let title = format!("{} of {}", source.command, source.name);
+    html(&Page { title: &title, style: include_str!("../page/report.css"), data: &data, scripts: &SCRIPTS })
+}
+
+/// What the result was made from, as name and words.
+fn made(source: &Source) -> Vec<[String; 2]> {
+    let run = &source.run;
+    let text = |v: &Value| v.as_str().map(str::to_owned);
+    let backend = |b: &Value| {
+        let place = text(&b["adapter"]).map_or_else(
+            || text(&b["name"]),
+            |a| Some(format!("{} {a}", b["name"].as_str().unwrap_or_default())),
+        );
+        let tolerance = b["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
+        place.map(|p| format!("{p}, {}{tolerance}", b["precision"].as_str().unwrap_or_default()))
+    };
+    let places = match &run["backends"] {
+        Value::Array(all) => all.iter().filter_map(backend).collect::<Vec<_>>().join("; "),
+        _ => backend(&run["backend"]).unwrap_or_default(),
+    };
+    let version = match text(&run["commit"]) {
+        Some(commit) => {
+            format!("{} ({})", run["version"].as_str().unwrap_or("?"), &commit[..commit.len().min(12)])
+        }
+        None => run["version"].as_str().unwrap_or("?").to_owned(),
+    };
+    let counts = run["counts"].as_object().map_or(String::new(), |c| {
+        let plain = |(k, v): (&String, &Value)| v.as_u64().map(|n| format!("{n} {}", k.replace('_', " ")));
+        c.iter().filter_map(plain).collect::<Vec<_>>().join(", ")
+    });
+    let status = run["counts"]["status"].as_object().map_or(String::new(), |c| {
+        c.iter().map(|(word, n)| format!("{n} {word}")).collect::<Vec<_>>().join(", ")
+    });
+    let seconds = run["seconds"]["total"].as_f64().map_or(String::new(), |s| format!("{s:.2} s"));
+    let rows = [
+        ("command", format!("vibrissa {} {}", source.command, source.name)),
+        ("version", version),
+        ("computed on", places),
+        ("took", seconds),
+        ("counts", counts),
+        ("taps by status", status),
+        ("BLAKE3 of run.json", source.hash.clone()),
+    ];
+    rows.into_iter().filter(|(_, v)| !v.is_empty()).map(|(k, v)| [k.to_owned(), v]).collect()
+}

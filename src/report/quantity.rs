@@ -1,0 +1,87 @@
+//! What columns are called where people read: symbol, unit, and whether their axis goes by decades.
+
+use crate::figure::Axis;
+
+/// Column, label, unit, by decades.
+const KNOWN: [(&str, &str, &str, bool); 34] = [
+    ("D_mm", "base diameter D", "mm", false),
+    ("d_mm", "tip diameter d", "mm", false),
+    ("L_a_mm", "length L_a", "mm", false),
+    ("x_ss_mm", "gauge place x_ss", "mm", false),
+    ("l_mm", "grid length l", "mm", false),
+    ("a_mm", "contact distance a", "mm", false),
+    ("theta_deg", "tap angle θ", "°", false),
+    ("delta_mm", "displacement δ", "mm", false),
+    ("strain", "gauge strain ε", "", false),
+    ("signal", "signal", "", false),
+    ("reading", "reading", "", false),
+    ("K", "K", "", false),
+    ("K_mm", "K", "mm", false),
+    ("K_mean", "mean of K", "", false),
+    ("K_mean_mm", "mean of K", "mm", false),
+    ("K_sd", "spread of K, SD", "", true),
+    ("K_sd_mm", "spread of K, SD", "mm", true),
+    ("distance_mm", "estimated distance â", "mm", false),
+    ("error_mm", "error â − a", "mm", false),
+    ("error_rms_mm", "bias, rms", "mm", true),
+    ("error_max_mm", "bias, largest", "mm", true),
+    ("bias_rms_mm", "bias, rms", "mm", true),
+    ("noise_rms_mm", "noise, rms", "mm", true),
+    ("total_rms_mm", "total error, rms", "mm", true),
+    ("strain_max", "largest strain", "", false),
+    ("force_max_N", "largest force", "N", false),
+    ("weighted", "weighted objective", "", true),
+    ("sigma_mm", "standard deviation σ_a", "mm", false),
+    ("s_mm", "arc length s", "mm", false),
+    ("x_mm", "x", "mm", false),
+    ("y_mm", "y", "mm", false),
+    ("psi_deg", "ψ", "°", false),
+    ("line", "line of the file", "", false),
+    ("residual", "residual", "", false),
+];
+
+/// The axis of `column`.
+pub fn axis(column: &str) -> Axis {
+    match KNOWN.iter().find(|(name, ..)| *name == column) {
+        Some((_, label, unit, true)) => Axis::log(label, unit),
+        Some((_, label, unit, false)) => Axis::new(label, unit),
+        None => Axis::new(column, ""),
+    }
+}
+
+/// A value of `column` in words: d = 4 mm.
+pub fn said(column: &str, value: f64) -> String {
+    let axis = axis(column);
+    let symbol = axis.label.rsplit(' ').next().unwrap_or_default();
+    let unit = match axis.unit.as_str() {
+        "" | "°" => axis.unit.clone(),
+        unit => format!(" {unit}"),
+    };
+    format!("{symbol} = {}{unit}", short(value))
+}
+
+/// A number to four digits.
+pub fn short(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return if x == 0.0 { "0".into() } else { "–".into() };
+    }
+    let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    if !(1e-4..1e6).contains(&x.abs()) {
+        return format!("{x:.3e}");
+    }
+    let text = format!("{x:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_said_with_symbol_and_unit() {
+        assert_eq!(said("d_mm", 4.0), "d = 4 mm");
+        assert_eq!(said("theta_deg", 0.5), "θ = 0.5°");
+        assert_eq!(said("x_ss_mm", 5.12345), "x_ss = 5.123 mm");
+        assert_eq!([short(0.0), short(1.25e-7), short(12345.6)], ["0", "1.250e-7", "12346"]);
+    }
+}

@@ -1,0 +1,149 @@
+//! Figures of bent whiskers.
+
+use super::content::{Content, SHOWN};
+use super::designs::{DRIVES, WHISKER};
+use super::quantity::{self, said, short};
+use super::source::Source;
+use super::sweep::HUES;
+use super::table::{Table, distinct};
+use crate::error::{Error, InputError};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+
+/// Panels, and whiskers in one.
+const PANELS: usize = 6;
+const WHISKERS: usize = 4;
+
+/// Everything of the folder of `shape`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let (shape, contacts) = (source.table("shape.csv")?, source.table("contacts.csv")?);
+    let drive = contacts.first(&DRIVES).ok_or_else(|| {
+        InputError::new("the table lacks this column").at(contacts.file.clone(), None).key("theta_deg")
+    })?;
+    let taps = taps(&shape, &contacts)?;
+    let solved = contacts.rows(|r| contacts.number("contact_x_mm", r).is_finite());
+    if solved.is_empty() {
+        c.notes.push("no tap has a shape: see their status".to_owned());
+    }
+    // One panel for each whisker and distance, its drives in it.
+    let group = |r: usize| {
+        WHISKER.into_iter().chain(["a_mm"]).map(|n| contacts.number(n, r).to_bits()).collect::<Vec<_>>()
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for r in &solved {
+        match groups.iter_mut().find(|g| group(g[0]) == group(*r)) {
+            Some(g) => g.push(*r),
+            None => groups.push(vec![*r]),
+        }
+    }
+    let differ: Vec<&str> = WHISKER
+        .into_iter()
+        .chain(["a_mm"])
+        .filter(|n| distinct(solved.iter().map(|r| contacts.number(n, *r))).len() > 1)
+        .collect();
+    let shown: Vec<&Vec<usize>> = groups.iter().take(PANELS).collect();
+    let left = if groups.len() > PANELS {
+        format!("; {PANELS} of {} whiskers and distances are shown", groups.len())
+    } else {
+        String::new()
+    };
+    let (mut drawn, mut strains) = (Vec::new(), Vec::new());
+    for rows in shown {
+        let title =
+            differ.iter().map(|n| said(n, contacts.number(n, rows[0]))).collect::<Vec<_>>().join(", ");
+        let n = rows.len().min(WHISKERS);
+        let some: Vec<usize> =
+            (0..n).map(|i| rows[if n < 2 { 0 } else { i * (rows.len() - 1) / (n - 1) }]).collect();
+        drawn.push(whiskers(&title, &shape, &contacts, &taps, &some, drive, source)?);
+        let mut panel =
+            Panel::new(title, quantity::axis("s_mm"), Axis::new("strain of the contact side", ""));
+        for (i, r) in some.iter().enumerate() {
+            let nodes = &taps[*r];
+            let points = nodes.iter().map(|k| (shape.number("s_mm", *k), shape.number("strain", *k)));
+            panel = panel
+                .with(Mark::line(Path::new(said(drive, contacts.number(drive, *r)), HUES[i], points), 0));
+        }
+        let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| contacts.number(n, rows[0]));
+        let most =
+            some.iter().flat_map(|r| &taps[*r]).map(|k| shape.number("strain", *k)).fold(0.0, f64::max);
+        let gauge = Path::new("gauge", 4, [(x1, 0.0), (x2, 0.0), (x2, most), (x1, most)]);
+        panel = panel.with(Mark::Area { path: gauge, outlined: false });
+        strains.push(panel);
+    }
+    c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (+) towards the pole: gauge black, contact a dot, pole grey; the dashed line is the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
+    c.figure(Figure::new("strain_along", "Strain along the whisker", format!("Strain of the side that touches, along the whisker; the span of the gauge is shaded (shape.csv){left}."), strains));
+    c.fact("taps", &contacts.len.into());
+    c.table(&contacts, (0..contacts.len.min(SHOWN)).collect(), "the first", false);
+    c.table(&shape, (0..shape.len.min(SHOWN)).collect(), "the first", false);
+    Ok(c)
+}
+
+/// Nodes of every tap: blocks stand in the order of contacts.csv.
+fn taps(shape: &Table, contacts: &Table) -> Result<Vec<Vec<usize>>, InputError> {
+    let tap = shape.numbers("tap")?;
+    let mut all = vec![Vec::new(); contacts.len];
+    for (k, t) in tap.iter().enumerate() {
+        let known = all.get_mut(*t as usize).filter(|_| *t >= 0.0 && t.fract() == 0.0);
+        let damaged = || {
+            InputError::new("there is no such tap in contacts.csv")
+                .at(shape.file.clone(), Some(k + 2))
+                .key("tap")
+                .value(short(*t))
+        };
+        known.ok_or_else(damaged)?.push(k);
+    }
+    Ok(all)
+}
+
+/// Outline, gauge, contact and pole of each tap of `rows`.
+fn whiskers(
+    title: &str,
+    shape: &Table,
+    contacts: &Table,
+    taps: &[Vec<usize>],
+    rows: &[usize],
+    drive: &str,
+    source: &Source,
+) -> Result<Panel, InputError> {
+    let mut panel = Panel::new(title, quantity::axis("x_mm"), quantity::axis("y_mm"));
+    panel.to_scale = true;
+    let [x, y, s, psi] = ["x_mm", "y_mm", "s_mm", "direction_deg"].map(|n| shape.numbers(n));
+    let (x, y, s, psi) = (x?, y?, s?, psi?);
+    let number = |n: &str, r: usize| contacts.number(n, r);
+    let hub = number("hub_mm", rows[0]);
+    let length = number("L_a_mm", rows[0]);
+    panel = panel.with(Mark::line(Path::new("at first touch", 7, [(hub, 0.0), (hub + length, 0.0)]), 1));
+    for (i, r) in rows.iter().enumerate() {
+        let nodes = &taps[*r];
+        let (d0, d1) = (number("D_mm", *r), number("d_mm", *r));
+        let radius = |k: usize| 0.5 * (d0 + (d1 - d0) * s[k] / length);
+        let side = |k: usize, sign: f64| {
+            let (sin, cos) = psi[k].to_radians().sin_cos();
+            (x[k] - sign * radius(k) * sin, y[k] + sign * radius(k) * cos)
+        };
+        let upper = nodes.iter().map(|k| side(*k, 1.0));
+        let edge = upper.chain(nodes.iter().rev().map(|k| side(*k, -1.0)));
+        let name = said(drive, number(drive, *r));
+        panel = panel.with(Mark::Area { path: Path::new(name, HUES[i], edge), outlined: true });
+        let far = source.in_force("gauge.side").is_some_and(|t| t.contains("far"));
+        let sign = if far { -1.0 } else { 1.0 };
+        let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| number(n, *r));
+        let under = nodes.iter().filter(|k| (x1..=x2).contains(&s[**k])).map(|k| side(*k, sign));
+        panel = panel.with(Mark::line(Path::new("gauge", 4, under), 0));
+    }
+    for r in rows {
+        let pole = [number("pole_x_mm", *r), number("pole_y_mm", *r), number("pole_radius_mm", *r)];
+        if pole[2] > 0.0 {
+            let around = (0..=48)
+                .map(|k| f64::from(k) * std::f64::consts::TAU / 48.0)
+                .map(|t| (pole[0] + pole[2] * t.cos(), pole[1] + pole[2] * t.sin()));
+            panel = panel.with(Mark::Area { path: Path::new("pole", 7, around), outlined: true });
+        }
+    }
+    let contact = rows.iter().map(|r| (number("contact_x_mm", *r), number("contact_y_mm", *r)));
+    panel = panel.with(Mark::points(Path::new("contact", 4, contact), Marker::Circle));
+    Ok(panel.with(Mark::points(Path::new("motor's axis", 4, [(0.0, 0.0)]), Marker::Cross)))
+}

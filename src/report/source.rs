@@ -1,0 +1,160 @@
+//! A result folder, read back: what made it, and its tables as they were written.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::table::Table;
+use crate::error::{Error, InputError};
+use crate::sink::folder::{JOURNAL, hash_file, open_regular};
+use crate::sink::run_json::FORMAT;
+
+/// A finished result.
+#[derive(Debug)]
+pub struct Source {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// `run.json`.
+    pub run: Value,
+    /// The command that made it.
+    pub command: String,
+    /// Name of its spec or data.
+    pub name: String,
+    /// Hex BLAKE3 of its `run.json`, which holds those of its files.
+    pub hash: String,
+    /// What is to be said of it: files that were edited, a run that was stopped.
+    pub notes: Vec<String>,
+}
+
+impl Source {
+    /// Reads `run.json` of `folder` and checks the files that it lists.
+    ///
+    /// # Errors
+    /// No folder, no finished result, a run.json that is damaged; a listed file that is missing or, unless `force`, was edited.
+    pub fn open(folder: &Path, force: bool) -> Result<Self, Error> {
+        let refuse = |why: String| InputError::new(why).key("DIR").value(folder.display());
+        let needed = "the folder of a finished result: run.json and the tables that it lists";
+        if !folder.is_dir() {
+            let why = if folder.exists() { "this is a file" } else { "there is no such folder" };
+            return Err(refuse(why.to_owned()).allowed(needed).into());
+        }
+        let path = folder.join("run.json");
+        let bytes = match std::fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                let empty = folder.read_dir().is_ok_and(|mut d| d.next().is_none());
+                let why = if folder.join(JOURNAL).exists() {
+                    "the search in this folder was not finished; `vibrissa optimise SPEC --resume` goes on with it"
+                } else if empty {
+                    "the folder is empty"
+                } else {
+                    "there is no run.json: no finished result of this program"
+                };
+                return Err(refuse(why.to_owned()).allowed(needed).into());
+            }
+            Err(e) => return Err(Error::io(&path, e)),
+        };
+        let damaged = |why: &str| InputError::new(why).at(path.display().to_string(), None);
+        let run: Value = serde_json::from_slice(&bytes).map_err(|e| {
+            damaged(&format!("this is not the run.json of a result: {e}"))
+                .at(path.display().to_string(), Some(e.line()))
+        })?;
+        match run["format"].as_u64() {
+            Some(format) if format == u64::from(FORMAT) => {}
+            Some(format) => {
+                return Err(damaged("this result is of another version of the program")
+                    .key("format")
+                    .value(format)
+                    .allowed(FORMAT.to_string())
+                    .into());
+            }
+            None => {
+                return Err(damaged("this is not the run.json of a result")
+                    .key("format")
+                    .allowed(FORMAT.to_string())
+                    .into());
+            }
+        }
+        let command = run["command"]
+            .as_str()
+            .ok_or_else(|| damaged("it does not say which command made it").key("command"))?;
+        let name = run["name"].as_str().or(run["spec"]["name"].as_str()).unwrap_or(command).to_owned();
+        let mut notes = Vec::new();
+        match run["files"].as_array() {
+            None => notes
+                .push("run.json lists no files: nobody can say whether they are what was written".to_owned()),
+            Some(files) => files.iter().try_for_each(|f| checked(folder, f, force, &mut notes))?,
+        }
+        let stopped = &run["stopped"];
+        if let Some(of) = stopped["of"].as_u64() {
+            let done = stopped["taps"].as_u64().or(stopped["steps"].as_u64()).unwrap_or(0);
+            notes.push(format!("the run was stopped after {done} of {of}: this is a part of the result"));
+        }
+        let hash = hash_file(bytes.as_slice()).map_err(|e| Error::io(&path, e))?;
+        Ok(Self { folder: folder.to_owned(), command: command.to_owned(), name, hash, notes, run })
+    }
+
+    /// A table that must be there.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged.
+    pub fn table(&self, name: &str) -> Result<Table, Error> {
+        self.maybe(name)?.ok_or_else(|| {
+            let path = self.folder.join(name);
+            let parquet = path.with_extension("parquet").exists();
+            let error = InputError::new(match parquet {
+                true => "the tables of this result are Parquet, which cannot be drawn",
+                false => "the result does not have this table",
+            });
+            let allowed = if parquet {
+                "a result with `[output] format = \"csv\"`"
+            } else {
+                "a result with this table"
+            };
+            error.at(path.display().to_string(), None).allowed(allowed).into()
+        })
+    }
+
+    /// A table that may be there.
+    ///
+    /// # Errors
+    /// A file that is damaged.
+    pub fn maybe(&self, name: &str) -> Result<Option<Table>, Error> {
+        let path = self.folder.join(name);
+        if !path.exists() {
+            return Ok(None);
+        }
+        Ok(Some(Table::read(&path)?))
+    }
+
+    /// Value in force of `key` as it stands in a spec.
+    pub fn in_force(&self, key: &str) -> Option<&str> {
+        let entries = self.run["in_force"].as_array()?;
+        entries.iter().find(|e| e["key"] == key)?["value"].as_str()
+    }
+}
+
+/// Compares a file with what `run.json` says of it.
+fn checked(folder: &Path, listed: &Value, force: bool, notes: &mut Vec<String>) -> Result<(), Error> {
+    let Some(name) = listed["name"].as_str() else { return Ok(()) };
+    let path = folder.join(name);
+    let refuse = |why: &str| InputError::new(why).at(path.display().to_string(), None);
+    let mut file = match open_regular(&path, std::fs::OpenOptions::new().read(true)) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            return Err(refuse("run.json lists this file, and it is not there: the result is not whole")
+                .allowed("the files of the result as they were written")
+                .into());
+        }
+        other => other.map_err(|e| Error::io(&path, e))?,
+    };
+    let found = hash_file(&mut file).map_err(|e| Error::io(&path, e))?;
+    if listed["blake3"].as_str().is_some_and(|hash| hash != found) {
+        if !force {
+            return Err(refuse("this file was changed since it was written")
+                .allowed("the file as it was written; or --force, which draws it as it is")
+                .into());
+        }
+        notes.push(format!("{name} was changed since it was written"));
+    }
+    Ok(())
+}

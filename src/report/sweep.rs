@@ -1,0 +1,268 @@
+//! Figures of a sweep: the paper's of its whiskers, and those of a space of designs.
+
+use super::bins::edges;
+use super::budget::budget;
+use super::content::{Content, SHOWN};
+use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
+use super::quantity::{self, said};
+use super::source::Source;
+use super::table::{Table, distinct};
+use crate::error::{Error, InputError};
+use crate::figure::{Along, Cells, Figure, Mark, Marker, Panel, Path};
+
+/// Whiskers with figures of their own.
+const WHISKERS: usize = 4;
+/// Curves of a panel.
+const CURVES: usize = 5;
+
+/// Everything of the folder of a sweep.
+///
+/// # Errors
+/// Tables that are missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let designs = source.maybe("designs.csv")?;
+    let tuples = source.maybe("tuples.csv")?;
+    if let Some(tuples) = &tuples {
+        of_taps(&mut c, tuples)?;
+    }
+    match &designs {
+        Some(designs) if designs.len > 0 => of_designs(&mut c, designs)?,
+        Some(_) => c.notes.push("designs.csv has no rows".to_owned()),
+        None if tuples.is_none() => {
+            source.table("designs.csv")?;
+        }
+        None => {}
+    }
+    if let Some(tuples) = tuples {
+        c.table(&tuples, (0..tuples.len.min(SHOWN)).collect(), "the first", false);
+    }
+    c.first_rows(source, &["distances.csv"])?;
+    if c.figures.is_empty() {
+        c.notes.push("no row of the tables has values to draw: see their status".to_owned());
+    }
+    Ok(c)
+}
+
+/// Spread, budget, front, parallel coordinates, maps.
+fn of_designs(c: &mut Content, table: &Table) -> Result<(), Error> {
+    let Some(sd) = table.first(&SD) else {
+        return Err(lacks(table, "K_sd").into());
+    };
+    let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
+    let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
+    let (whiskers, of) = designs::whiskers(table, by, 2 * WHISKERS)?;
+    let left = left_out(whiskers.len(), of, by);
+    let drives = distinct(table.numbers(drive)?.iter().copied());
+    if drives.len() > 1 {
+        let mut panel = Panel::new("", quantity::axis(drive), quantity::axis(sd));
+        for (i, w) in whiskers.iter().enumerate() {
+            let points = w.rows.iter().map(|r| (table.number(drive, *r), table.number(sd, *r)));
+            let name = if w.name.is_empty() { "the whisker".to_owned() } else { w.name.clone() };
+            panel = panel.with(Mark::dotted(
+                Path::new(name, HUES[i % HUES.len()], sorted(points)),
+                MARKERS[i % MARKERS.len()],
+            ));
+        }
+        let caption =
+            format!("Standard deviation of K over the distances of each tap angle (designs.csv){left}.");
+        c.figure(Figure::new("sd", "Spread of K", caption, vec![panel]));
+        if table.has("noise_rms_mm") && table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0) {
+            let panels = whiskers.iter().take(WHISKERS).map(|w| {
+                let column = |name: &str| {
+                    w.rows.iter().map(|r| (table.number(drive, *r), table.number(name, *r))).collect()
+                };
+                budget(
+                    &w.name,
+                    drive,
+                    [column("error_rms_mm"), column("noise_rms_mm"), column("total_rms_mm")],
+                )
+            });
+            let caption = format!(
+                "Bias of the estimate and noise of the gauge add in quadrature; ringed is the tap angle with the least total (designs.csv){left}."
+            );
+            c.figure(Figure::new("budget", "Error of the distance", caption, panels.collect()));
+        }
+    }
+    let (rows, how) = designs::chosen(table, by)?;
+    let other = if table.has("total_rms_mm") { "total_rms_mm" } else { "error_rms_mm" };
+    if designs::varying(table)?.len() > 1 {
+        for figure in [
+            designs::trade(table, [sd, other], &rows, None)?,
+            designs::parallel(table, &rows, &[sd, other])?,
+            designs::maps(table, sd)?,
+            designs::maps(table, other)?,
+        ] {
+            figure.into_iter().for_each(|f| c.figure(f));
+        }
+    }
+    c.table(table, rows, &how, true);
+    Ok(())
+}
+
+/// Strain, K and distance of single taps.
+fn of_taps(c: &mut Content, table: &Table) -> Result<(), Error> {
+    let k = table.first(&["K", "K_mm"]).ok_or_else(|| lacks(table, "K"))?;
+    let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
+    for name in WHISKER {
+        table.numbers(name)?;
+    }
+    if table.len == 0 {
+        c.notes.push("tuples.csv has no rows".to_owned());
+        return Ok(());
+    }
+    let (whiskers, of) = designs::whiskers(table, k, WHISKERS)?;
+    let left = left_out(whiskers.len(), of, k);
+    let columns = Taps {
+        a: table.numbers("a_mm")?,
+        drive: table.numbers(drive)?,
+        strain: table.numbers("strain")?,
+        linear: table.numbers("strain_linear")?,
+        k: table.numbers(k)?,
+        distance: table.numbers("distance_mm")?,
+        error: table.numbers("error_mm")?,
+        names: ["a_mm", drive, k],
+    };
+    let each = |f: &dyn Fn(&Taps<'_>, &Whisker) -> Panel| {
+        whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
+    };
+    let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
+    let theory = "Strain of the gauge: exact rod (points) beside linear theory (dashed)";
+    c.figure(Figure::new(
+        "strain_drive",
+        "Strain against the tap",
+        format!("{theory}, against the tap angle at {CURVES} distances or fewer (tuples.csv){left}."),
+        against_drive,
+    ));
+    c.figure(Figure::new(
+        "strain_distance",
+        "Strain against the distance",
+        format!("{theory}, against the contact distance at {CURVES} tap angles or fewer (tuples.csv){left}."),
+        against_a,
+    ));
+    c.figure(Figure::new(
+        "K",
+        "K over distance and tap",
+        format!("K = θ f(a)/|ε| over contact distance and tap angle (tuples.csv){left}."),
+        each(&|t, w| t.map(w)),
+    ));
+    c.figure(Figure::new("distance", "Estimated distance", format!("Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal (tuples.csv){left}."), each(&|t, w| t.located(w, false))));
+    c.figure(Figure::new(
+        "distance_error",
+        "Error of the estimated distance",
+        format!("Estimated less true distance, against the true one (tuples.csv){left}."),
+        each(&|t, w| t.located(w, true)),
+    ));
+    Ok(())
+}
+
+/// Colours of curves beside each other: black is for what they are compared with.
+pub const HUES: [usize; 6] = [0, 1, 2, 3, 5, 6];
+/// Markers of curves beside each other.
+pub const MARKERS: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
+
+/// Columns of taps.
+struct Taps<'a> {
+    a: &'a [f64],
+    drive: &'a [f64],
+    strain: &'a [f64],
+    linear: &'a [f64],
+    k: &'a [f64],
+    distance: &'a [f64],
+    error: &'a [f64],
+    names: [&'static str; 3],
+}
+
+impl Taps<'_> {
+    /// Values of a or of the drive that `w` has, at most [`CURVES`], evenly.
+    fn some(&self, w: &Whisker, column: &[f64]) -> Vec<f64> {
+        let all = distinct(w.rows.iter().map(|r| column[*r]));
+        let n = all.len().min(CURVES);
+        (0..n).map(|i| all[if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) }]).collect()
+    }
+
+    /// Strain against the drive (1) or the distance (0), a curve for each value of the other.
+    fn strain(&self, w: &Whisker, along: usize) -> Panel {
+        let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
+        let mut panel =
+            Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis("strain"));
+        for (i, value) in self.some(w, other).into_iter().enumerate() {
+            let of =
+                |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
+            panel =
+                panel.with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1)).with(Mark::dotted(
+                    Path::new(said(self.names[1 - along], value), HUES[i], of(self.strain)),
+                    MARKERS[i % MARKERS.len()],
+                ));
+        }
+        panel
+    }
+
+    fn map(&self, w: &Whisker) -> Panel {
+        let (a, t) =
+            (distinct(w.rows.iter().map(|r| self.a[*r])), distinct(w.rows.iter().map(|r| self.drive[*r])));
+        let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(self.names[1]));
+        if a.len() < 2 || t.len() < 2 || a.len() * t.len() > 40_000 {
+            return panel;
+        }
+        let mut z = vec![f64::NAN; a.len() * t.len()];
+        for r in &w.rows {
+            let place = |all: &[f64], x: f64| all.iter().position(|v| *v == x);
+            if let (Some(i), Some(j)) = (place(&a, self.a[*r]), place(&t, self.drive[*r])) {
+                z[j * a.len() + i] = self.k[*r];
+            }
+        }
+        panel.marks.push(Mark::Cells(Cells {
+            x: edges(&a),
+            y: edges(&t),
+            z,
+            of: quantity::axis(self.names[2]),
+        }));
+        panel
+    }
+
+    fn located(&self, w: &Whisker, error: bool) -> Panel {
+        let y = if error { "error_mm" } else { "distance_mm" };
+        let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(y));
+        let of = if error { self.error } else { self.distance };
+        if !w.rows.iter().any(|r| of[*r].is_finite()) {
+            return panel;
+        }
+        let all = w.rows.iter().map(|r| self.a[*r]);
+        let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(x, y), a| (x.min(a), y.max(a)));
+        if error {
+            panel =
+                panel.with(Mark::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 });
+        } else {
+            panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
+        }
+        // The smallest on top: they are where the larger ones spread about.
+        for (i, drive) in self.some(w, self.drive).into_iter().enumerate().rev() {
+            let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
+            let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
+            panel = panel.with(Mark::dotted(
+                Path::new(said(self.names[1], drive), HUES[i], points),
+                MARKERS[i % MARKERS.len()],
+            ));
+        }
+        panel
+    }
+}
+
+fn sorted(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut points: Vec<_> = points.collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
+}
+
+fn left_out(shown: usize, of: usize, by: &str) -> String {
+    if shown == of {
+        String::new()
+    } else {
+        format!("; of {of} whiskers the {shown} with the least {by} are shown")
+    }
+}
+
+fn lacks(table: &Table, column: &str) -> InputError {
+    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
+}

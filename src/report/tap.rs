@@ -1,0 +1,87 @@
+//! Figures of the best tap of one whisker.
+
+use super::budget::budget;
+use super::content::{Content, SHOWN};
+use super::designs::{DRIVES, SD};
+use super::quantity;
+use super::source::Source;
+use crate::error::{Error, InputError};
+use crate::figure::{Along, Figure, Mark, Marker, Panel, Path};
+
+/// Everything of the folder of `tap`.
+///
+/// # Errors
+/// A table that is missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let table = source.table("tap.csv")?;
+    let lacks = |column: &str| {
+        InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
+    };
+    let drive = table.first(&DRIVES).ok_or_else(|| lacks("theta_deg"))?;
+    let sd = table.first(&SD).ok_or_else(|| lacks("K_sd"))?;
+    let result = &source.run["result"];
+    let at =
+        |which: &str, column: &str| Some((result[which][drive].as_f64()?, result[which][column].as_f64()?));
+    let column = |name: &str| -> Result<Vec<(f64, f64)>, InputError> {
+        Ok(table.numbers(drive)?.iter().copied().zip(table.numbers(name)?.iter().copied()).collect())
+    };
+    let optimum = |panel: Panel, column: &str| {
+        let free = at("unconstrained", column).filter(|p| Some(*p) != at("optimum", column));
+        panel
+            .with(Mark::points(Path::new("best within the limits", 4, at("optimum", column)), Marker::Ring))
+            .with(Mark::points(Path::new("best whatever the strain", 1, free), Marker::Ring))
+    };
+    let mut c = Content::default();
+    let errors =
+        budget("", drive, [column("bias_rms_mm")?, column("noise_rms_mm")?, column("total_rms_mm")?]);
+    let mut errors = optimum(errors, "total_rms_mm");
+    errors.marks.retain(|m| {
+        !matches!(m, Mark::Points { path, .. } if path.name == "least total") || result["optimum"].is_null()
+    });
+    let why = result["why"].as_str().unwrap_or_default();
+    c.figure(Figure::new(
+        "budget",
+        "Error of the distance",
+        format!("Bias of the estimate and noise of the gauge add in quadrature (tap.csv). {why}"),
+        vec![errors],
+    ));
+    let spread = Panel::new("", quantity::axis(drive), quantity::axis(sd))
+        .with(Mark::line(Path::new("SD of K", 0, column(sd)?), 0));
+    c.figure(Figure::new(
+        "sd",
+        "Spread of K",
+        "Standard deviation of K over the distances (tap.csv).",
+        vec![optimum(spread, sd)],
+    ));
+    let limit = source.in_force("gauge.strain_limit").and_then(|t| t.parse().ok()).unwrap_or(f64::NAN);
+    let mut strain = Panel::new("", quantity::axis(drive), quantity::axis("strain_max"))
+        .with(Mark::line(Path::new("largest strain", 0, column("strain_max")?), 0));
+    let largest = table.numbers("strain_max")?.iter().copied().fold(0.0, f64::max);
+    if limit < 1.5 * largest {
+        strain = strain.with(Mark::Rule {
+            along: Along::X,
+            at: limit,
+            name: "strain limit".into(),
+            colour: 1,
+            dash: 1,
+        });
+    }
+    c.figure(Figure::new(
+        "strain",
+        "Strain of the gauge",
+        "Largest strain over the distances (tap.csv).",
+        vec![strain],
+    ));
+    for (name, key) in [
+        ("best tap", drive),
+        ("total error, mm", "total_rms_mm"),
+        ("bias, mm", "bias_rms_mm"),
+        ("noise, mm", "noise_rms_mm"),
+        ("spread of K", sd),
+    ] {
+        c.fact(name, &result["optimum"][key]);
+    }
+    c.fact("limited by", &result["limited_by"]);
+    c.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", false);
+    Ok(c)
+}

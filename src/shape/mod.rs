@@ -1,0 +1,151 @@
+//! The shape of a tapped whisker: where each of its sections lies, and how strained its touching side is.
+//!
+//! A tap that is solved gives the force (P, T) and the place c of its contact; from there the rod is an initial value problem with
+//! nothing unknown (model §3), integrated to the clamp in fixed steps. Beyond the contact the whisker is straight.
+
+mod table;
+
+use glam::DVec2;
+
+use crate::design::{Design, amount};
+use crate::evaluate::{Outcome, Task};
+use crate::physics::section::SectionLaw;
+use crate::physics::taper::Taper;
+use crate::scene::{Drive, Geometry, Model, Setup};
+pub use table::{COLUMNS, CONTACTS, FILES, MOST_TAPS, write};
+
+/// Runge–Kutta steps between two nodes.
+const STEPS: usize = 8;
+
+/// A section. The frame is that of model §6: the motor's axis the origin, x along the whisker at first touch, y towards the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// Arc length s from the clamp in the unloaded whisker, mm.
+    pub s: f64,
+    /// Centre of the section, mm.
+    pub at: DVec2,
+    /// ψ(s), rad: its turn against the section at the contact, where it is 0.
+    pub psi: f64,
+    /// Direction of the whisker's axis against x, rad; with shear, of the section's normal.
+    pub direction: f64,
+    /// Strain of the fibre on the side that touches.
+    pub strain: f64,
+}
+
+/// A bent whisker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// From the clamp to the tip; two at the contact, where the strain ends. Where it has slipped off, to the contact beyond the tip.
+    pub nodes: Vec<Node>,
+    /// Where the force acts, mm.
+    pub contact: DVec2,
+    /// Centre of the pole, mm.
+    pub pole: DVec2,
+}
+
+/// Angle, place and side strain while s falls from the contact: ψ, r (contact frame).
+type State = [f64; 3];
+
+/// A rod loaded at its contact.
+struct Rod<'a> {
+    model: &'a Model,
+    taper: Taper,
+    law: SectionLaw,
+    arc: f64,
+    force: DVec2,
+    point: DVec2,
+    /// 1/(kG), 1/MPa; 0 without shear.
+    compliance: f64,
+}
+
+/// The shape of the tap `task` of `design` that has the answer `outcome`, with `nodes` ≥ 3 sections from clamp to contact. `None` where
+/// it has no answer, or where the material bears none of it.
+pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nodes: usize) -> Option<Shape> {
+    let model = &setup.model;
+    let taper = design.shared.as_ref()?.taper;
+    let (arc, normal, tangential) = (outcome.arc, outcome.normal_force, outcome.tangential_force);
+    if model.geometry == Geometry::Linear || ![arc, normal, tangential].iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let tilt = if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y };
+    let height = if model.surface { taper.radius(arc) } else { 0.0 };
+    let k = 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
+    let rod = Rod {
+        model,
+        taper,
+        law: SectionLaw::new(&model.material),
+        arc,
+        force: -normal * tilt + tangential * DVec2::new(tilt.y, -tilt.x),
+        point: DVec2::new(0.0, height),
+        compliance: if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 },
+    };
+    let bent = rod.bend(nodes)?;
+    let turn = match setup.drive {
+        Drive::Angle => amount(setup.drive, task.drive),
+        Drive::Displacement => 0.0,
+    };
+    let (base, clamp) = bent.last().map(|(_, [psi, x, y], _)| (*psi, DVec2::new(*x, *y)))?;
+    let frame = turn - base;
+    let to_lab = |r: DVec2| DVec2::from_angle(turn) * setup.hub + DVec2::from_angle(frame).rotate(r - clamp);
+    let node = |(s, [psi, x, y], strain): &(f64, State, f64)| Node {
+        s: *s,
+        at: to_lab(DVec2::new(*x, *y)),
+        psi: *psi,
+        direction: frame + psi,
+        strain: *strain,
+    };
+    let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
+    let length = design.tuple.L_a;
+    if arc < length {
+        // Nothing is strained beyond the contact, whatever its force does to the section that bears it.
+        let free = |s: f64| Node {
+            s,
+            at: to_lab(DVec2::new(s - arc, 0.0)),
+            psi: 0.0,
+            direction: frame,
+            strain: 0.0,
+        };
+        all.extend([free(arc), free(length)]);
+    }
+    let pole = to_lab(rod.point + model.pole_radius * tilt);
+    Some(Shape { nodes: all, contact: to_lab(rod.point), pole })
+}
+
+impl Rod<'_> {
+    /// Sections from the contact to the clamp: s, state, strain of the touching side.
+    fn bend(&self, nodes: usize) -> Option<Vec<(f64, State, f64)>> {
+        let parts = nodes.max(3) - 1;
+        let h = self.arc / (parts * STEPS) as f64;
+        let mut state = [0.0; 3];
+        let mut all = vec![(self.arc, state, self.slope(0.0, &state)?.1)];
+        for i in 0..parts {
+            for k in 0..STEPS {
+                let sigma = (i * STEPS + k) as f64 * h;
+                let at = |by: f64, d: &State| -> State { std::array::from_fn(|n| state[n] + by * d[n]) };
+                let (k1, _) = self.slope(sigma, &state)?;
+                let (k2, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k1))?;
+                let (k3, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k2))?;
+                let (k4, _) = self.slope(sigma + h, &at(h, &k3))?;
+                state =
+                    std::array::from_fn(|n| state[n] + h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n]));
+            }
+            let s = if i + 1 == parts { 0.0 } else { self.arc * (1.0 - (i + 1) as f64 / parts as f64) };
+            all.push((s, state, self.slope(self.arc - s, &state)?.1));
+        }
+        Some(all)
+    }
+
+    /// Derivatives with respect to σ = c − s, and the strain of the touching side; model §3.
+    fn slope(&self, sigma: f64, [psi, x, y]: &State) -> Option<(State, f64)> {
+        let (d1, r) = (DVec2::from_angle(*psi), self.taper.radius(self.arc - sigma));
+        let arm = self.point - DVec2::new(*x, *y);
+        let (axial, shear, moment) =
+            (self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force));
+        let n = if self.model.extension { axial / (r * r) } else { 0.0 };
+        let section = self.law.deform(n, moment / (r * r * r))?;
+        let stretch = if self.model.extension { section.axial } else { 0.0 };
+        let slide = shear * self.compliance / (std::f64::consts::PI * r * r);
+        let along = (1.0 + stretch) * d1 + slide * d1.perp();
+        Some(([-section.bending / r, -along.x, -along.y], section.axial - section.bending))
+    }
+}

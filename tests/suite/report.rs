@@ -1,0 +1,442 @@
+//! `vibrissa report`: what is drawn is what the tables say; every command's result; folders that are no result.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::common::program::{Desk, SPEC};
+
+/// The data of a page.
+fn data(desk: &Desk, page: &str) -> Value {
+    let text = desk.read(page);
+    let inside = text.split("id=\"data\">").nth(1).and_then(|t| t.split("</script>").next()).expect("data");
+    serde_json::from_str(inside).expect("JSON")
+}
+
+/// Whether two lists of points are the same, but for the last digit that reading JSON may cost.
+#[track_caller]
+fn same(drawn: &[(f64, f64)], told: &[(f64, f64)], what: &str) {
+    let equal = |a: f64, b: f64| (a.is_nan() && b.is_nan()) || (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
+    let all = drawn.iter().zip(told).all(|(p, q)| equal(p.0, q.0) && equal(p.1, q.1));
+    assert!(drawn.len() == told.len() && all, "{what}: drawn {drawn:?}, told {told:?}");
+}
+
+fn figure<'a>(data: &'a Value, name: &str) -> &'a Value {
+    let all = data["figures"].as_array().expect("figures");
+    let names: Vec<_> = all.iter().map(|f| f["name"].as_str().unwrap_or("?")).collect();
+    all.iter().find(|f| f["name"] == name).unwrap_or_else(|| panic!("no figure {name} among {names:?}"))
+}
+
+/// Points of a mark; null is NaN.
+fn points(mark: &Value) -> Vec<(f64, f64)> {
+    let column = |k: &str| {
+        mark[k].as_array().unwrap().iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>()
+    };
+    column("x").into_iter().zip(column("y")).collect()
+}
+
+fn marks(panel: &Value) -> impl Iterator<Item = &Value> {
+    panel["marks"].as_array().unwrap().iter()
+}
+
+/// A table as rows of name → text.
+fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    reader
+        .records()
+        .map(|r| header.iter().map(String::from).zip(r.unwrap().iter().map(String::from)).collect())
+        .collect()
+}
+
+fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
+    row[name].parse().unwrap_or(f64::NAN)
+}
+
+/// Prototypes with noise: three whiskers, ten distances, six angles.
+const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
+    [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 4, 7, 10]\n";
+
+fn swept() -> Desk {
+    let desk = Desk::new(PROTOTYPES);
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk
+}
+
+#[test]
+fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
+    let desk = swept();
+    desk.run(&["report", "out"]).exits(0);
+    let data = data(&desk, "out/report/report.html");
+    let (designs, tuples) = (rows(&desk.read("out/designs.csv")), rows(&desk.read("out/tuples.csv")));
+    let of = |rows: &[BTreeMap<String, String>],
+              d: f64,
+              keep: &dyn Fn(&BTreeMap<String, String>) -> bool,
+              x: &str,
+              y: &str|
+     -> Vec<(f64, f64)> {
+        rows.iter()
+            .filter(|r| number(r, "d_mm") == d && keep(r))
+            .map(|r| (number(r, x), number(r, y)))
+            .collect()
+    };
+    // Fig. 7.
+    let sd = figure(&data, "sd");
+    for mark in marks(&sd["panels"][0]) {
+        let d = ["d = 4 mm", "d = 7 mm", "d = 10 mm"]
+            .iter()
+            .position(|n| mark["name"] == *n)
+            .map(|i| [4.0, 7.0, 10.0][i])
+            .unwrap();
+        same(&points(mark), &of(&designs, d, &|_| true, "theta_deg", "K_sd"), "sd");
+    }
+    assert_eq!(sd["panels"][0]["y"]["log"], true);
+    // Figs. 5, 6 and 8, a panel for each whisker.
+    for (i, d) in [4.0, 7.0, 10.0].into_iter().enumerate() {
+        let title = format!("d = {d} mm");
+        let mut seen = 0;
+        for (name, other, x) in
+            [("strain_drive", "a_mm", "theta_deg"), ("strain_distance", "theta_deg", "a_mm")]
+        {
+            let panel = &figure(&data, name)["panels"][i];
+            assert_eq!(panel["title"], title);
+            let all: Vec<&Value> = marks(panel).collect();
+            // Linear theory lies under the exact points of the same tap.
+            for pair in all.chunks(2) {
+                let name = pair[1]["name"].as_str().unwrap();
+                let at = name.split("= ").nth(1).unwrap().trim_end_matches(" mm").trim_end_matches('°');
+                let at: f64 = at.parse().unwrap();
+                assert_eq!(pair[0]["name"], "linear theory");
+                for (mark, y) in pair.iter().zip(["strain_linear", "strain"]) {
+                    same(&points(mark), &of(&tuples, d, &|r| number(r, other) == at, x, y), name);
+                    seen += 1;
+                }
+            }
+        }
+        assert_eq!(seen, 20);
+        let cells = &figure(&data, "K")["panels"][i]["marks"][0];
+        let drawn: Vec<f64> = cells["z"].as_array().unwrap().iter().map(|z| z.as_f64().unwrap()).collect();
+        let mut told: Vec<(f64, f64, f64)> = tuples
+            .iter()
+            .filter(|r| number(r, "d_mm") == d)
+            .map(|r| (number(r, "theta_deg"), number(r, "a_mm"), number(r, "K")))
+            .collect();
+        told.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        let [drawn, told] = [drawn, told.iter().map(|t| t.2).collect()]
+            .map(|v: Vec<f64>| v.into_iter().map(|k| (0.0, k)).collect::<Vec<_>>());
+        same(&drawn, &told, "K");
+        let panel = &figure(&data, "distance")["panels"][i];
+        let angles: Vec<&Value> = marks(panel).filter(|m| m["name"] != "â = a").collect();
+        assert_eq!(angles.len(), 5);
+        for mark in angles {
+            let theta: f64 = mark["name"]
+                .as_str()
+                .unwrap()
+                .trim_start_matches("θ = ")
+                .trim_end_matches('°')
+                .parse()
+                .unwrap();
+            same(
+                &points(mark),
+                &of(&tuples, d, &|r| number(r, "theta_deg") == theta, "a_mm", "distance_mm"),
+                "distance",
+            );
+        }
+        // The ring is on the least total.
+        let budget = &figure(&data, "budget")["panels"][i];
+        let ring = points(marks(budget).find(|m| m["name"] == "least total").unwrap())[0];
+        let total = of(&designs, d, &|_| true, "theta_deg", "total_rms_mm");
+        same(&[ring], &[*total.iter().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap()], "least total");
+    }
+    // Every row of designs.csv is in the page, as it is in the file.
+    let table = &data["tables"].as_array().unwrap().iter().find(|t| t["file"] == "designs.csv").unwrap();
+    assert_eq!(table["rows"].as_array().unwrap().len(), designs.len());
+    for (shown, row) in table["rows"].as_array().unwrap().iter().zip(&designs) {
+        for (column, value) in table["columns"].as_array().unwrap().iter().zip(shown.as_array().unwrap()) {
+            let text = &row[column["name"].as_str().unwrap()];
+            match value {
+                Value::Null => assert_eq!(text, ""),
+                Value::Number(x) => {
+                    same(&[(0.0, x.as_f64().unwrap())], &[(0.0, text.parse().unwrap())], text)
+                }
+                other => assert_eq!(other.as_str(), Some(text.as_str())),
+            }
+        }
+    }
+}
+
+/// Width and height of a PNG.
+fn size(png: &[u8]) -> [u32; 2] {
+    assert_eq!(&png[1..4], b"PNG");
+    [16, 20].map(|i| u32::from_be_bytes(png[i..i + 4].try_into().unwrap()))
+}
+
+#[test]
+fn figures_have_the_formats_and_sizes_that_were_asked_for() {
+    let desk = swept();
+    desk.run(&["report", "out"]).exits(0);
+    let run = desk.whole("out/report");
+    assert_eq!(run["asked"]["drawn"].as_str().map(str::len), Some(64));
+    let names = desk.names("out/report");
+    for ending in ["svg", "png", "pdf"] {
+        for name in ["sd", "K", "strain_drive", "distance", "budget", "parallel", "front"] {
+            assert!(names.contains(&format!("{name}.{ending}")), "{name}.{ending} of {names:?}");
+        }
+    }
+    let bytes = |name: &str| std::fs::read(desk.path("out/report").join(name)).unwrap();
+    // One column of 88 mm, two with their gap of 181 mm, at 300 to the inch.
+    assert_eq!(size(&bytes("sd.png"))[0], 1040);
+    assert_eq!(size(&bytes("K.png"))[0], 2138);
+    let pdf = bytes("sd.pdf");
+    assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
+    let svg = desk.read("out/report/sd.svg");
+    assert!(
+        svg.contains("tap angle θ (°)") && svg.contains("d = 10 mm") && svg.contains("width=\"249.45pt\""),
+        "{svg}"
+    );
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    desk.run(&["report", "out", "--figures", "svg", "--width", "60", "--font-size", "6", "--out", "narrow"])
+        .exits(0);
+    assert!(desk.read("narrow/sd.svg").contains("width=\"170.08pt\""));
+    assert!(desk.read("narrow/sd.svg").contains("font-size=\"6.00\""));
+    assert!(desk.names("narrow").iter().all(|n| !n.ends_with("png") && !n.ends_with("pdf")));
+    for (flag, value) in [
+        ("--width", "5"),
+        ("--font-size", "80"),
+        ("--figures", "gif"),
+        ("--font", "spec.toml"),
+        ("--font", "no.ttf"),
+    ] {
+        let ran = desk.run(&["report", "out", flag, value]).exits(2);
+        assert!(ran.stderr.contains(flag) && ran.stderr.contains(value), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn the_same_result_gives_the_same_bytes() {
+    let desk = swept();
+    for out in ["one", "two"] {
+        desk.run(&["report", "out", "--out", out]).exits(0);
+    }
+    for name in desk.names("one").iter().filter(|n| *n != "run.json") {
+        let [one, two] = ["one", "two"].map(|f| std::fs::read(desk.path(f).join(name)).unwrap());
+        assert!(one == two, "{name}");
+    }
+    // Again in the same place, and beside a new result of the sweep.
+    desk.run(&["report", "out"]).exits(0);
+    desk.run(&["report", "out", "--figures", "svg"]).exits(0);
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert!(desk.names("out").contains(&"report".to_owned()));
+    desk.run(&["report", "out"]).exits(0);
+    desk.whole("out/report");
+}
+
+#[test]
+fn a_page_asks_for_nothing_from_elsewhere() {
+    let desk = swept();
+    desk.run(&["report", "out", "--figures", "svg"]).exits(0);
+    let page = desk.read("out/report/report.html");
+    let elsewhere: Vec<&str> = page
+        .match_indices("http")
+        .map(|(i, _)| &page[i..(i + 40).min(page.len())])
+        .filter(|t| !t.starts_with("http://www.w3.org/2000/svg") && !t.starts_with("http-equiv"))
+        .collect();
+    assert_eq!(elsewhere, Vec::<&str>::new());
+    assert!(page.contains("default-src 'none'") && !page.contains("src=\"") && !page.contains("import("));
+    let data = data(&desk, "out/report/report.html");
+    let made: BTreeMap<&str, &str> = data["made"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| (p[0].as_str().unwrap(), p[1].as_str().unwrap()))
+        .collect();
+    assert_eq!(made["command"], "vibrissa sweep spec");
+    assert!(
+        made["version"].starts_with(env!("CARGO_PKG_VERSION")) && made["computed on"].starts_with("cpu, f32"),
+        "{made:?}"
+    );
+    assert_eq!(
+        made["BLAKE3 of run.json"],
+        vibrissa::sink::folder::hash_file(desk.read("out/run.json").as_bytes()).unwrap()
+    );
+    assert_eq!(data["spec"], PROTOTYPES);
+}
+
+#[test]
+fn every_command_has_its_figures() {
+    let desk = Desk::new(SPEC);
+    let one = SPEC.replace("d = [4, 7]", "d = 7").replace("1e-6", "2e-5");
+    desk.write("tap.toml", one.replace("theta = [1, 4]", "theta = { from = 0.5, to = 10, steps = 20 }"));
+    desk.write("rig.toml", one.replace("a = [21, 33, 48]", "a = { from = 21, to = 48, step = 3 }"));
+    let search = "[optimise]\nobjective = \"pareto\"\nvariables = { d = [4, 9], x_ss = [3, 10] }\nbudget = { evaluations = 3000 }\n";
+    desk.write("search.toml", format!("{}{search}", one.replace("[1, 4]", "[2, 4]")));
+    let run = |arguments: &[&str]| desk.run(arguments).exits(0);
+    run(&["tap", "tap.toml", "--out", "tap"]);
+    run(&["simulate", "rig.toml", "--repeats", "2", "--out", "data"]);
+    run(&["calibrate", "data/measurements.csv", "--whisker", "rig.toml", "--out", "calibrated"]);
+    desk.write("readings.csv", "theta_deg,strain\n4,0.02\n4,0.01\n4,0.9\n");
+    run(&["locate", "calibrated/calibration.toml", "readings.csv", "--zero", "0", "--out", "located"]);
+    run(&["verify", "spec.toml", "--samples", "20", "--backend", "cpu", "--out", "verified"]);
+    run(&["shape", "spec.toml", "--out", "shape", "--nodes", "21"]);
+    run(&["optimise", "search.toml", "--backend", "cpu", "--out", "searched"]);
+    let expected: [(&str, &[&str]); 6] = [
+        ("tap", &["budget", "sd", "strain"]),
+        ("calibrated", &["curves", "residuals", "held_out", "coverage", "sd"]),
+        ("located", &["located"]),
+        ("verified", &["errors"]),
+        ("shape", &["whisker", "strain_along"]),
+        ("searched", &["front", "parallel", "convergence", "sensitivity", "split"]),
+    ];
+    for (folder, names) in expected {
+        run(&["report", folder]);
+        let data = data(&desk, &format!("{folder}/report/report.html"));
+        for name in names {
+            figure(&data, name);
+            assert!(
+                size(&std::fs::read(desk.path(folder).join(format!("report/{name}.png"))).unwrap())[1] > 200
+            );
+        }
+    }
+    calibrated(&desk);
+    searched(&desk);
+    let refused = desk.run(&["report", "data"]).exits(2);
+    assert!(
+        refused.stderr.contains("simulate") && refused.stderr.contains("calibrate"),
+        "{}",
+        refused.stderr
+    );
+}
+
+/// Points of a calibration are its rows.
+fn calibrated(desk: &Desk) {
+    let data = data(desk, "calibrated/report/report.html");
+    let table = rows(&desk.read("calibrated/rows.csv"));
+    let used: Vec<_> =
+        table.iter().filter(|r| r["use"] == "used" && number(r, "distance_mm").is_finite()).collect();
+    for (name, y) in [("residuals", "residual"), ("held_out", "held_out_error_mm")] {
+        let mark = marks(&figure(&data, name)["panels"][0])
+            .find(|m| m["kind"] == "points" && m["colour"] == 0)
+            .unwrap();
+        let drawn = points(mark);
+        let told: Vec<(f64, f64)> = used.iter().map(|r| (number(r, "a_mm"), number(r, y))).collect();
+        same(&drawn, &told, name);
+    }
+}
+
+/// The front is pareto.csv, and the chosen design the best of run.json.
+fn searched(desk: &Desk) {
+    let data = data(desk, "searched/report/report.html");
+    let front = &figure(&data, "front")["panels"][0];
+    let table = rows(&desk.read("searched/pareto.csv"));
+    let mut told: Vec<(f64, f64)> =
+        table.iter().map(|r| (number(r, "K_sd"), number(r, "total_rms_mm"))).collect();
+    told.sort_by(|p, q| p.0.total_cmp(&q.0));
+    let line = points(marks(front).find(|m| m["kind"] == "line").unwrap());
+    same(&line, &told, "front");
+    let run: Value = serde_json::from_str(&desk.read("searched/run.json")).unwrap();
+    let best = &run["result"]["best"];
+    let ring = points(marks(front).find(|m| m["name"] == "chosen design").unwrap());
+    same(&ring, &[(best["K_sd"].as_f64().unwrap(), best["total_rms_mm"].as_f64().unwrap())], "chosen");
+    let lines = &figure(&data, "parallel")["parallel"];
+    assert_eq!(lines["values"].as_array().unwrap().len(), table.len());
+}
+
+#[test]
+fn what_is_no_result_is_refused_and_said() {
+    let desk = swept();
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let ran = desk.run(arguments).exits(2);
+        words.iter().for_each(|w| assert!(ran.stderr.contains(w), "{w:?} in {}", ran.stderr));
+        assert!(!desk.path("out/report").exists());
+    };
+    refused(&["report", "nowhere"], &["nowhere", "no such folder"]);
+    refused(&["report", "spec.toml"], &["this is a file"]);
+    std::fs::create_dir(desk.path("empty")).unwrap();
+    refused(&["report", "empty"], &["empty"]);
+    desk.write("other/notes.txt", "mine");
+    refused(&["report", "other"], &["no run.json"]);
+    desk.write("torn/run.json", &desk.read("out/run.json")[..200]);
+    refused(&["report", "torn"], &["torn/run.json:", "not the run.json"]);
+    desk.write("strange/run.json", "{\"hello\": 1}");
+    refused(&["report", "strange"], &["not the run.json"]);
+    desk.write("newer/run.json", desk.read("out/run.json").replacen("\"format\": 1", "\"format\": 9", 1));
+    refused(&["report", "newer"], &["another version", "format = 9"]);
+    // A table that is gone, one that was edited, one that ends in the middle of a row.
+    let whole = desk.read("out/designs.csv");
+    std::fs::remove_file(desk.path("out/designs.csv")).unwrap();
+    refused(&["report", "out"], &["designs.csv", "not there"]);
+    desk.write("out/designs.csv", whole.replacen("0.5", "0.6", 1));
+    refused(&["report", "out"], &["designs.csv", "changed", "--force"]);
+    desk.write("out/designs.csv", &whole[..whole.len() - 40]);
+    refused(&["report", "out", "--force"], &["designs.csv:", "damaged"]);
+    desk.write("out/designs.csv", whole.replacen(",ok", ",ok", 1).replacen("4,50", "four,50", 1));
+    refused(&["report", "out", "--force"], &["no number", "four"]);
+    let json = desk.run(&["report", "empty", "--json"]).exits(2).json();
+    assert_eq!((json["ok"].as_bool(), json["error"]["key"].as_str()), (Some(false), Some("DIR")));
+    // With --force an edited one is drawn, and the page says so.
+    desk.write("out/designs.csv", whole.replacen("ok", "ok+edited", 1));
+    desk.run(&["report", "out", "--force", "--figures", "svg"]).exits(0);
+    let notes = data(&desk, "out/report/report.html")["notes"].to_string();
+    assert!(notes.contains("designs.csv was changed"), "{notes}");
+}
+
+#[test]
+fn a_sweep_without_values_is_still_a_page() {
+    let desk = Desk::new(&SPEC.replace("a = [21, 33, 48]", "a = [0.5, 1]").replace("x_ss = 5", "x_ss = 20"));
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk.run(&["report", "out"]).exits(0);
+    let data = data(&desk, "out/report/report.html");
+    // No tap has a strain, and none a distance: there is no spread and no error to draw.
+    let names: Vec<_> =
+        data["figures"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap()).collect();
+    assert!(!names.contains(&"sd") && !names.contains(&"distance"), "{names:?}");
+}
+
+/// A large table: few rows in the page, chosen as it says, maps of all of them, and what was left out is told.
+#[test]
+fn many_rows_become_a_small_page() {
+    let desk = swept();
+    let header = desk.read("out/designs.csv").lines().next().unwrap().to_owned();
+    let names: Vec<&str> = header.split(',').collect();
+    let (mut text, mut best) = (header.clone() + "\n", Vec::new());
+    for i in 0..60_000u32 {
+        let hash = f64::from(i.wrapping_mul(2_654_435_761)) / 4_294_967_296.0;
+        let (d, x) = (2.0 + 8.0 * hash, 3.0 + f64::from(i % 97) / 10.0);
+        let sd = 1e-6 * (1.0 + 40.0 * hash * hash + f64::from(i % 89));
+        let total = 1e-2 * (2.0 - hash + f64::from(i % 13));
+        best.push(total);
+        let row = names.iter().map(|n| match *n {
+            "D_mm" => "10".to_owned(),
+            "d_mm" => d.to_string(),
+            "L_a_mm" => "50".to_owned(),
+            "x_ss_mm" => x.to_string(),
+            "l_mm" => "2".to_owned(),
+            "theta_deg" => "4".to_owned(),
+            "n" => "10".to_owned(),
+            "K_sd" => sd.to_string(),
+            "total_rms_mm" => total.to_string(),
+            "status" => "ok".to_owned(),
+            _ => "0.01".to_owned(),
+        });
+        text += &(row.collect::<Vec<_>>().join(",") + "\n");
+    }
+    desk.write("out/designs.csv", &text);
+    desk.run(&["report", "out", "--force", "--figures", "svg"]).exits(0);
+    let page = desk.read("out/report/report.html");
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
+    let data = data(&desk, "out/report/report.html");
+    assert!(data["notes"].to_string().contains("designs.csv: 1500 of 60000 rows"), "{}", data["notes"]);
+    let table = data["tables"].as_array().unwrap().iter().find(|t| t["file"] == "designs.csv").unwrap();
+    let at = names.iter().position(|n| *n == "total_rms_mm").unwrap();
+    let shown: Vec<f64> = table["rows"].as_array().unwrap().iter().map(|r| r[at].as_f64().unwrap()).collect();
+    best.sort_by(f64::total_cmp);
+    assert_eq!(shown.len(), 1500);
+    let mut ranked: Vec<(f64, f64)> = shown.iter().map(|t| (0.0, *t)).collect();
+    ranked.sort_by(|p, q| p.1.total_cmp(&q.1));
+    same(&ranked[..750], &best[..750].iter().map(|t| (0.0, *t)).collect::<Vec<_>>(), "the best are shown");
+    assert!(shown.iter().any(|s| *s > best[59_000]), "and some of the worst");
+    // The least of the map is the least of all rows.
+    let cells = &figure(&data, "map_total_rms_mm")["panels"][0]["marks"][0]["z"];
+    let least = cells.as_array().unwrap().iter().filter_map(Value::as_f64).fold(f64::INFINITY, f64::min);
+    same(&[(0.0, least)], &[(0.0, best[0])], "the least of the map");
+}

@@ -1,0 +1,205 @@
+//! Shapes of bent whiskers: they end where the reference puts contact and pole, and their strain is the gauge's.
+
+use vibrissa::backend::Choice;
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Method, Task};
+use vibrissa::physics::linear::deflection;
+use vibrissa::physics::rod::RodProblem;
+use vibrissa::scene::{Drive, Material, Model, RunOptions, Setup, Side, Tuple};
+use vibrissa::shape::shape;
+
+use crate::common::program::{Desk, SPEC};
+use crate::common::{configuration, model};
+
+const CONFIGURATIONS: [&str; 8] =
+    ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+
+fn setup(model: Model, side: Side, hub: f64, drive: Drive) -> Setup {
+    let mut setup = Setup { model, hub, drive, ..Setup::default() };
+    setup.gauge.side = side;
+    setup
+}
+
+/// Simpson's rule over nodes from `x1` to `x2`, which are nodes themselves.
+fn mean(nodes: &[(f64, f64)]) -> f64 {
+    let n = nodes.len() - 1;
+    assert_eq!(n % 2, 0);
+    let weight = |i: usize| {
+        if i == 0 || i == n {
+            1.0
+        } else if i % 2 == 1 {
+            4.0
+        } else {
+            2.0
+        }
+    };
+    nodes.iter().enumerate().map(|(i, (_, e))| weight(i) * e).sum::<f64>() / (3 * n) as f64
+}
+
+/// Every configuration, hub, drive: the pole must be where it was put, which the integration does not know.
+#[test]
+fn the_pole_is_where_it_was_put() {
+    let mut compared = 0;
+    for name in CONFIGURATIONS {
+        let (model, side) = configuration(name);
+        for (hub, drive, amount) in
+            [(0.0, Drive::Angle, 8.0), (7.0, Drive::Angle, 4.0), (7.0, Drive::Displacement, 4.0)]
+        {
+            let setup = setup(model, side, hub, drive);
+            for (d, a) in [(4.0, 21.0), (4.0, 36.0), (10.0, 30.0), (12.0, 44.0)] {
+                let tuple = Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: amount };
+                let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a, drive: amount }]);
+                let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
+                let Some(bent) = shape(&setup, &designs[0], &tasks[0], &outcome, 101) else {
+                    assert!(!outcome.arc.is_finite(), "{name} {d} {a}: {outcome:?} has no shape");
+                    continue;
+                };
+                let taper = designs[0].shared.as_ref().unwrap().taper;
+                let (sin, cos) =
+                    if model.surface { (taper.sin_alpha(), taper.cos_alpha()) } else { (0.0, 1.0) };
+                let high = if model.surface { taper.radius(a) } else { 0.0 };
+                let lift = if drive == Drive::Displacement { amount } else { 0.0 };
+                let rho = model.pole_radius;
+                let (x, y) = (hub + a + rho * sin, high + rho * cos - lift);
+                let off = (bent.pole.x - x).hypot(bent.pole.y - y);
+                assert!(off < 1e-7, "{name}, hub {hub}, {drive:?}, d {d}, a {a}: the pole is {off:e} mm off");
+                let (first, tip) = (bent.nodes[0], bent.nodes[bent.nodes.len() - 1]);
+                let turn = if drive == Drive::Angle { amount.to_radians() } else { 0.0 };
+                assert!(
+                    (first.at.x - hub * turn.cos()).hypot(first.at.y - hub * turn.sin()) < 1e-12,
+                    "the clamp"
+                );
+                assert!((first.direction - turn).abs() < 1e-12 && first.s == 0.0);
+                assert!(tip.s >= outcome.arc - 1e-12 && tip.strain.abs() < 1e-12);
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 80, "{compared} shapes");
+}
+
+/// The mean of the strain over the gauge is that of the reference, which integrates it by another method.
+#[test]
+fn strain_along_the_whisker_is_the_gauges() {
+    for name in CONFIGURATIONS {
+        let (model, _) = configuration(name);
+        // The touching side, whichever carries the gauge in the configuration.
+        let setup = setup(model, Side::Contact, 0.0, Drive::Angle);
+        let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0 };
+        let design = Design::new(&setup, tuple);
+        let shared = design.shared.clone().unwrap();
+        let (designs, tasks) = ([design], [Task { design: 0, a: 33.0, drive: 6.0 }]);
+        let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
+        let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 4001).unwrap();
+        let problem = RodProblem {
+            taper: shared.taper,
+            gauge: shared.gauge,
+            side: Side::Contact,
+            distance: 33.0,
+            hub: 0.0,
+            drive: Drive::Angle,
+            amount: 6f64.to_radians(),
+            model: &model,
+        };
+        let tap = problem.solve().unwrap();
+        assert!(
+            (bent.nodes[0].psi - tap.base_angle).abs() < 1e-9,
+            "{name}: {} {}",
+            bent.nodes[0].psi,
+            tap.base_angle
+        );
+        // A cubic through neighbours at the ends of 64 equal parts of the gauge.
+        let at = |s: f64| {
+            let i = bent.nodes.partition_point(|n| n.s < s).clamp(2, bent.nodes.len() - 3);
+            let near = &bent.nodes[i - 2..i + 2];
+            (0..4)
+                .map(|j| {
+                    (0..4)
+                        .filter(|k| *k != j)
+                        .fold(near[j].strain, |p, k| p * (s - near[k].s) / (near[j].s - near[k].s))
+                })
+                .sum::<f64>()
+        };
+        let [x1, x2] = shared.gauge;
+        let strains: Vec<(f64, f64)> =
+            (0..=64).map(|i| x1 + (x2 - x1) * f64::from(i) / 64.0).map(|s| (s, at(s))).collect();
+        let found = mean(&strains);
+        assert!((found / tap.strain - 1.0).abs() < 1e-8, "{name}: {found} {}", tap.strain);
+    }
+}
+
+/// For a small tap the shape is the cantilever of linear theory (Eq. 3), turned by θ.
+#[test]
+fn a_small_tap_is_a_cantilever() {
+    let m = model(Material::Hooke(3.2));
+    let setup = setup(m, Side::Contact, 0.0, Drive::Angle);
+    let theta = 1e-3f64.to_radians();
+    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 1e-3 };
+    let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 1e-3 }]);
+    let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
+    let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 51).unwrap();
+    let taper = designs[0].shared.as_ref().unwrap().taper;
+    for node in &bent.nodes {
+        let y = theta * node.s - deflection(&taper, 3.2, outcome.normal_force, 33.0, node.s);
+        assert!(
+            (node.at.y - y).abs() < 1e-9 && (node.at.x - node.s).abs() < 1e-6,
+            "s = {}: {} {y}",
+            node.s,
+            node.at.y
+        );
+    }
+}
+
+/// The kernel's forces give the same shape as the reference's.
+#[test]
+fn a_kernel_gives_the_same_shape() {
+    let (model, side) = configuration("neo");
+    let setup = setup(model, side, 3.0, Drive::Angle);
+    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0 };
+    let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 6.0 }]);
+    let options = RunOptions {
+        backend: Some(vibrissa::scene::BackendChoice::Cpu),
+        precision: Some(vibrissa::scene::Precision::F64),
+        ..RunOptions::default()
+    };
+    let methods = [Method::Reference, Choice::new(&options).unwrap().open(&setup.model).unwrap()];
+    let [reference, kernel] = methods.map(|m| {
+        let outcome = Evaluator::new(&setup, m).run(&designs, &tasks).unwrap()[0];
+        shape(&setup, &designs[0], &tasks[0], &outcome, 41).unwrap()
+    });
+    for (a, b) in reference.nodes.iter().zip(&kernel.nodes) {
+        assert!(
+            (a.at - b.at).length() < 1e-5 && (a.strain - b.strain).abs() < 1e-6 * a.strain.abs().max(1e-3),
+            "{a:?} {b:?}"
+        );
+    }
+}
+
+#[test]
+fn the_command_writes_a_block_for_each_tap() {
+    let desk = Desk::new(SPEC);
+    desk.run(&["shape", "spec.toml", "--out", "s", "--nodes", "11"]).exits(0);
+    let run = desk.whole("s");
+    assert_eq!((run["command"].as_str(), run["counts"]["taps"].as_u64()), (Some("shape"), Some(12)));
+    let text = desk.read("s/shape.csv");
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some("tap,D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,s_mm,x_mm,y_mm,psi_deg,direction_deg,strain")
+    );
+    let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|f| f.parse().unwrap()).collect()).collect();
+    for tap in 0..12 {
+        let block: Vec<&Vec<f64>> = rows.iter().filter(|r| r[0] == f64::from(tap)).collect();
+        // Eleven from clamp to contact, and two beyond it where the tip lies there.
+        assert!((11..=13).contains(&block.len()) && block.windows(2).all(|w| w[1][8] >= w[0][8]), "{tap}");
+        assert_eq!(block[0][8..11], [0.0; 3]);
+    }
+    assert_eq!(desk.read("s/contacts.csv").lines().count(), 13);
+    let linear = SPEC.to_owned() + "[model]\ngeometry = \"linear\"\n";
+    desk.write("linear.toml", linear);
+    let ran = desk.run(&["shape", "linear.toml"]).exits(2);
+    assert!(ran.stderr.contains("model.geometry") && ran.stderr.contains("exact"), "{}", ran.stderr);
+    desk.write("many.toml", SPEC.replace("a = [21, 33, 48]", "a = { from = 10, to = 50, steps = 9000 }"));
+    let ran = desk.run(&["shape", "many.toml"]).exits(2);
+    assert!(ran.stderr.contains("10000 at most"), "{}", ran.stderr);
+}
