@@ -104,7 +104,7 @@ async function brush(browser) {
     const there = lines.values.filter((v) => v[0] >= middle && v[lines.colour] !== null && v[lines.colour + 1] !== null).length;
     assert.equal(points, there, "points of the front");
     await page.screenshot({ path: join(pictures, "brush.png") });
-    await axis.focus();
+    await axis.evaluate((e) => e.focus());
     await page.keyboard.press("Escape");
     assert.match(await table(), new RegExp(`of ${lines.values.length}$`), "Escape keeps all");
     for (let i = 0; i < 10; i++) await page.keyboard.press("ArrowUp");
@@ -141,7 +141,7 @@ async function point(browser) {
     const data = JSON.parse(await page.$eval("#data", (e) => e.textContent));
     const line = data.figures.find((f) => f.name === "sd").panels[0].marks[0];
     await page.$eval("#sd", (e) => e.scrollIntoView());
-    await page.focus("#sd svg[tabindex]");
+    await page.$eval("#sd svg[tabindex]", (e) => e.focus());
     await page.keyboard.press("ArrowRight");
     const told = await page.$eval("#tip", (e) => [e.hidden, e.textContent]);
     assert.equal(told[0], false);
@@ -150,7 +150,7 @@ async function point(browser) {
     await circle.hover();
     assert.ok((await page.$eval("#tip", (e) => e.textContent)).includes(line.name));
     await page.screenshot({ path: join(pictures, "hover.png") });
-    const heights = () => page.$$eval("#sd path.line", (all) => all[0].getAttribute("d"));
+    const heights = () => page.$$eval("#sd .panel path.line", (all) => all[0].getAttribute("d"));
     const before = await heights();
     const button = (await page.$$("#sd .panel button")).at(-1);
     assert.equal(await button.evaluate((b) => [b.textContent, b.getAttribute("aria-pressed")].join()), "log y,true");
@@ -159,7 +159,7 @@ async function point(browser) {
     await (await page.$$("#sd .panel button")).at(-1).click();
     assert.equal(await heights(), before);
     await (await page.$("#sd .key button")).click();
-    assert.equal((await page.$$("#sd path.line")).length, 2, "one of three lines is hidden");
+    assert.equal((await page.$$("#sd .panel path.line")).length, 2, "one of three lines is hidden");
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     const light = await ground();
     await page.click("#theme");
