@@ -8,6 +8,8 @@ mod calibrate;
 mod chart;
 mod devices;
 mod explain;
+mod explore;
+mod explore_page;
 mod faults;
 mod help;
 mod interrupt;
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Optimise(optimise) => optimise::run(optimise),
         Command::Tap(tap) => tap::run(tap),
         Command::Chart(chart) => chart::run(chart),
+        Command::Explore(explore) => explore::run(explore),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Devices(common) => devices::run(common),
