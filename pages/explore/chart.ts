@@ -83,6 +83,8 @@ export class Chart {
   readonly power: number;
   readonly axes: readonly BakedAxis[];
   readonly terms: number;
+  /** What the axes are called, and the factor to the number that is said. */
+  private readonly words: readonly (readonly [string, number])[];
   private readonly ends: readonly (readonly [number, number])[];
   /** T/P of each branch. */
   readonly ratios: readonly number[];
@@ -91,6 +93,13 @@ export class Chart {
   constructor(baked: Baked) {
     this.power = baked.power;
     this.axes = baked.axes;
+    this.words = [
+      baked.drive === "angle" ? ["θ in degrees", 180 / Math.PI] : ["δ/a", 1],
+      [baked.model.pole_radius > 0 ? "ρ/a" : "hub/a", 1],
+      ["D/a", 1],
+      ["τa", 1],
+      ["x/a", 1],
+    ];
     this.ends = baked.axes.map((axis) => [variable(axis, axis.range[0]), variable(axis, axis.range[1])]);
     this.ratios = baked.branches.map((b) => b.T_over_P);
     this.branches = baked.branches.map(({ functions }) => {
@@ -120,9 +129,9 @@ export class Chart {
     if (q >= lo - slack && q <= hi + slack) {
       return undefined;
     }
-    const word = axis.name.replace("_over_", "/").replace("tau_a", "τa");
+    const [word, unit] = this.words[k]!;
     const [end, than] = q < lo ? [lo, "<"] : [hi, ">"];
-    return `${word} = ${q.toPrecision(3)} ${than} ${end.toPrecision(3)}`;
+    return `${word} = ${(q * unit).toPrecision(3)} ${than} ${(end * unit).toPrecision(3)}`;
   }
 
   /** A function of each branch at (r₀ or ρ)/a, D/a and τa. */

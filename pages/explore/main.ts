@@ -189,6 +189,7 @@ class Page {
     const { row, optimum, design, tap, state, contact } = this.view;
     const angle = this.rig.drive === "angle";
     const unit = angle ? "°" : " mm";
+    const outside = design.outside(state.drive);
     const digits = (x: number, n = 4) => (Number.isFinite(x) ? text(Number(x.toPrecision(n))) : "–");
     const fields: Readonly<Record<string, string>> = {
       strain: `${digits(100 * tap.strain, 5)} %`,
@@ -202,13 +203,12 @@ class Page {
       strain_max: `${digits(100 * row.strain_max)} %`,
       optimum: optimum ? `${optimum.row.drive.toFixed(2)}${unit}` : "none",
       optimum_total: optimum ? `${digits(optimum.row.total_rms)} mm` : "–",
-      limited: optimum ? LIMITS[optimum.limitedBy] : "no drive keeps the strain limit with an estimate at every distance",
+      limited: optimum ? LIMITS[optimum.limitedBy] : outside.length > 0 ? "outside the chart" : NO_OPTIMUM,
     };
     for (const [id, value] of Object.entries(fields)) {
       element(`is-${id}`).textContent = value;
     }
     element("at-drive").textContent = `${digits(state.drive)}${unit}`;
-    const outside = design.outside(state.drive);
     const shown = contact.outsideAt(state.drive);
     const all = shown === undefined || outside.length > 0 ? outside : [`${shown} at a = ${plain(state.a)} mm`];
     const words = [...row.words].filter((w) => w !== "outside_chart");
@@ -269,6 +269,8 @@ const LIMITS = {
   bound: "at a bound of the slider",
   complete_rows: "at the last complete row",
 } as const;
+
+const NO_OPTIMUM = "no drive keeps the strain limit with an estimate at every distance";
 
 const WORDS = {
   invalid_geometry: "some distances lie beyond the whisker, or the gauge does",

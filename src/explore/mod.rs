@@ -43,7 +43,7 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
         Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
     };
     if setup.model.geometry == Geometry::Linear {
-        return refuse("the linear theory is no chart", "model.geometry", "linear".into(), "exact");
+        return refuse("a page shows the exact rod", "model.geometry", "linear".into(), "exact");
     }
     if setup.model.contact == Contact::Stick {
         let allowed = "frictionless, { coulomb = … }";
