@@ -1,4 +1,4 @@
-// Tests of the page in a browser: `node pages/explore/test.mjs [--program FILE] [--out DIR] [--positions N] [--optima N]`. The numbers of random
+// Tests of the page in a browser: `node pages/explore/test.mjs [--program FILE] [--out DIR] [--positions N] [--optima N] [--page NAME]`. The numbers of random
 // slider positions are compared with `sweep` and `tap`; DIR takes screenshots and what was measured.
 
 import assert from "node:assert/strict";
@@ -259,10 +259,14 @@ try {
     mkdirSync(out, { recursive: true });
   }
   const measured = {};
-  for (const [name, share] of [["prototypes", 1], ["practical", 1], ["friction", 0.3]]) {
+  const pages = [["prototypes", 1], ["practical", 1], ["friction", 0.3]];
+  for (const [name, share] of pages.filter(([name]) => option("--page", name) === name)) {
     const file = join(desk, `${name}.html`);
     const known = join(root, "sweeps", `${name === "friction" ? "practical" : name}.toml`);
-    writeFileSync(join(desk, `${name}.toml`), readFileSync(known, "utf8").replace('"frictionless"', name === "friction" ? "{ coulomb = 0.3 }" : '"frictionless"'));
+    const text = readFileSync(known, "utf8");
+    // With friction the chart does not reach the strongest tapers.
+    const sticky = text.replace('"frictionless"', "{ coulomb = 0.3 }").replace("d = [4.0,", "d = [6.0,");
+    writeFileSync(join(desk, `${name}.toml`), name === "friction" ? sticky : text);
     vibrissa("explore", `${name}.toml`, "--quiet", "--out", file);
     const url = pathToFileURL(file).href;
     assert.ok(statSync(file).size < 400e3, "a page stays small");
@@ -274,7 +278,7 @@ try {
       await page.close();
     }
     await handles(url);
-    measured[name] = { ...(await compare(name, url, share * positions, share * optima)), ...(await frames(url)), bytes: statSync(file).size };
+    measured[name] = { ...(await compare(name, url, share * positions, name === "friction" ? 0 : optima)), ...(await frames(url)), bytes: statSync(file).size };
     console.log(`${name}: ${JSON.stringify(measured[name])}`);
   }
   if (out) {

@@ -190,7 +190,9 @@ pub struct Chart {
 
 /// One page in which sliders move a whisker: strain, K, its spread and the error budget, of the exact model. It needs no network.
 #[derive(Debug, Flags)]
-#[command(after_help = "Here --out names a file, not a folder [default: explore.html]. Example: vibrissa explore sweeps/prototypes.toml")]
+#[command(
+    after_help = "Here --out names a file, not a folder [default: explore.html]. Example: vibrissa explore sweeps/prototypes.toml"
+)]
 pub struct Explore {
     /// The spec: ranges of whisker, gauge, drive and distances, which are those of the sliders (around a single number: a range), its model
     pub spec: PathBuf,

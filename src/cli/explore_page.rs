@@ -31,10 +31,11 @@ const SCRIPT_PLACE: &str = "/* script */";
 pub fn html(chart: &Value) -> String {
     // Within a script nothing but `<` ends it.
     let chart = chart.to_string().replace('<', "\\u003c");
-    TEMPLATE
-        .replacen(STYLE_PLACE, STYLE, 1)
-        .replacen(SCRIPT_PLACE, &script(), 1)
-        .replacen(CHART_PLACE, &chart, 1)
+    TEMPLATE.replacen(STYLE_PLACE, STYLE, 1).replacen(SCRIPT_PLACE, &script(), 1).replacen(
+        CHART_PLACE,
+        &chart,
+        1,
+    )
 }
 
 /// The modules as one script: a page that is opened from a disk may not import.
@@ -57,11 +58,14 @@ mod tests {
         let script = script();
         let words = ["const ", "let ", "function ", "class "];
         let named = |line: &str| words.iter().find_map(|word| line.strip_prefix(word).map(str::to_owned));
-        let name = |rest: String| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
+        let name =
+            |rest: String| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
         let mut names: Vec<String> = script.lines().filter_map(named).filter_map(name).collect();
         assert!(names.len() > 40, "{names:?}");
         names.sort();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
-        assert!(!script.contains("</script") && !script.contains("\nexport ") && !script.contains("\nimport "));
+        assert!(
+            !script.contains("</script") && !script.contains("\nexport ") && !script.contains("\nimport ")
+        );
     }
 }
