@@ -23,6 +23,8 @@ pub mod chart;
 pub mod estimator;
 pub mod evaluate;
 pub mod explain;
+#[cfg(feature = "files")]
+pub mod explore;
 pub mod export;
 #[cfg(feature = "report")]
 pub mod figure;

@@ -58,7 +58,7 @@ const CHECKS: usize = 160;
 /// Times that terms are added until the check is passed.
 const TRIES: usize = 5;
 
-/// Most points of a chart.
+/// Most points of a chart, where nothing else is said.
 const MOST: usize = 2600;
 
 /// Times that a box is cut where it holds a point without values.
@@ -80,10 +80,20 @@ pub fn build<const F: usize>(
     bounds: &[Bound; F],
     ask: &mut Ask<'_, F>,
 ) -> Result<Option<Built<F>>, SolveError> {
+    build_of(axes, bounds, MOST, ask)
+}
+
+/// As [`build`], of `most` points at most.
+pub fn build_of<const F: usize>(
+    axes: [Axis; AXES],
+    bounds: &[Bound; F],
+    most: usize,
+    ask: &mut Ask<'_, F>,
+) -> Result<Option<Built<F>>, SolveError> {
     let mut axes = axes;
     let mut rough = 0;
     for _ in 0..CUTS {
-        match over(axes, bounds, ask)? {
+        match over(axes, bounds, most, ask)? {
             Over::Built(built) => return Ok(Some(built)),
             Over::Rough if rough < ROUGH && !axes[TAPER].is_point() => {
                 axes[TAPER].range[1] = axes[TAPER].at(SMOOTHER);
@@ -113,6 +123,7 @@ enum Over<const F: usize> {
 fn over<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
+    most: usize,
     ask: &mut Ask<'_, F>,
 ) -> Result<Over<F>, SolveError> {
     let points = axes.map(|a| a.is_point());
@@ -137,7 +148,7 @@ fn over<const F: usize>(
             if orders.is_empty() {
                 break;
             }
-            if all.len() + orders.len() > MOST {
+            if all.len() + orders.len() > most {
                 return Ok(Over::Rough);
             }
             let x: Vec<[f64; AXES]> = orders.iter().map(Interpolant::<F>::point).collect();

@@ -49,6 +49,8 @@ pub enum Command {
     Cluster(Cluster),
     /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
     Chart(Chart),
+    /// One page in which sliders move whisker, gauge and tap -> explore.html, a file that needs nothing else
+    Explore(Explore),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
     Verify(Verify),
@@ -81,6 +83,7 @@ impl Command {
             Self::Merge(_) => "merge",
             Self::Cluster(_) => "cluster",
             Self::Chart(_) => "chart",
+            Self::Explore(_) => "explore",
             Self::Verify(_) => "verify",
             Self::Bench(_) => "bench",
             Self::Shape(_) => "shape",
@@ -104,6 +107,7 @@ impl Command {
             Self::Merge(m) => Some(&m.common),
             Self::Cluster(c) => Some(&c.common),
             Self::Chart(c) => Some(&c.common),
+            Self::Explore(e) => Some(&e.common),
             Self::Verify(v) => Some(&v.common),
             Self::Bench(b) => Some(&b.common),
             Self::Shape(s) => Some(&s.common),
@@ -238,6 +242,18 @@ pub struct Cluster {
 #[command(after_help = "Example: vibrissa chart sweeps/practical.toml")]
 pub struct Chart {
     /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
+    pub spec: PathBuf,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// One page in which sliders move a whisker: strain, K, its spread and the error budget, of the exact model. It needs no network.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "Here --out names a file, not a folder [default: explore.html]. Example: vibrissa explore sweeps/prototypes.toml"
+)]
+pub struct Explore {
+    /// The spec: ranges of whisker, gauge, drive and distances, which are those of the sliders (around a single number: a range), its model
     pub spec: PathBuf,
     #[command(flatten)]
     pub common: Common,

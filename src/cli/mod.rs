@@ -9,6 +9,8 @@ mod chart;
 mod cluster;
 mod devices;
 mod explain;
+mod explore;
+mod explore_page;
 mod faults;
 mod help;
 mod interrupt;
@@ -76,6 +78,7 @@ pub fn run() -> ExitCode {
         Command::Chart(chart) => chart::run(chart),
         Command::Merge(merge) => merge::run(merge),
         Command::Cluster(cluster) => cluster::run(cluster),
+        Command::Explore(explore) => explore::run(explore),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
         Command::Shape(shape) => shape::run(shape),

@@ -12,6 +12,7 @@ mod curve;
 mod effects;
 mod every_model;
 mod explain;
+mod explore;
 mod export;
 mod folders;
 mod garbage;

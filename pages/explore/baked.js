@@ -1,0 +1,2 @@
+// What `vibrissa explore` bakes into the page: see src/explore/document.rs. Lengths in mm, angles in degrees, strain without unit.
+export {};

@@ -1,0 +1,170 @@
+// The linear theory (docs/model.md §2): strain of the gauge per unit of drive, and the distance that gives a strain.
+export function taperOf(w) {
+    const tan = (w.D - w.d) / (2 * w.L_a);
+    return { tau: (w.D - w.d) / (w.D * w.L_a), tan, x1: w.x_ss, x2: w.x_ss + w.l / Math.hypot(1, tan) };
+}
+/** R(s), mm. */
+export function radius(w, s) {
+    return 0.5 * w.D * (1 - taperOf(w).tau * s);
+}
+/** Whether this is a whisker with a gauge on it. */
+export function isWhisker(w) {
+    return [w.D, w.d, w.L_a, w.l].every((x) => x > 0) && w.x_ss >= 0 && w.x_ss + w.l <= w.L_a * (1 + 1e-12);
+}
+/** S = 3ED²/(16kG), mm². */
+export function shearLength2(D, nu) {
+    return ((7 + 6 * nu) / 16) * D * D;
+}
+const SAMPLES = 48;
+/** f over u = 1/a: value, slope, and its inverse on pieces where it is monotonic. */
+export class StrainCurve {
+    w;
+    drive;
+    shear;
+    t;
+    b1;
+    b2;
+    pieces;
+    values = [];
+    peakAt = 0;
+    /** `shear` is S, or 0 for Euler and Bernoulli. */
+    constructor(w, drive, shear) {
+        this.w = w;
+        this.drive = drive;
+        this.shear = shear;
+        this.t = taperOf(w);
+        this.b1 = 1 / (1 - this.t.tau * this.t.x1);
+        this.b2 = 1 / (1 - this.t.tau * this.t.x2);
+    }
+    /** f and df/du at u = 1/a (model §2.2). */
+    at(u) {
+        const { tau, x1, x2 } = this.t;
+        if (x1 * u >= 1) {
+            return [0, 0];
+        }
+        const quarter = 0.75 * this.w.D;
+        let p;
+        let dp;
+        if (x2 * u <= 1) {
+            const c = quarter * this.b1 * this.b2;
+            const m = u - tau;
+            const n = this.b1 * (1 - x1 * u) + this.b2 * (1 - x2 * u);
+            p = c * m * n;
+            dp = c * (n - (x1 * this.b1 + x2 * this.b2) * m);
+        }
+        else {
+            const c = (quarter * this.b1 * this.b1) / (x2 - x1);
+            const m = 1 - x1 * u;
+            p = c * m * m;
+            dp = -2 * c * x1 * m;
+        }
+        const [w, dw] = this.drive === "angle" ? [1 + this.w.hub * u, this.w.hub] : [u, 1];
+        const q = p * w;
+        const dq = dp * w + p * dw;
+        const s = 1 + this.shear * u * u;
+        return [q / s, (dq - (q * 2 * this.shear * u) / s) / s];
+    }
+    /** Strain per rad, or per mm, at a mm. */
+    value(a) {
+        return this.at(1 / a)[0];
+    }
+    /** df/da. */
+    slope(a) {
+        return -this.at(1 / a)[1] / (a * a);
+    }
+    /** Ends of monotonic pieces in u, ascending. */
+    monotonic() {
+        if (this.pieces) {
+            return this.pieces;
+        }
+        const { tau, x1, x2 } = this.t;
+        const lo = Math.max(tau, 0);
+        const hi = x1 > 0 ? 1 / x1 : 1e9 / x2;
+        const mid = 1 / x2;
+        const grid = [];
+        for (let i = 0; i < SAMPLES; i += 1) {
+            grid.push(lo + (mid - lo) * (i / SAMPLES) ** 2);
+        }
+        for (let i = 0; i <= SAMPLES; i += 1) {
+            grid.push(mid + (hi - mid) * (i / SAMPLES) ** 3);
+        }
+        const slope = (u) => this.at(u)[1];
+        const pieces = [lo];
+        for (let i = 0; i + 1 < grid.length; i += 1) {
+            if (slope(grid[i]) * slope(grid[i + 1]) < 0) {
+                pieces.push(bracketed(slope, grid[i], grid[i + 1]));
+            }
+        }
+        pieces.push(hi);
+        this.peakAt = pieces.reduce((best, u) => (this.at(u)[0] > this.at(best)[0] ? u : best), lo);
+        this.pieces = pieces;
+        this.values = pieces.map((u) => this.at(u)[0]);
+        return pieces;
+    }
+    /** Distances at which f is `reading` > 0; `guess` mm is near the largest. Nothing above the peak. */
+    roots(reading, guess) {
+        const pieces = this.monotonic();
+        const found = [];
+        for (let i = 0; i + 1 < pieces.length && found.length < 2; i += 1) {
+            const [lo, hi] = [pieces[i], pieces[i + 1]];
+            const miss = (u) => this.at(u)[0] - reading;
+            const [below, above] = [this.values[i] - reading, this.values[i + 1] - reading];
+            if (below === 0 || below * above < 0) {
+                const first = found.length === 0 ? this.newton(reading, 1 / guess, lo, hi) : undefined;
+                const u = first ?? bracketed(miss, lo, hi);
+                if (u > 0) {
+                    found.push(u);
+                }
+            }
+        }
+        const [far, near] = found;
+        if (far === undefined) {
+            return undefined;
+        }
+        return {
+            far: 1 / far,
+            near: near === undefined ? undefined : 1 / near,
+            onlyNear: this.peakAt > 0 && far > this.peakAt,
+        };
+    }
+    /** Newton's method from `u`, within a monotonic piece; nothing where it leaves that. */
+    newton(reading, u, lo, hi) {
+        for (let i = 0; i < 12; i += 1) {
+            if (!(u > lo && u < hi)) {
+                return undefined;
+            }
+            const [value, slope] = this.at(u);
+            const step = (value - reading) / slope;
+            u -= step;
+            if (Math.abs(step) <= 1e-15 * u) {
+                return u;
+            }
+            if (Math.abs(step) <= 1e-9 * u && i > 2) {
+                return u;
+            }
+        }
+        return undefined;
+    }
+}
+/** Root of f between lo and hi, where its sign changes (Illinois). */
+export function bracketed(f, lo, hi) {
+    let [a, b, fa, fb] = [lo, hi, f(lo), f(hi)];
+    for (let i = 0; i < 200 && fa !== 0; i += 1) {
+        let x = i % 3 === 2 ? 0.5 * (a + b) : b - (fb * (b - a)) / (fb - fa);
+        if (!(x > Math.min(a, b) && x < Math.max(a, b))) {
+            x = 0.5 * (a + b);
+        }
+        const fx = f(x);
+        if (fx === 0 || Math.abs(b - a) <= 1e-15 * Math.max(Math.abs(a), Math.abs(b))) {
+            return x;
+        }
+        if (fx * fb < 0) {
+            [a, fa] = [b, fb];
+        }
+        else {
+            fa *= 0.5;
+        }
+        [b, fb] = [x, fx];
+    }
+    return fa === 0 ? a : b;
+}

@@ -1,0 +1,189 @@
+// Lines on a canvas: axes with round ticks, linear or logarithmic, in the colours of the page.
+/** Colours by their names in style.css. */
+export class Palette {
+    style = getComputedStyle(document.documentElement);
+    get(name) {
+        return this.style.getPropertyValue(`--${name}`).trim();
+    }
+}
+/** Smallest side of a canvas on which something is drawn, pixels. */
+export const LEAST = 60;
+const FONT = "12px system-ui, sans-serif";
+/** A canvas of its size on the page, in its pixels; cleared. */
+export function prepared(canvas) {
+    const ratio = window.devicePixelRatio || 1;
+    const [w, h] = [canvas.clientWidth, canvas.clientHeight];
+    const [pw, ph] = [Math.round(w * ratio), Math.round(h * ratio)];
+    if (canvas.width !== pw || canvas.height !== ph) {
+        [canvas.width, canvas.height] = [pw, ph];
+    }
+    const g = canvas.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.clearRect(0, 0, w, h);
+    g.font = FONT;
+    g.lineJoin = "round";
+    return { g, w, h };
+}
+/** Round numbers in [lo, hi], some `n` of them. */
+export function ticks(lo, hi, n) {
+    if (!(hi > lo)) {
+        return [lo];
+    }
+    const least = (hi - lo) / n;
+    const power = 10 ** Math.floor(Math.log10(least));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= least * (1 - 1e-9));
+    const first = Math.ceil(lo / step - 1e-9);
+    const last = Math.floor(hi / step + 1e-9);
+    return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => (first + i) * step);
+}
+/** Powers of ten in [lo, hi], with 2 and 5 between where there are few, or round numbers. */
+export function logTicks(lo, hi) {
+    const from = Math.floor(Math.log10(lo));
+    const to = Math.ceil(Math.log10(hi));
+    const within = (between) => {
+        const all = [];
+        for (let p = from; p <= to; p += 1) {
+            all.push(...between.map((m) => m * 10 ** p));
+        }
+        return all.filter((x) => x >= lo * (1 - 1e-9) && x <= hi * (1 + 1e-9));
+    };
+    const powers = within([1]);
+    const more = powers.length >= 3 ? powers : within([1, 2, 5]);
+    return more.length >= 2 ? more : ticks(lo, hi, 4);
+}
+/** A short decimal number. */
+export function text(x) {
+    if (x === 0) {
+        return "0";
+    }
+    const size = Math.abs(x);
+    const short = Number(x.toPrecision(6));
+    return size >= 1e5 || size < 1e-3 ? short.toExponential().replace("e+", "e") : String(short);
+}
+/** Draws a figure; what has no value is left out of its lines. */
+export function draw(canvas, figure, palette) {
+    const { g, w, h } = prepared(canvas);
+    if (w < LEAST || h < LEAST) {
+        return;
+    }
+    const unit = figure.unitY ?? 1;
+    const values = figure.lines.flatMap((l) => l.y.filter((y, i) => shown(figure, l.x[i], y)).map((y) => y * unit));
+    const [ink, soft] = [palette.get("ink"), palette.get("soft")];
+    g.fillStyle = soft;
+    g.textBaseline = "alphabetic";
+    g.fillText(figure.y, 8, 14);
+    let key = w - 8;
+    g.textAlign = "right";
+    for (const line of [...figure.lines].reverse().filter((l) => l.label !== "")) {
+        g.fillStyle = line.color;
+        g.fillText(line.label, key, 14);
+        key -= g.measureText(line.label).width + 12;
+    }
+    g.textAlign = "left";
+    if (values.length === 0) {
+        g.fillStyle = soft;
+        g.textAlign = "center";
+        g.fillText("no value here", 0.5 * w, 0.5 * h);
+        g.textAlign = "left";
+        return;
+    }
+    let [lo, hi] = [Math.min(...values), Math.max(...values)];
+    if (figure.logY) {
+        [lo, hi] = [lo / 1.2, hi * 1.2];
+    }
+    else {
+        if (figure.zeroY) {
+            [lo, hi] = [Math.min(lo, 0), Math.max(hi, 0)];
+        }
+        const room = 0.06 * (hi - lo) || 1e-9 * Math.abs(hi) || 1;
+        [lo, hi] = [figure.zeroY && lo === 0 ? 0 : lo - room, hi + room];
+    }
+    const tickY = figure.logY ? logTicks(lo, hi) : ticks(lo, hi, Math.max(3, h / 45));
+    const label = (x) => (figure.logY ? text(x) : text(Number(x.toPrecision(5))));
+    const left = 14 + Math.max(...tickY.map((y) => g.measureText(label(y)).width));
+    const box = { left, right: w - 10, top: 24, bottom: h - 34 };
+    const along = (log, [a, b], x) => log ? Math.log(x / a) / Math.log(b / a) : (x - a) / (b - a);
+    const px = (x) => box.left + (box.right - box.left) * along(figure.logX, figure.rangeX, x);
+    const py = (y) => box.bottom - (box.bottom - box.top) * along(figure.logY, [lo, hi], y);
+    g.lineWidth = 1;
+    g.strokeStyle = palette.get("grid");
+    g.fillStyle = soft;
+    g.textAlign = "right";
+    g.textBaseline = "middle";
+    for (const y of tickY) {
+        line(g, [box.left, box.right], [py(y), py(y)]);
+        g.fillText(label(y), box.left - 5, py(y));
+    }
+    g.textAlign = "center";
+    g.textBaseline = "top";
+    const [from, to] = figure.rangeX;
+    const tickX = figure.logX ? logTicks(from, to) : ticks(from, to, Math.max(3, w / 80));
+    for (const x of tickX) {
+        line(g, [px(x), px(x)], [box.bottom, box.bottom + 4]);
+        g.fillText(text(Number(x.toPrecision(5))), px(x), box.bottom + 5);
+    }
+    g.fillText(figure.x, 0.5 * (box.left + box.right), h - 15);
+    g.save();
+    g.beginPath();
+    g.rect(box.left - 4, box.top - 4, box.right - box.left + 8, box.bottom - box.top + 8);
+    g.clip();
+    let row = 0;
+    for (const mark of figure.marks ?? []) {
+        g.strokeStyle = mark.color;
+        g.setLineDash(mark.dashed ? [4, 4] : []);
+        line(g, [px(mark.x), px(mark.x)], [box.top, box.bottom]);
+        if (mark.label) {
+            const left = px(mark.x) < 0.6 * w;
+            g.textAlign = left ? "left" : "right";
+            g.fillStyle = mark.color;
+            g.fillText(mark.label, px(mark.x) + (left ? 4 : -4), box.top + 14 * row);
+            row += 1;
+        }
+    }
+    g.setLineDash([]);
+    g.lineWidth = 1.8;
+    for (const l of figure.lines) {
+        g.strokeStyle = g.fillStyle = l.color;
+        if (l.points) {
+            l.x.forEach((x, i) => shown(figure, x, l.y[i]) && dot(g, px(x), py(l.y[i] * unit), 3));
+            continue;
+        }
+        g.setLineDash(l.dashed ? [6, 4] : []);
+        g.beginPath();
+        let open = false;
+        l.x.forEach((x, i) => {
+            const y = l.y[i];
+            if (!shown(figure, x, y)) {
+                open = false;
+            }
+            else if (open) {
+                g.lineTo(px(x), py(y * unit));
+            }
+            else {
+                g.moveTo(px(x), py(y * unit));
+                open = true;
+            }
+        });
+        g.stroke();
+    }
+    g.restore();
+    g.setLineDash([]);
+    g.strokeStyle = ink;
+    g.lineWidth = 1;
+    line(g, [box.left, box.left, box.right], [box.top, box.bottom, box.bottom]);
+    g.textAlign = "left";
+    g.textBaseline = "alphabetic";
+}
+function shown(figure, x, y) {
+    return Number.isFinite(x) && Number.isFinite(y) && (!figure.logY || y > 0);
+}
+export function line(g, x, y) {
+    g.beginPath();
+    x.forEach((x, i) => (i === 0 ? g.moveTo(x, y[i]) : g.lineTo(x, y[i])));
+    g.stroke();
+}
+export function dot(g, x, y, r) {
+    g.beginPath();
+    g.arc(x, y, r, 0, 2 * Math.PI);
+    g.fill();
+}

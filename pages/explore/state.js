@@ -1,0 +1,81 @@
+// What the sliders say: their ranges, the address of the page, and the spec that a sweep runs.
+/** Noise where the spec says none: a good foil gauge; without noise the smallest drive is best. */
+const NOISE = 20e-6;
+/** A step of 1, 2 or 5 times a power of ten, some five hundred to the range. */
+function stepOf([lo, hi]) {
+    const least = (hi - lo) / 500;
+    const power = 10 ** Math.floor(Math.log10(least));
+    return [1, 2, 5, 10].map((m) => m * power).find((s) => s >= least * (1 - 1e-9)) ?? least;
+}
+export function slidersOf(baked) {
+    const { domain } = baked;
+    const angle = baked.drive === "angle";
+    const slider = (key, label, unit, range, meaning, step) => ({
+        key,
+        label,
+        unit,
+        meaning,
+        range,
+        step: step ?? stepOf(range),
+    });
+    const all = [
+        slider("D", "D", "mm", domain.D, "diameter at the base"),
+        slider("d", "d", "mm", domain.d, "diameter at the tip"),
+        slider("L_a", "L_a", "mm", domain.L_a, "length from clamp to tip"),
+        slider("x_ss", "x_ss", "mm", domain.x_ss, "start of the gauge, from the clamp"),
+        slider("l", "l", "mm", domain.l, "length of the gauge"),
+        slider("hub", "hub", "mm", domain.hub, "distance of the motor's axis behind the clamp"),
+        angle
+            ? slider("drive", "θ", "°", domain.drive, "tap angle")
+            : slider("drive", "δ", "mm", domain.drive, "displacement of the object"),
+        slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", 1e-6),
+        slider("from", "a from", "mm", domain.a, "nearest distance that is told"),
+        slider("to", "a to", "mm", domain.a, "farthest distance that is told"),
+        slider("distances", "number", "", [2, 40], "distances, evenly spaced", 1),
+        slider("a", "a", "mm", domain.a, "distance at which the whisker is drawn"),
+    ];
+    return all.filter(({ key, range }) => range[1] > range[0] || key === "distances");
+}
+export function startOf(baked) {
+    const { D, d, L_a, x_ss, l, hub, drive, from, to, noise } = baked.start;
+    const distances = Math.min(Math.max(baked.start.distances, 2), 40);
+    const [near, far] = from < to ? [from, to] : baked.domain.a;
+    const a = near + Math.round((distances - 1) * 0.4) * ((far - near) / (distances - 1));
+    return { D, d, L_a, x_ss, l, hub, drive, noise: noise ?? NOISE, from: near, to: far, distances, a };
+}
+/** Shortest text of a number that a slider can give; sums of decimal steps lose their tail. */
+export function plain(x) {
+    return String(Number(x.toPrecision(12)));
+}
+export function toHash(state, start) {
+    const changed = Object.keys(start).filter((key) => state[key] !== start[key]);
+    return changed.map((key) => `${key}=${plain(state[key])}`).join("&");
+}
+/** The state of an address; what it does not say, or says wrongly, is that of the start. Numbers out of range are kept: the chart says so. */
+export function fromHash(hash, start) {
+    const said = new URLSearchParams(hash.replace(/^#/, ""));
+    const state = { ...start };
+    for (const key of Object.keys(start)) {
+        const value = Number(said.get(key) ?? NaN);
+        if (Number.isFinite(value) && value >= 0) {
+            state[key] = key === "distances" ? Math.min(Math.max(Math.round(value), 2), 200) : value;
+        }
+    }
+    return state;
+}
+/** The spec of what is shown, as TOML that `vibrissa sweep` runs. */
+export function toSpec(baked, state, address) {
+    const angle = baked.drive === "angle";
+    const [from, to] = [Math.min(state.from, state.to), Math.max(state.from, state.to)];
+    const number = (key, value) => `${key} = ${plain(value)}\n`;
+    const section = (name, lines) => (lines === "" ? "" : `[${name}]\n${lines}\n`);
+    const a = from < to ? `{ from = ${plain(from)}, to = ${plain(to)}, steps = ${state.distances} }` : plain(from);
+    return [
+        `# From a page of vibrissa explore ${baked.version}, made of ${baked.name}.toml${address ? `: #${address}` : ""}\nformat = 1\n\n`,
+        section("whisker", number("D", state.D) + number("d", state.d) + number("L_a", state.L_a) + number("hub", state.hub)),
+        section("gauge", number("x_ss", state.x_ss) + number("l", state.l) + number("noise_strain", state.noise) + baked.kept.gauge),
+        section("tap", `a = ${a}\n` + number(angle ? "theta" : "delta", state.drive) + baked.kept.tap),
+        section("model", baked.kept.model),
+        section("estimate", baked.kept.estimate),
+    ].join("").trimEnd() + "\n";
+}

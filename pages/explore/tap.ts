@@ -1,0 +1,277 @@
+// Taps of one whisker at one distance, read from the chart: the gauge's strain, K, the arc and the force of the contact at every drive, and
+// the strain along the whisker.
+
+import type { Baked, FunctionName } from "./baked";
+import { isWhisker, type Drive, shearLength2, StrainCurve, type Taper, taperOf, type Whisker } from "./beam";
+import { basis, type Chart, dotted, type Plane } from "./chart";
+
+/** Words of a tap; those of the sweep's tables, and what only a chart can say. */
+export type Word = "invalid_geometry" | "no_strain" | "slipped_off" | "strain_limit" | "no_root" | "ambiguous" | "outside_chart";
+
+/** What a tap gives. */
+export interface Tap {
+  /** Signed strain of the gauge; tension is positive. */
+  readonly strain: number;
+  /** K − 1, without unit. */
+  readonly deviation: number;
+  /** c, mm. */
+  readonly arc: number;
+  /** P, N. */
+  readonly force: number;
+  /** T/P; within −μ and μ where the contact sticks. */
+  readonly ratio: number;
+  readonly words: readonly Word[];
+}
+
+/** Orders over the drive are fewer. */
+const MOST_DRIVES = 24;
+
+/** Weights of T_n for functions that know no place. */
+const NOWHERE = Float64Array.from({ length: 64 }, (_, n) => (n === 0 ? 1 : 0));
+
+/** Everything that the taps of a page share: its chart and its model. */
+export class Rig {
+  readonly drive: Drive;
+  private last = NaN;
+  private lastBasis: Float64Array = new Float64Array(0);
+
+  constructor(
+    readonly baked: Baked,
+    readonly chart: Chart,
+  ) {
+    this.drive = baked.drive;
+  }
+
+  /** S of the model, and of the theory that K and distances are told by. */
+  shears(D: number): { model: number; theory: number } {
+    const s = shearLength2(D, this.baked.model.nu);
+    return {
+      model: this.baked.model.shear ? s : 0,
+      theory: this.baked.estimate.theory === "timoshenko" ? s : 0,
+    };
+  }
+
+  /** θ in rad, or δ in mm. */
+  amount(drive: number): number {
+    return this.drive === "angle" ? (drive * Math.PI) / 180 : drive;
+  }
+
+  /** T_i at a drive of the chart, rad or δ/a: the same for many taps in a row. */
+  drives(own: number): Float64Array {
+    if (own !== this.last) {
+      this.last = own;
+      this.lastBasis = basis(MOST_DRIVES, this.chart.place(0, own));
+    }
+    return this.lastBasis;
+  }
+
+  /** The function of a side: that of the contact side where both are mirror images. */
+  side(side: "contact" | "far"): FunctionName {
+    return this.chart.has(side) ? side : "contact";
+  }
+}
+
+/** Taps of a whisker at the distance a, mm. */
+export class Contact {
+  readonly taper: Taper;
+  readonly theory: StrainCurve;
+  /** Why there is no tap whatever the drive. */
+  readonly void: Word | undefined;
+  /** Which number lies outside the chart. */
+  readonly outside: string | undefined;
+  private readonly model: StrainCurve;
+  private readonly linearStrain: number;
+  private readonly theoryStrain: number;
+  /** Coefficients over the drive, of each branch. */
+  private readonly gauge: readonly Float64Array[] = [];
+  private readonly arcs: readonly Float64Array[] = [];
+  private readonly forces: readonly Float64Array[] = [];
+  private readonly planes = new Map<FunctionName, readonly Plane[]>();
+  private readonly middle: readonly [number, number, number];
+
+  constructor(
+    readonly rig: Rig,
+    readonly whisker: Whisker,
+    readonly a: number,
+    curves?: Curves,
+  ) {
+    const { chart, baked } = rig;
+    const { model, theory } = curves ?? new Curves(rig, whisker);
+    this.taper = taperOf(whisker);
+    this.theory = theory;
+    this.model = model;
+    this.linearStrain = model.value(a);
+    this.theoryStrain = theory.value(a);
+    const { tau, x1, x2 } = this.taper;
+    const offset = baked.model.pole_radius > 0 ? baked.model.pole_radius : whisker.hub;
+    this.middle = [offset / a, whisker.D / a, tau * a];
+    if (!isWhisker(whisker) || !(a > 0 && a <= whisker.L_a * (1 + 1e-12))) {
+      this.void = "invalid_geometry";
+      return;
+    }
+    if (a <= x1) {
+      this.void = "no_strain";
+      return;
+    }
+    const outside = [1, 2, 3].map((k) => chart.outside(k, this.middle[k - 1]!));
+    if (x2 / a > baked.last_place) {
+      outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${baked.last_place}`);
+    }
+    this.outside = outside.find((why) => why !== undefined);
+    if (this.outside !== undefined) {
+      return;
+    }
+    const fold = (name: FunctionName, weights: Float64Array) => this.plane(name).map((plane) => chart.fold(plane, weights));
+    this.gauge = fold(rig.side(baked.gauge.side), this.gaugeWeights());
+    this.arcs = fold("arc", NOWHERE);
+    this.forces = fold("force", NOWHERE);
+  }
+
+  private plane(name: FunctionName): readonly Plane[] {
+    let planes = this.planes.get(name);
+    if (!planes) {
+      planes = this.rig.chart.planes(name, this.middle);
+      this.planes.set(name, planes);
+    }
+    return planes;
+  }
+
+  /**
+   * Weights of T_n that turn (1 − x/a) δ(x) into δ of the gauge: the mean of ε = θ f(x) (1 + δ(x)) over [x1, x2] by Gauss's points, where
+   * f(x) goes as (1 − x/a)/(1 − τx)³.
+   */
+  private gaugeWeights(): Float64Array {
+    const { tau, x1, x2 } = this.taper;
+    const places = Math.max(...this.plane(this.rig.side(this.rig.baked.gauge.side)).map((p) => p.places));
+    const weights = new Float64Array(places);
+    let linear = 0;
+    for (const [at, w] of this.rig.baked.gauss) {
+      const x = 0.5 * (x1 + x2) + 0.5 * (x2 - x1) * at;
+      const weight = w / (1 - tau * x) ** 3;
+      linear += weight * (1 - x / this.a);
+      this.rig.chart.placeBasis(places, x / this.a).forEach((t, n) => {
+        if (n < places) {
+          weights[n]! += weight * t;
+        }
+      });
+    }
+    return weights.map((w) => w / linear);
+  }
+
+  /** The drive as the chart has it: rad, or δ/a. */
+  private own(drive: number): number {
+    const amount = this.rig.amount(drive);
+    return this.rig.drive === "angle" ? amount : amount / this.a;
+  }
+
+  /** Why a drive (degrees or mm) is outside the chart, or nothing. */
+  outsideAt(drive: number): string | undefined {
+    const why = this.outside ?? this.rig.chart.outside(0, this.own(drive));
+    return this.void ? undefined : why;
+  }
+
+  /** The tap at a drive, degrees or mm; only its words where it has no values. */
+  at(drive: number): Tap {
+    const none = (word: Word): Tap => ({ strain: NaN, deviation: NaN, arc: NaN, force: NaN, ratio: NaN, words: [word] });
+    if (this.void) {
+      return none(this.void);
+    }
+    if (this.outsideAt(drive) !== undefined) {
+      return none("outside_chart");
+    }
+    const { chart, baked } = this.rig;
+    const own = this.own(drive);
+    const amount = this.rig.amount(drive);
+    const scale = own ** chart.power;
+    const t = this.rig.drives(own);
+    const { shares, ratio } = chart.shares(this.arcs.map((c) => dotted(c, t)));
+    const read = (branches: readonly Float64Array[]) => {
+      let sum = 0;
+      for (let b = 0; b < branches.length; b += 1) {
+        sum += shares[b]! * dotted(branches[b]!, t);
+      }
+      return scale * sum;
+    };
+    const delta = read(this.gauge);
+    const arc = this.a * (1 + read(this.arcs));
+    const force = this.linearForce(amount) * (1 + read(this.forces));
+    // K = θ f/ε with ε = θ f_model (1 + δ); both theories differ by their shear only.
+    const u2 = 1 / (this.a * this.a);
+    const apart = ((this.model.shear - this.theory.shear) * u2) / (1 + this.theory.shear * u2);
+    const sign = baked.gauge.side === "contact" ? 1 : -1;
+    const strain = sign * amount * this.linearStrain * (1 + delta);
+    const words: Word[] = [];
+    if (arc <= this.taper.x1) {
+      words.push("no_strain");
+    }
+    if (arc > this.whisker.L_a * (1 + 1e-12)) {
+      words.push("slipped_off");
+    }
+    if (Math.abs(strain) > baked.gauge.strain_limit) {
+      words.push("strain_limit");
+    }
+    return { strain, deviation: (apart - delta) / (1 + delta), arc, force, ratio, words };
+  }
+
+  /** |ε| of the theory of the estimate, and its sign: strain_linear of the tables. */
+  linear(drive: number): number {
+    const sign = this.rig.baked.gauge.side === "contact" ? 1 : -1;
+    return sign * this.rig.amount(drive) * this.theoryStrain;
+  }
+
+  /** P of the linear theory of the model, N. */
+  private linearForce(amount: number): number {
+    const { D, hub } = this.whisker;
+    const { a } = this;
+    const reach = this.rig.drive === "angle" ? a + hub : 1;
+    const stiffness = (3 * Math.PI * this.rig.baked.model.E_MPa * D ** 4) / 64;
+    return (amount * stiffness * (1 - this.taper.tau * a) * reach) / a ** 3 / (1 + this.model.shear / (a * a));
+  }
+
+  /**
+   * Strain of a side along the whisker, as a function of x (mm) up to the arc of the contact. Beyond the last place of the chart what is
+   * left, (1 − x/a)(1 + δ), goes along a straight line to 0 at the contact.
+   */
+  along(drive: number, side: "contact" | "far", arc: number): (x: number) => number {
+    const { chart, baked } = this.rig;
+    const own = this.own(drive);
+    const scale = own ** chart.power;
+    const t = this.rig.drives(own);
+    const { shares } = chart.shares(this.arcs.map((c) => dotted(c, t)));
+    const planes = this.plane(this.rig.side(side)).map((plane) => chart.atDrive(plane, own));
+    const c = new Float64Array(Math.max(...planes.map((p) => p.length)));
+    planes.forEach((p, b) => p.forEach((value, n) => (c[n]! += shares[b]! * value)));
+    const { a, taper, whisker } = this;
+    const turned = this.rig.drive === "angle" ? (a + whisker.hub) / a : 1 / a;
+    const prefix =
+      (this.rig.amount(drive) * 1.5 * whisker.D * (1 - taper.tau * a) * turned) / (a * (1 + this.model.shear / (a * a)));
+    const sign = side === "contact" ? 1 : -1;
+    const first = chart.axes[4]!.range[0];
+    const last = Math.min(baked.last_place, arc / a);
+    const lever = (place: number) => {
+      const t = chart.placeBasis(c.length, Math.max(place, first));
+      return 1 - place + scale * dotted(c, t);
+    };
+    const end = lever(last);
+    return (x) => {
+      const place = x / a;
+      if (x >= arc) {
+        return 0;
+      }
+      const left = place <= last ? lever(place) : (end * (arc / a - place)) / (arc / a - last);
+      return (sign * prefix * left) / (1 - taper.tau * x) ** 3;
+    };
+  }
+}
+
+/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate. */
+export class Curves {
+  readonly model: StrainCurve;
+  readonly theory: StrainCurve;
+
+  constructor(rig: Rig, whisker: Whisker) {
+    const shears = rig.shears(whisker.D);
+    this.model = new StrainCurve(whisker, rig.drive, shears.model);
+    this.theory = new StrainCurve(whisker, rig.drive, shears.theory);
+  }
+}

@@ -1,0 +1,133 @@
+//! `vibrissa explore SPEC.toml`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::error::{Error, InputError};
+use vibrissa::explore::{bake, document::document};
+use vibrissa::sink::unfinished::Unfinished;
+use vibrissa::spec;
+
+use super::args::Explore;
+use super::calibrate::prepared;
+use super::explore_page::{HEAD, html};
+use super::reply::Reply;
+use super::say;
+
+/// Largest error of the strain, relative, where nothing is said: that of single precision.
+const TOLERANCE: f64 = 1e-5;
+
+/// Tolerances that a chart of some thousand terms can hold.
+const ALLOWED: [f64; 2] = [1e-7, 1e-3];
+
+/// Where the page goes.
+const FILE: &str = "explore.html";
+
+/// Writes the page of a spec.
+pub fn run(args: &Explore) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let spec = spec::read(&args.spec)?;
+    let options = prepared(&args.common, &spec)?;
+    let quiet = options.quiet == Some(true);
+    if !quiet {
+        spec.warnings.iter().for_each(say::warning);
+    }
+    let at = |e: Error| match e {
+        Error::Input(e) if e.file.is_none() => Error::Input(e.at(args.spec.display().to_string(), None)),
+        other => other,
+    };
+    let tolerance = options.tolerance.unwrap_or(TOLERANCE);
+    if !(ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
+        let e = InputError::new("this is no tolerance of a page's chart").key("tolerance").value(tolerance);
+        return Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])).into());
+    }
+    let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
+    free(&out, &spec.inputs, options.force == Some(true))?;
+    if options.plan == Some(true) {
+        let text =
+            format!("{}: one chart to {tolerance:e}, as {}; nothing was run\n", spec.name, out.display());
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    let baked = bake(&spec, tolerance).map_err(at)?;
+    let page = html(&document(&spec, &baked)?);
+    write(&out, &page)?;
+    let (census, chart) = (baked.census, &baked.chart);
+    let coefficients = chart.coefficients();
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let text = format!(
+        "one chart of every distance, {coefficients} coefficients; strain right to {:.1e} at {} whiskers of the ranges{}\n\
+         wrote {} ({} kB) in {:.2} s\n",
+        census.strain,
+        census.taps,
+        if census.outside == 0 {
+            String::new()
+        } else {
+            format!(", {} more lie outside the chart", census.outside)
+        },
+        out.display(),
+        page.len().div_ceil(1000),
+        start.elapsed().as_secs_f64()
+    );
+    Ok(Reply {
+        text,
+        out: Some(out.clone()),
+        files: vec![out],
+        counts: json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() }),
+        seconds,
+        backend: Value::Null,
+        result: json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) }),
+        quiet,
+        ..Reply::default()
+    })
+}
+
+fn domain(baked: &vibrissa::explore::Baked) -> Value {
+    let d = &baked.domain;
+    json!({ "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
+}
+
+/// Whether `out` may be written: it is no folder, no input, and nothing but an older page unless that is forced.
+fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
+    let refuse = |message: &str, allowed: &str| {
+        Err(InputError::new(message).key("--out").value(out.display()).allowed(allowed).into())
+    };
+    let same = |input: &PathBuf| match (input.canonicalize(), out.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    if out.is_dir() {
+        return refuse("this is a folder; a page is one file", "the name of a file, such as explore.html");
+    }
+    if inputs.iter().any(same) {
+        return refuse("this is an input", "another file");
+    }
+    // Only an older page is replaced without being asked.
+    let ours = || std::fs::read(out).is_ok_and(|old| old.starts_with(HEAD.as_bytes()));
+    if out.exists() && !force && !ours() {
+        return refuse(
+            "this file is no page of `vibrissa explore`",
+            "another file, or --force to replace it",
+        );
+    }
+    Ok(())
+}
+
+/// Writes the page beside its place, then puts it there.
+fn write(out: &Path, page: &str) -> Result<(), Error> {
+    let failed = |e: std::io::Error| Error::io(out.display().to_string(), e);
+    let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let name = out.file_name().unwrap_or_default().to_string_lossy();
+    let beside = folder.join(format!(".vibrissa-{}-{name}", std::process::id()));
+    let unfinished = Unfinished::new(&beside);
+    let written = std::fs::File::create(&beside)
+        .and_then(|mut file| file.write_all(page.as_bytes()).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&beside, out));
+    unfinished.settle();
+    written.map_err(|e| {
+        let _ = std::fs::remove_file(&beside);
+        failed(e)
+    })
+}

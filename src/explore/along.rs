@@ -1,0 +1,216 @@
+//! The strain along a whisker, its contact and its force, as functions of numbers scaled by the contact distance.
+
+use crate::chart::axis::{AXES, Axis, Map, Quantity};
+use crate::chart::build::{Bound, Built, build_of};
+use crate::chart::distance::{lobatto, power};
+use crate::chart::ranges::holds;
+use crate::error::SolveError;
+use crate::physics::linear::{StrainCurve, shear_length2};
+use crate::physics::{onset::Grip, root::bracketed, taper::Taper};
+use crate::scene::{Contact, Drive, Material, Setup, Side, Theory, Tuple};
+
+use super::domain::Domain;
+use super::taps::{Taps, sides};
+
+/// Functions of the chart.
+pub const FUNCTIONS: usize = 4;
+/// (1 − x/a) (ε(x)/(θ f(x)) − 1) of the contact side, f the linear limit of the model at a point.
+pub const CONTACT: usize = 0;
+/// The same of the far side.
+pub const FAR: usize = 1;
+/// c/a − 1.
+pub const ARC: usize = 2;
+/// P over that of the linear theory, less 1.
+pub const FORCE: usize = 3;
+
+/// Axis of r₀/a, or of ρ/a where the pole has a radius: the place of the width of a gauge, which a point has not.
+pub const OFFSET: usize = Quantity::Width as usize;
+/// Axis of τa.
+pub const TAPER: usize = Quantity::Taper as usize;
+/// Axis of x/a.
+pub const PLACE: usize = Quantity::Place as usize;
+
+/// Errors of the strain where K → 1: of δ/driveᵉ relative to itself, and a small one.
+const RELATIVE: f64 = 1e-5;
+const SMALL: f64 = 0.02;
+
+/// Most taps of a chart: each is a term, and a page should stay small.
+const MOST: usize = 9000;
+
+/// Share of the strain's error that a chart may have.
+const SHARE: f64 = 0.2;
+
+/// Share of the strain's error that the arc of a contact may be off that chooses whether it slides: it tells what T holds it.
+const HELD: f64 = 0.01;
+
+/// Points of the mean over a gauge (Gauss, Legendre): x and weight on [−1, 1].
+pub const GAUSS: [[f64; 2]; 5] = [
+    [-0.906_179_845_938_664, 0.236_926_885_056_189_1],
+    [-0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+    [0.0, 0.568_888_888_888_888_9],
+    [0.538_469_310_105_683_1, 0.478_628_670_499_366_5],
+    [0.906_179_845_938_664, 0.236_926_885_056_189_1],
+];
+
+/// A chart that holds every distance.
+#[derive(Debug, Clone)]
+pub struct Along {
+    /// e: functions are divided by driveᵉ.
+    pub power: i32,
+    /// Whether the far side is the mirror image of the contact side.
+    pub mirrored: bool,
+    /// Box, series, errors at the points that checked them: of the model, or of a contact that slides with each of the ratios T/P of
+    /// [`Self::ratios`], over the same box.
+    pub branches: Vec<Built<FUNCTIONS>>,
+    /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
+    pub ratios: Vec<f64>,
+}
+
+/// The power of the drive with which the model leaves its own linear limit.
+fn own_power(setup: &Setup) -> i32 {
+    let theory = if setup.model.shear { Theory::Timoshenko } else { Theory::EulerBernoulli };
+    let mut own = setup.clone();
+    own.estimate.theory = theory;
+    power(&own)
+}
+
+/// Whether the far side is the mirror image of the contact side: neither side knows the sign of the stretch.
+fn mirrored(setup: &Setup) -> bool {
+    !setup.model.extension && matches!(setup.model.material, Material::Hooke(_))
+}
+
+impl Along {
+    /// The chart of `setup` over `domain`, for strains good to `strain`; of a contact with friction from this many ratios T/P. `None` where it
+    /// is not smooth enough.
+    pub fn new(
+        setup: &Setup,
+        domain: &Domain,
+        strain: f64,
+        ratios: usize,
+    ) -> Result<Option<Self>, SolveError> {
+        let power = own_power(setup);
+        let maps = [
+            if power == 2 { Map::Square } else { Map::Linear },
+            Map::Linear,
+            Map::Linear,
+            if power == 2 { Map::Inverse } else { Map::Root },
+            Map::Linear,
+        ];
+        let ranges = domain.scaled(setup.drive);
+        let mut axes: [Axis; AXES] = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
+        let ratios: Vec<f64> = match setup.model.contact {
+            Contact::Coulomb(mu) if mu > 0.0 => lobatto(ratios).iter().map(|x| x * mu).collect(),
+            _ => Vec::new(),
+        };
+        let mut branches: Vec<Built<FUNCTIONS>> = Vec::new();
+        while branches.len() < ratios.len().max(1) {
+            let friction = ratios.get(branches.len()).copied();
+            let Some(built) = branch(setup, axes, power, strain, friction)? else { return Ok(None) };
+            if built.axes != axes {
+                axes = built.axes;
+                if !branches.is_empty() {
+                    branches.clear();
+                    continue;
+                }
+            }
+            branches.push(built);
+        }
+        Ok(Some(Self { power, mirrored: mirrored(setup), branches, ratios }))
+    }
+
+    /// Where it holds.
+    pub fn axes(&self) -> &[Axis; AXES] {
+        &self.branches[0].axes
+    }
+
+    /// Coefficients that a page reads.
+    pub fn coefficients(&self) -> usize {
+        let read = |f: &usize| !(self.mirrored && *f == FAR);
+        self.branches
+            .iter()
+            .map(|b| (0..FUNCTIONS).filter(read).map(|f| b.series[f].terms()).sum::<usize>())
+            .sum()
+    }
+
+    /// δ = ε/(θ f) − 1 of the gauge of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
+    pub fn gauge(&self, setup: &Setup, hub: f64, t: &Tuple, drive: f64) -> Option<f64> {
+        let taper = Taper::new(t.D, t.d, t.L_a);
+        let [x1, x2] = taper.gauge(t.x_ss, t.l);
+        let side = if setup.gauge.side == Side::Contact { CONTACT } else { FAR };
+        let own = if setup.drive == Drive::Angle { drive } else { drive / t.a };
+        let offset = if setup.model.pole_radius > 0.0 { setup.model.pole_radius } else { hub };
+        let at = |x: f64| {
+            let q = [own, offset / t.a, t.D / t.a, taper.tau * t.a, x / t.a];
+            let inside = self.axes().iter().zip(q).all(|(axis, q)| holds(axis.range, q));
+            inside.then(|| std::array::from_fn::<f64, AXES, _>(|k| self.axes()[k].place(q[k])))
+        };
+        let arcs: Vec<f64> = {
+            let place = at(0.5 * (x1 + x2))?;
+            self.branches.iter().map(|b| b.series[ARC].at(place)).collect()
+        };
+        let shares = shares(&arcs);
+        let (mut sum, mut linear) = (0.0, 0.0);
+        for [x, weight] in GAUSS {
+            let x = 0.5 * (x1 + x2) + 0.5 * (x2 - x1) * x;
+            let place = at(x)?;
+            let weight = weight / (1.0 - taper.tau * x).powi(3);
+            sum += self
+                .branches
+                .iter()
+                .zip(&shares)
+                .map(|(b, s)| weight * s * b.series[side].at(place))
+                .sum::<f64>();
+            linear += weight * (1.0 - x / t.a);
+        }
+        Some(sum / linear * own.powi(self.power))
+    }
+}
+
+/// What each branch counts, by c/a − 1 of each: the last where even T/P = μ lets the contact slide outwards, the first where even −μ lets it
+/// slide inwards, else those of the polynomial through all of them at the T/P that holds it.
+fn shares(arcs: &[f64]) -> Vec<f64> {
+    let nodes = lobatto(arcs.len().max(2));
+    let at = |x: f64| -> Vec<f64> {
+        let factor = |i: usize, j: usize| (x - nodes[j]) / (nodes[i] - nodes[j]);
+        (0..nodes.len())
+            .map(|i| (0..nodes.len()).filter(|j| *j != i).map(|j| factor(i, j)).product())
+            .collect()
+    };
+    let arc = |x: f64| arcs.iter().zip(at(x)).map(|(arc, share)| arc * share).sum::<f64>();
+    match arcs {
+        [_] => vec![1.0],
+        [.., last] if *last >= 0.0 => at(1.0),
+        [first, ..] if *first <= 0.0 => at(-1.0),
+        _ => at(bracketed(arc, -1.0, 1.0)),
+    }
+}
+
+/// Box and series of taps whose contact slides with T/P = `friction`, or as the model says.
+fn branch(
+    setup: &Setup,
+    axes: [Axis; AXES],
+    power: i32,
+    strain: f64,
+    friction: Option<f64>,
+) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
+    let error = SHARE * strain / axes[0].range[1].powi(power);
+    let of_strain = match power {
+        0 => Bound::of(error),
+        _ => Bound { error, relative: RELATIVE, small: SMALL },
+    };
+    let mut bounds = [of_strain; FUNCTIONS];
+    bounds[ARC] = Bound::of(if friction.is_some() { HELD * strain } else { error });
+    bounds[FORCE] = Bound::of(10.0 * error);
+    let on_sides = &sides(setup)[..if mirrored(setup) { 1 } else { 2 }];
+    let solved = if power == 0 && friction.is_none() { 1e-9 } else { 1e-10 };
+    let grip = Grip::Slide(friction.unwrap_or(0.0));
+    let mut taps = Taps::new(setup, on_sides, grip, power, solved);
+    build_of(axes, &bounds, MOST, &mut |q| taps.solve(q))
+}
+
+/// Strain of the gauge of `t` by the linear limit of the model, per unit of drive.
+pub fn linear(setup: &Setup, hub: f64, t: &Tuple) -> StrainCurve {
+    let taper = Taper::new(t.D, t.d, t.L_a);
+    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
+    StrainCurve::new(taper, taper.gauge(t.x_ss, t.l), hub, setup.drive, shear)
+}

@@ -1,0 +1,86 @@
+//! What a page would say, compared with taps that are solved: whiskers of its domain, none of them a point of its chart.
+
+use super::along::{Along, linear};
+use super::domain::Domain;
+use super::taps::f64_method;
+use crate::design::{Design, amount, is_whisker};
+use crate::error::SolveError;
+use crate::evaluate::{Evaluator, Task};
+use crate::scene::{Setup, Tuple};
+
+/// Whiskers that are compared.
+const WHISKERS: usize = 600;
+
+/// Errors of a chart at whiskers of its domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Census {
+    /// Taps compared.
+    pub taps: usize,
+    /// Taps of the domain that lie outside the chart.
+    pub outside: usize,
+    /// Largest error of the strain, relative to it.
+    pub strain: f64,
+    /// Largest error of ε/(θ f) − 1, f the linear limit of the model, relative to it and, where it is smaller than 1e-7, to that.
+    pub deviation: f64,
+}
+
+impl Census {
+    /// Compares `chart` with taps of `setup` over `domain`.
+    pub fn take(setup: &Setup, domain: &Domain, chart: &Along) -> Result<Self, SolveError> {
+        let mut census = Self::default();
+        // One setup for each hub: it belongs to the rig.
+        for hub in hubs(domain) {
+            let own = setup.clone().hub(hub);
+            let mut taps = Vec::new();
+            for i in 0..WHISKERS / hubs(domain).len() {
+                let t = whisker(domain, i, hub);
+                if !is_whisker(&t) || t.a > t.L_a {
+                    continue;
+                }
+                match chart.gauge(setup, hub, &t, amount(setup.drive, t.drive)) {
+                    Some(delta) => taps.push((t, delta)),
+                    None => census.outside += 1,
+                }
+            }
+            let designs: Vec<Design> = taps.iter().map(|(t, _)| Design::new(&own, *t)).collect();
+            let task = |(design, (t, _)): (u32, &(Tuple, f64))| Task { design, a: t.a, drive: t.drive };
+            let tasks: Vec<Task> = (0..).zip(&taps).map(task).collect();
+            let found = Evaluator::new(&own, f64_method(&own, 1e-10)).run(&designs, &tasks)?;
+            for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
+                // K − 1 is that of the estimator's theory; the two theories differ by a closed form.
+                let theory = o.strain_linear.abs();
+                let limit = amount(setup.drive, t.drive) * linear(setup, hub, t).value(t.a);
+                let ratio = if theory == limit { 1.0 } else { theory / limit };
+                let known = ((ratio - 1.0) - o.deviation) / (1.0 + o.deviation);
+                let error = (delta - known).abs();
+                census.taps += 1;
+                census.strain = census.strain.max(error / (1.0 + known));
+                census.deviation = census.deviation.max(error / known.abs().max(1e-7));
+            }
+        }
+        Ok(census)
+    }
+}
+
+/// Hubs at which whiskers are compared.
+fn hubs(domain: &Domain) -> Vec<f64> {
+    let [lo, hi] = domain.hub;
+    if hi > lo { [0.0, 0.37, 1.0].map(|x| lo + x * (hi - lo)).to_vec() } else { vec![lo] }
+}
+
+/// Whisker `i` of `domain`: evenly spread (Weyl).
+fn whisker(domain: &Domain, i: usize, hub: f64) -> Tuple {
+    // Powers of the inverse of the root of x⁸ = x + 1.
+    const ROOT: f64 = 1.096_981_557_798_560_7;
+    let at =
+        |k: i32, [lo, hi]: [f64; 2]| lo + (hi - lo) * (0.5 + hub + (i + 1) as f64 * ROOT.powi(-k)).fract();
+    Tuple {
+        D: at(1, domain.D),
+        d: at(2, domain.d),
+        L_a: at(3, domain.L_a),
+        x_ss: at(4, domain.x_ss),
+        l: at(5, domain.l),
+        a: at(6, domain.a),
+        drive: at(7, domain.drive),
+    }
+}

@@ -1,0 +1,121 @@
+//! What a page reads, as JSON.
+
+use serde_json::{Map, Value, json};
+
+use super::Baked;
+use super::along::{FAR, FUNCTIONS, GAUSS};
+use super::domain::LAST_PLACE;
+use crate::chart::axis::Axis;
+use crate::chart::build::Built;
+use crate::chart::series::{Row, Series};
+use crate::error::Error;
+use crate::scene::{Convention, Drive, Material, Side, Spec};
+
+/// Version of the format.
+pub const FORMAT: u32 = 1;
+
+/// Names of the functions, in order.
+const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force"];
+
+/// Names of the axes, in order.
+const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x_over_a"];
+
+/// `baked` of `spec`, with the parts of the spec that the page does not move.
+///
+/// # Errors
+/// A spec's text that cannot be read a second time.
+pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
+    let (setup, domain, chart) = (&spec.study.setup, &baked.domain, &baked.chart);
+    let branch = |(k, built): (usize, &Built<FUNCTIONS>)| {
+        let read = (0..FUNCTIONS).filter(|f| !(chart.mirrored && *f == FAR));
+        let functions: Map<String, Value> =
+            read.map(|f| (NAMES[f].to_owned(), rows(&built.series[f]))).collect();
+        json!({ "T_over_P": chart.ratios.get(k).copied().unwrap_or(0.0), "functions": functions })
+    };
+    let axis =
+        |(name, axis): (&str, &Axis)| json!({ "name": name, "variable": axis.map, "range": axis.range });
+    let axes: Vec<Value> = AXIS_NAMES.into_iter().zip(chart.axes()).map(axis).collect();
+    let estimate = &setup.estimate;
+    Ok(json!({
+        "vibrissa_explore": FORMAT,
+        "version": env!("CARGO_PKG_VERSION"),
+        "name": spec.name,
+        "drive": if setup.drive == Drive::Angle { "angle" } else { "displacement" },
+        "model": {
+            "shear": setup.model.shear,
+            "surface": setup.model.surface,
+            "extension": setup.model.extension,
+            "nu": setup.model.nu,
+            "pole_radius": setup.model.pole_radius,
+            "E_MPa": setup.model.material.e0(),
+        },
+        "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
+        "estimate": {
+            "theory": estimate.theory.word(),
+            "elongation": estimate.convention == Convention::Elongation,
+            "K": estimate.k,
+            "range": estimate.range,
+        },
+        "domain": {
+            "D": domain.D, "d": domain.d, "L_a": domain.L_a, "x_ss": domain.x_ss, "l": domain.l,
+            "hub": domain.hub, "a": domain.a, "drive": domain.drive,
+        },
+        "start": {
+            "D": domain.start.D, "d": domain.start.d, "L_a": domain.start.L_a, "x_ss": domain.start.x_ss,
+            "l": domain.start.l, "hub": setup.hub, "drive": domain.start.drive, "distances": domain.distances,
+            "from": domain.reach[0], "to": domain.reach[1],
+            "noise": setup.gauge.noise_strain,
+        },
+        "last_place": LAST_PLACE,
+        "gauss": GAUSS,
+        "power": chart.power,
+        "axes": axes,
+        "branches": chart.branches.iter().enumerate().map(branch).collect::<Vec<_>>(),
+        "census": baked.census,
+        "kept": kept(spec)?,
+    }))
+}
+
+fn side(side: Side) -> &'static str {
+    if side == Side::Contact { "contact" } else { "far" }
+}
+
+/// Terms as rows, orders over all axes but the last before their coefficients, which single precision holds.
+fn rows(series: &Series) -> Value {
+    let row = |row: &Row| {
+        let coefficients: Vec<Value> = row.coefficients.iter().map(|c| short(*c)).collect();
+        json!([row.orders, coefficients])
+    };
+    series.rows.iter().map(row).collect()
+}
+
+/// The shortest decimal number that is this one in single precision.
+fn short(c: f64) -> Value {
+    let text = format!("{:e}", c as f32);
+    text.parse::<f64>().map_or(Value::Null, |c| if c == 0.0 { json!(0) } else { json!(c) })
+}
+
+/// The sections of the spec that the page does not move, as TOML for a spec of what it shows.
+fn kept(spec: &Spec) -> Result<Value, Error> {
+    let fail = |e: &dyn std::fmt::Display| Error::Run(format!("{}: {e}", spec.name));
+    let table: toml::Table = spec.text.parse().map_err(|e| fail(&e))?;
+    let section = |name: &str, moved: &[&str]| -> Result<String, Error> {
+        let mut section = table.get(name).and_then(toml::Value::as_table).cloned().unwrap_or_default();
+        moved.iter().for_each(|key| {
+            section.remove(*key);
+        });
+        if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material)
+            && let Some(material) = section.get_mut("material")
+        {
+            // The curve's path is relative to the spec; its fit is what was computed with.
+            *material = toml::Value::Table([("yeoh".to_owned(), c.to_vec().into())].into_iter().collect());
+        }
+        section.into_iter().map(|(key, value)| Ok(format!("{key} = {value}\n"))).collect()
+    };
+    Ok(json!({
+        "gauge": section("gauge", &["x_ss", "l", "noise_strain"])?,
+        "tap": section("tap", &["a", "theta", "delta"])?,
+        "model": section("model", &[])?,
+        "estimate": section("estimate", &[])?,
+    }))
+}

@@ -1,0 +1,125 @@
+//! Over which ranges a page lets everything be moved: those of the spec; where it has one number, a range around it.
+
+use crate::chart::axis::AXES;
+use crate::design::amount;
+use crate::error::InputError;
+use crate::plan::Layout;
+use crate::scene::{Axis, Drive, Setup, Tuple};
+
+/// Smallest x/a of the chart: that of the middle of a point's gauge at the clamp.
+pub const FIRST_PLACE: f64 = 0.5 * POINT;
+
+/// Length over a of the gauge that stands for a point.
+pub const POINT: f64 = 1e-3;
+
+/// Largest x/a of the chart; beyond it the strain next to the contact is drawn to its known end.
+pub const LAST_PLACE: f64 = 0.95;
+
+/// Largest τa: next to the virtual apex nothing is smooth.
+const LAST_TAPER: f64 = 0.92;
+
+/// Ranges, lengths in mm, and where the page starts.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(non_snake_case)]
+pub struct Domain {
+    /// D.
+    pub D: [f64; 2],
+    /// d.
+    pub d: [f64; 2],
+    /// L_a.
+    pub L_a: [f64; 2],
+    /// x_ss.
+    pub x_ss: [f64; 2],
+    /// l.
+    pub l: [f64; 2],
+    /// r₀; a point with a displacement drive, where it plays no part, and with a pole that has a radius.
+    pub hub: [f64; 2],
+    /// ρ: the spec's.
+    pub pole: f64,
+    /// a.
+    pub a: [f64; 2],
+    /// θ, degrees, or δ, mm.
+    pub drive: [f64; 2],
+    /// First design of the spec, a drive in the middle.
+    pub start: Tuple,
+    /// Nearest and farthest distance of the spec.
+    pub reach: [f64; 2],
+    /// Distances asked of a design.
+    pub distances: u64,
+}
+
+/// [lo, hi] where they differ, else a range around the number by these factors.
+fn around([lo, hi]: [f64; 2], factors: [f64; 2]) -> [f64; 2] {
+    if hi > lo { [lo, hi] } else { factors.map(|f| lo * f) }
+}
+
+impl Domain {
+    /// Of the designs of `layout`.
+    ///
+    /// # Errors
+    /// A pole with a radius beside a hub: a chart has one of both.
+    pub fn new(setup: &Setup, layout: &Layout) -> Result<Self, InputError> {
+        let pole = setup.model.pole_radius;
+        let angle = setup.drive == Drive::Angle;
+        if pole > 0.0 && setup.hub > 0.0 && angle {
+            return Err(InputError::new("a page holds a hub or an object with a radius, not both")
+                .key("model.pole_radius")
+                .value(pole)
+                .allowed("0, or hub = 0 in [whisker]"));
+        }
+        let drives = layout.drives().map_or(layout.bounds(6), |axis| [axis.min(), axis.max()]);
+        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(k));
+        let reach = layout.reach();
+        let mut drive = around(drives, [0.5, 2.0]);
+        if angle {
+            drive[1] = drive[1].min(60.0).max(drives[1]);
+        }
+        let largest = base[1];
+        Ok(Self {
+            D: around(base, [0.8, 1.2]),
+            d: around(tip, [0.8, 1.2]),
+            L_a: around(length, [0.8, 1.2]),
+            x_ss: if x_ss[1] > 0.0 { around(x_ss, [0.5, 2.0]) } else { [0.0, 0.5 * largest] },
+            l: around(grid, [0.5, 2.0]),
+            hub: match setup.hub {
+                _ if !angle || pole > 0.0 => [0.0; 2],
+                0.0 => [0.0, largest],
+                hub => [0.0, 2.0 * hub],
+            },
+            pole,
+            a: around(reach, [0.7, 1.4]),
+            drive,
+            start: Tuple { drive: middle(layout, drives), ..layout.design(0) },
+            reach,
+            distances: layout.n_distances,
+        })
+    }
+
+    /// The box of the chart: drive, (r₀ or ρ)/a, D/a, τa, x/a, in that order.
+    pub fn scaled(&self, kind: Drive) -> [[f64; 2]; AXES] {
+        let [near, far] = self.a;
+        let over_a = |[lo, hi]: [f64; 2]| [lo / far, hi / near];
+        let drive = self.drive.map(|drive| amount(kind, drive));
+        // τa = (1 − d/D) a/L_a with a ≤ L_a.
+        let reach = [near / self.L_a[1], (far / self.L_a[0]).min(1.0)];
+        let lost = [1.0 - self.d[1] / self.D[0], 1.0 - self.d[0] / self.D[1]];
+        let least = lost[0] * if lost[0] < 0.0 { reach[1] } else { reach[0] };
+        let most = lost[1] * if lost[1] < 0.0 { reach[0] } else { reach[1] };
+        [
+            if kind == Drive::Angle { drive } else { over_a(drive) },
+            if self.pole > 0.0 { over_a([self.pole; 2]) } else { over_a(self.hub) },
+            over_a(self.D),
+            [least.max(-1.0), most.min(LAST_TAPER)],
+            [FIRST_PLACE, LAST_PLACE],
+        ]
+    }
+}
+
+/// A drive of the spec next to the middle of its range.
+fn middle(layout: &Layout, [lo, hi]: [f64; 2]) -> f64 {
+    let half = 0.5 * (lo + hi);
+    let nearest = |axis: &Axis| {
+        axis.iter().min_by(|a, b| (a - half).abs().total_cmp(&(b - half).abs())).unwrap_or(half)
+    };
+    layout.drives().filter(|axis| axis.len() < 10_000).map_or(half, nearest)
+}

@@ -1,0 +1,80 @@
+//! A page to play with: one chart that serves every distance, baked over the ranges of a spec, in one HTML file.
+//!
+//! With the contact distance a as unit of length a tap knows five numbers: the drive (θ in rad, or δ/a), r₀/a (or ρ/a), D/a, τa, and the
+//! place x/a at which the strain is asked. So one chart over scaled ranges holds every distance, and the strain along the whole whisker
+//! beside that of any gauge, which is a mean over x ([`along::Along`]). With Coulomb
+//! friction several charts hold it, as in [`crate::chart`]. [`domain`] says which ranges, [`taps`] solves the taps, [`check`]
+//! compares what a page would say with taps solved at whiskers of its own, [`document`] writes it all.
+
+pub mod along;
+pub mod check;
+pub mod document;
+pub mod domain;
+pub mod taps;
+
+use crate::error::{Error, InputError};
+use crate::scene::{Contact, Geometry, Spec, Theory};
+use along::Along;
+use check::Census;
+use domain::Domain;
+
+/// Numbers of T/P between −μ and μ that are tried for a contact with friction.
+const RATIOS: [usize; 2] = [3, 5];
+
+/// What a page reads.
+#[derive(Debug, Clone)]
+pub struct Baked {
+    /// Ranges and starts of its sliders.
+    pub domain: Domain,
+    /// The chart.
+    pub chart: Along,
+    /// Its errors at whiskers of the domain.
+    pub census: Census,
+}
+
+/// The chart of the model of `spec` over its domain; `strain` is the largest error of strain, relative.
+///
+/// # Errors
+/// A spec without ranges, a model that has no chart of this kind, or one that is not smooth over the ranges: each says which key, and what is
+/// allowed.
+pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
+    let setup = &spec.study.setup;
+    let refuse = |message: &str, key: &str, value: String, allowed: &str| {
+        Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
+    };
+    if setup.model.geometry == Geometry::Linear {
+        return refuse("a page shows the exact rod", "model.geometry", "linear".into(), "exact");
+    }
+    if setup.model.contact == Contact::Stick {
+        let allowed = "frictionless, { coulomb = … }";
+        return refuse(
+            "what holds a contact that always sticks has no chart",
+            "model.contact",
+            "stick".into(),
+            allowed,
+        );
+    }
+    if setup.estimate.theory == Theory::Exact {
+        let allowed = "euler-bernoulli, timoshenko";
+        return refuse("a page tells distances by a theory", "estimate.theory", "exact".into(), allowed);
+    }
+    let Some(layout) = spec.study.space.layout() else {
+        return refuse(
+            "a page needs ranges, not a list of tuples",
+            "tuples",
+            "a file".into(),
+            "[whisker], [gauge] and [tap]",
+        );
+    };
+    let domain = Domain::new(setup, &layout)?;
+    for ratios in RATIOS {
+        let Some(chart) = Along::new(setup, &domain, strain, ratios)? else { break };
+        let census = Census::take(setup, &domain, &chart)?;
+        if chart.ratios.is_empty() || census.strain <= strain {
+            return Ok(Baked { domain, chart, census });
+        }
+    }
+    let value = format!("a = {:?} mm", domain.a);
+    let allowed = "narrower ranges: smaller drives, distances farther from the apex of the whisker";
+    refuse("the model is not smooth enough over these ranges for one chart", "tap", value, allowed)
+}

@@ -1,0 +1,118 @@
+//! Taps of a page's chart as whiskers, solved in f64.
+
+use rayon::prelude::*;
+
+use super::along::{ARC, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, TAPER};
+use super::domain::POINT;
+use crate::chart::axis::{AXES, Quantity};
+use crate::design::{Design, Shared, amount};
+use crate::error::SolveError;
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::kernel::{Rung, cpu::Cpu};
+use crate::physics::{
+    inverse::Inverse,
+    linear::{StrainCurve, shear_length2},
+    onset::Grip,
+    taper::Taper,
+};
+use crate::scene::{Drive, Precision, Setup, Side, Tuple};
+use crate::status::Status;
+
+/// Contact distance of taps without a length of their own, mm.
+const UNIT: f64 = 10.0;
+
+const DRIVE: usize = Quantity::Drive as usize;
+const BASE: usize = Quantity::Base as usize;
+
+/// `setup` with its gauge on either side.
+pub fn sides(setup: &Setup) -> [Setup; 2] {
+    [Side::Contact, Side::Far].map(|side| setup.clone().side(side))
+}
+
+/// Solves taps for what the chart holds.
+pub struct Taps<'a> {
+    setup: &'a Setup,
+    /// On the contact side and, where it is not its mirror image, the far side.
+    sides: Vec<Evaluator<'a>>,
+    grip: Grip,
+    power: i32,
+}
+
+impl<'a> Taps<'a> {
+    /// Taps of `setup` with its gauge on `sides` whose contacts `grip` holds; functions are divided by driveᵖᵒʷᵉʳ.
+    pub fn new(setup: &'a Setup, sides: &'a [Setup], grip: Grip, power: i32, tolerance: f64) -> Self {
+        let evaluator = |setup| Evaluator::new(setup, f64_method(setup, tolerance));
+        Self { setup, sides: sides.iter().map(evaluator).collect(), grip, power }
+    }
+
+    /// The functions at `points`, quantities in the order of the axes; `None` where there is no tap.
+    pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Option<[f64; FUNCTIONS]>>, SolveError> {
+        let (setup, grip, power) = (self.setup, self.grip, self.power);
+        let asked: Vec<(Design, f64, f64)> = points.par_iter().map(|q| tap(setup, q)).collect();
+        let tasks: Vec<Task> =
+            (0..).zip(&asked).map(|(design, (_, a, drive))| Task { design, a: *a, drive: *drive }).collect();
+        let designs: Vec<Design> = asked.into_iter().map(|(design, ..)| design).collect();
+        let mut found = Vec::new();
+        for evaluator in &mut self.sides {
+            found.push(evaluator.run_gripped(&designs, &tasks, grip)?);
+        }
+        let (contact, far) = (&found[0], found.last().unwrap_or(&found[0]));
+        let functions = |i: usize| {
+            let scale = points[i][DRIVE].powi(power);
+            let linear = force(setup, &designs[i], &tasks[i]);
+            let room = 1.0 - points[i][PLACE];
+            let mut f = [0.0; FUNCTIONS];
+            f[CONTACT] = room * strain(&contact[i])?;
+            f[FAR] = room * strain(&far[i])?;
+            f[ARC] = contact[i].arc / tasks[i].a - 1.0;
+            f[FORCE] = contact[i].normal_force / linear - 1.0;
+            Some(f.map(|f| f / scale)).filter(|f| f.iter().all(|f| f.is_finite()))
+        };
+        Ok((0..points.len()).into_par_iter().map(functions).collect())
+    }
+}
+
+/// Single f64 taps on the CPU, to `tolerance`.
+pub fn f64_method(setup: &Setup, tolerance: f64) -> Method {
+    let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
+    Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance }
+}
+
+/// δ = ε/(θ f) − 1 of a tap that has a strain.
+fn strain(o: &Outcome) -> Option<f64> {
+    let bad = [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
+    (bad.iter().all(|s| !o.status.has(*s))).then(|| -o.deviation / (1.0 + o.deviation))
+}
+
+/// P of the linear theory of the model, N.
+fn force(setup: &Setup, design: &Design, task: &Task) -> f64 {
+    let curve = design.shared.as_ref().map(|s| s.theory.curve().force(setup.model.material.e0(), task.a));
+    curve.unwrap_or(f64::NAN) * amount(setup.drive, task.drive)
+}
+
+/// A whisker, longer than any contact, with a point of a gauge, its contact distance (mm) and its drive, of the quantities `q`. Its theory
+/// is the linear limit of the model, with shear where that has it.
+#[allow(non_snake_case)]
+fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
+    let pole = setup.model.pole_radius;
+    let a = if pole > 0.0 { pole / q[OFFSET] } else { UNIT };
+    let hub = if pole > 0.0 { 0.0 } else { a * q[OFFSET] };
+    let D = a * q[BASE];
+    let reach = if q[TAPER] > 0.0 { (0.5 + 0.5 / q[TAPER]).min(1.5) } else { 1.5 };
+    let (L_a, d) = (a * reach, D * (1.0 - q[TAPER] * reach));
+    let taper = Taper::new(D, d, L_a);
+    let gauge = [-0.5, 0.5].map(|end| a * (q[PLACE] + end * POINT));
+    let curve = |shear| StrainCurve::new(taper, gauge, hub, setup.drive, shear);
+    let bare = Inverse::new(curve(0.0));
+    let theory = match setup.model.shear {
+        true => Inverse::new(curve(shear_length2(&taper, setup.model.nu))),
+        false => bare.clone(),
+    };
+    let tuple = Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN };
+    let shared = Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory };
+    let drive = match setup.drive {
+        Drive::Angle => q[DRIVE].to_degrees(),
+        Drive::Displacement => q[DRIVE] * a,
+    };
+    (Design { tuple, shared: Some(shared) }, a, drive)
+}

@@ -1,0 +1,150 @@
+//! The page to play with: what is baked into it, and what it refuses. What it shows is tested in a browser: pages/explore/test.mjs.
+
+use serde_json::Value;
+
+use crate::common::program::{Desk, SPEC};
+
+const REAL: &str = "material = { neo-hookean = 3.2 }\nsurface = true\nshear = true\nextension = true\n";
+
+const START: &str = "<script type=\"application/json\" id=\"chart\">";
+
+/// A page around its chart.
+fn parts(page: &str) -> (&str, Value, &str) {
+    let (before, rest) = page.split_once(START).expect("a chart");
+    let (chart, after) = rest.split_once("</script>").expect("its end");
+    (before, serde_json::from_str(chart).expect("JSON"), after)
+}
+
+/// What `explore` says of the spec `text`.
+fn baked(text: &str) -> Value {
+    let desk = Desk::new(text);
+    desk.run(&["explore", "spec.toml", "--json"]).exits(0).json()
+}
+
+#[test]
+fn a_page_is_one_file_that_asks_for_nothing() {
+    let desk = Desk::new(SPEC);
+    let said = desk.run(&["explore", "spec.toml", "--out", "pages/one.html"]).exits(0).stdout;
+    assert!(said.contains("strain right to") && said.contains("pages/one.html"), "{said}");
+    let page = desk.read("pages/one.html");
+    assert_eq!(desk.names("pages"), ["one.html"]);
+    assert!(page.len() < 400_000, "{}", page.len());
+    for word in ["http:", "https:", "src=", "import(", "fetch(", "@import", "url("] {
+        assert!(!page.contains(word), "{word}");
+    }
+    let (_, chart, _) = parts(&page);
+    assert_eq!(chart["vibrissa_explore"], 1);
+    assert_eq!(chart["domain"]["d"], serde_json::json!([4.0, 7.0]));
+    assert_eq!(chart["start"]["noise"], 1e-6);
+    desk.run(&["explore", "spec.toml", "--out", "again.html", "--quiet"]).exits(0);
+    assert_eq!(page, desk.read("again.html"), "the same bytes in every run");
+}
+
+#[test]
+fn charts_of_many_models_hold_their_tolerance() {
+    let model = |lines: &str| SPEC.to_owned() + "[model]\n" + lines;
+    let delta = SPEC.replace("theta = [1, 4]", "drive = \"displacement\"\ndelta = [0.5, 4]");
+    let specs = [
+        SPEC.to_owned(),
+        SPEC.replace("D = 10", "D = [8, 12]\nhub = 12"),
+        SPEC.replace("l = 2", "l = 2\nside = \"far\"") + "[estimate]\ntheory = \"timoshenko\"\n",
+        model(REAL),
+        model(&REAL.replace("surface = true\n", "")).replace("l = 2", "l = 2\nside = \"far\""),
+        model("surface = true\npole_radius = 3\n"),
+        delta.clone(),
+        delta + "[model]\n" + REAL,
+        model("material = { yeoh = [0.5, -0.08, 0.02] }\nextension = true\nsurface = true\n"),
+        model("contact = { coulomb = 0 }\nextension = true\n"),
+        model("contact = { coulomb = 0.3 }\nextension = true\n"),
+    ];
+    for text in specs {
+        let said = baked(&text);
+        let (counts, result) = (&said["counts"], &said["result"]);
+        assert!(result["strain_error"].as_f64().unwrap() < 1e-5, "{said}\n{text}");
+        let (taps, outside) =
+            (counts["taps_checked"].as_u64().unwrap(), counts["taps_outside"].as_u64().unwrap());
+        assert!(taps > 300 && outside < taps / 3, "{said}\n{text}");
+    }
+    // Where K → 1 with the drive the spread of K keeps its digits.
+    assert!(baked(SPEC)["result"]["deviation_error"].as_f64().unwrap() < 5e-4);
+}
+
+#[test]
+fn what_has_no_page_is_refused_by_its_key() {
+    let refused = |text: &str, key: &str, allowed: &str| {
+        let desk = Desk::new(text);
+        let error = desk.run(&["explore", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+        assert!(error["key"] == key && error["file"].as_str().unwrap().contains("spec.toml"), "{error}");
+        assert!(error["allowed"].as_str().unwrap().contains(allowed) && !error["value"].is_null(), "{error}");
+        assert!(!desk.path("explore.html").exists());
+    };
+    let with = |lines: &str| format!("{SPEC}{lines}\n");
+    refused(&with("[model]\ngeometry = \"linear\""), "model.geometry", "exact");
+    refused(&with("[model]\ncontact = \"stick\"\nextension = true"), "model.contact", "frictionless");
+    refused(&with("[estimate]\ntheory = \"exact\""), "estimate.theory", "timoshenko");
+    let both = with("[model]\npole_radius = 2").replace("L_a = 50", "L_a = 50\nhub = 3");
+    refused(&both, "model.pole_radius", "hub = 0");
+    refused(&SPEC.replace("theta = [1, 4]", "theta = [1, 80]"), "tap", "narrower");
+
+    let desk = Desk::new("[tuples]\nfile = \"t.csv\"\n");
+    desk.write("t.csv", "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n10,4,50,5,2,30,3\n");
+    let error = desk.run(&["explore", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+    assert_eq!(error["key"], "tuples", "{error}");
+}
+
+#[test]
+fn no_file_but_an_older_page_is_replaced() {
+    let desk = Desk::new(SPEC);
+    desk.write("notes.html", "mine");
+    std::fs::create_dir(desk.path("folder")).unwrap();
+    for (out, word) in [("notes.html", "no page"), ("folder", "folder"), ("spec.toml", "input")] {
+        let said = desk.run(&["explore", "spec.toml", "--out", out]).exits(2).stderr;
+        assert!(said.contains(word) && said.contains("--out"), "{said}");
+    }
+    desk.run(&["explore", "spec.toml", "--out", "spec.toml", "--force"]).exits(2);
+    assert!(desk.read("notes.html") == "mine" && desk.read("spec.toml") == SPEC);
+    desk.run(&["explore", "spec.toml", "--out", "notes.html", "--force"]).exits(0);
+    desk.run(&["explore", "spec.toml", "--out", "notes.html"]).exits(0);
+    let planned = desk.run(&["explore", "spec.toml", "--plan"]).exits(0).stdout;
+    assert!(planned.contains("nothing was run") && !desk.path("explore.html").exists(), "{planned}");
+    let error = desk.run(&["explore", "spec.toml", "--tolerance", "1e-9", "--json"]).exits(2).json();
+    assert_eq!(error["error"]["key"], "tolerance");
+    assert_eq!(desk.names("."), ["folder", "notes.html", "spec.toml"]);
+}
+
+/// The numbers of two documents in order, and whether all else is equal.
+fn numbers(a: &Value, b: &Value, found: &mut Vec<[f64; 2]>) {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => found.push([a.as_f64().unwrap(), b.as_f64().unwrap()]),
+        (Value::Array(a), Value::Array(b)) => {
+            assert_eq!(a.len(), b.len());
+            a.iter().zip(b).for_each(|(a, b)| numbers(a, b, found));
+        }
+        (Value::Object(a), Value::Object(b)) => {
+            assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+            a.iter().for_each(|(key, a)| numbers(a, &b[key], found));
+        }
+        _ => assert_eq!(a, b),
+    }
+}
+
+#[test]
+fn the_published_page_is_that_of_the_prototypes() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/");
+    let desk = Desk::new(SPEC);
+    desk.run(&["explore", &format!("{root}sweeps/prototypes.toml"), "--quiet"]).exits(0);
+    let published = std::fs::read_to_string(format!("{root}docs/explore.html")).unwrap();
+    let made = desk.read("explore.html");
+    let ((b1, published, a1), (b2, made, a2)) = (parts(&published), parts(&made));
+    assert!(
+        b1 == b2 && a1 == a2,
+        "docs/explore.html is older than pages/explore: vibrissa explore sweeps/prototypes.toml --out docs/explore.html"
+    );
+    // Other processors round the last digits of a solved tap otherwise.
+    let (published, made) = (&published["branches"], &made["branches"]);
+    let mut all = Vec::new();
+    numbers(published, made, &mut all);
+    assert!(all.len() > 1000);
+    let largest = all.iter().map(|[a, _]| a.abs()).fold(0.0, f64::max);
+    assert!(all.iter().all(|[a, b]| (a - b).abs() < 1e-6 * largest));
+}
