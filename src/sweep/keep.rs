@@ -64,7 +64,7 @@ pub(super) fn damaged() -> Error {
 }
 
 impl Run<'_> {
-    /// `done` of the designs (or rows of a tuple file) are complete and in the tables: they are kept if it is time, with what `route` needs to go on from here.
+    /// `done` of the designs (or rows of them, or of a tuple file) are complete and in the tables: they are kept if it is time, with what `route` needs to go on from here.
     ///
     /// # Errors
     /// What cannot be written; a request to stop.

@@ -215,7 +215,7 @@ fn go_on(desk: &Desk, more: &[&str]) -> crate::common::program::Ran {
 #[test]
 fn a_full_disk_loses_nothing_that_was_complete() {
     let desk = stopped();
-    go_on(&desk, &["--out", "whole"]).exits(0);
+    desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "whole"]).exits(0);
     desk.write("out/notes.txt", "mine");
     // Still full: what is kept stays.
     let (code, words) = run_limited(&desk, &[]);
@@ -252,9 +252,11 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
     let spec = desk.read("spec.toml");
     let other = spec.replace("noise_strain = 1e-6", "noise_strain = 2e-6");
     as_if_long(&desk);
-    for (text, more) in
-        [(&other, &[][..]), (&spec, &["--precision", "f32"]), (&spec, &["--tolerance", "1e-7"])]
-    {
+    for (text, more) in [
+        (&other, &[][..]),
+        (&spec, &["--precision", "f32"]),
+        (&spec, &["--precision", "f64", "--tolerance", "1e-7"]),
+    ] {
         desk.write("spec.toml", text);
         let line = [&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat();
         let ran = desk.run(&line).exits(2);

@@ -55,7 +55,8 @@ fn pandas_polars_and_duckdb_read_what_csv_says() {
     let spec = SPEC
         .replace("d = [4, 7]", "d = [2, 4, 7, 10]")
         .replace("theta = [1, 4]", "theta = [1, 4, 20, 40]")
-        .replace("x_ss = 5", "x_ss = [5, 49]");
+        .replace("x_ss = 5", "x_ss = [5, 45]")
+        .replace("L_a = 50", "L_a = [46, 50]");
     let desk = Desk::new(&spec);
     desk.write("pq/spec.toml", format!("{spec}[output]\nformat = \"parquet\"\n"));
     desk.sweep(&["--out", "csv"]).exits(0);

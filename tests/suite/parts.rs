@@ -220,10 +220,11 @@ fn searches_with_seeds_of_their_own_are_joined() {
     for (part, seed) in [("1/3", "seed = 5"), ("2/3", "seed = 6"), ("3/3", "seed = 7")] {
         desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", part]).exits(0);
         let folder = part.replace('/', "-of-");
-        line(seed, "alone");
+        let alone = format!("alone-{folder}");
+        line(seed, &alone);
         assert_eq!(
             desk.read(&format!("out/shard-{folder}/pareto.csv")),
-            desk.read("alone/pareto.csv"),
+            desk.read(&format!("{alone}/pareto.csv")),
             "{seed}"
         );
     }
