@@ -151,7 +151,7 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
         let said = if json { words(&left.stdout) } else { words(&left.stderr) };
         assert!(said.contains("of 200000 designs are kept in out, and the same command goes on"), "{said}");
         assert_eq!(desk.names("out"), [".vibrissa-unfinished"]);
-        desk.run(&line[..7]).exits(0);
+        desk.run(&line[..8]).exits(0);
         desk.run(&[&line[..6], &["--out", "whole"]].concat()).exits(0);
         assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
         std::fs::remove_dir_all(desk.path("out")).unwrap();

@@ -110,7 +110,9 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
             let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
             let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
             let swept = question.command != "sweep" && folder.join(WORK).exists();
-            match (occupied, searched, swept) {
+            // What a sweep began is its own, whatever was put beside it since.
+            let begun = question.command == "sweep" && folder.join(WORK).is_dir();
+            match (occupied && !begun, searched, swept) {
                 (true, ..) => Some("this folder is not empty and holds no result of this program".to_owned()),
                 (_, true, _) => Some("this folder holds an unfinished search".to_owned()),
                 (_, _, true) => Some("this folder holds an unfinished sweep".to_owned()),
