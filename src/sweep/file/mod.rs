@@ -115,7 +115,8 @@ fn reduce_all(
         all.reduce(run, groups, &designs, &batch[..open], once)?;
         batch.drain(..open);
         if !more {
-            return Ok(());
+            let rows = reader.len as u64;
+            return run.complete((rows, rows, "rows"), |to| pack_reduced((rows, all), to));
         }
         // The design of what is left comes first in the next batch.
         if let Some(tap) = batch.first() {
