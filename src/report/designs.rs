@@ -90,7 +90,7 @@ pub fn trade(
         .with(of("front", 1, &|r| is_best.contains(&r), Marker::Circle))
         .with(Mark::points(Path::new("chosen design", 4, chosen), Marker::Ring));
     let caption = format!(
-        "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of all {} rows that keep their limits ({} on it).",
+        "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of those of all {} rows that keep their limits ({} lie on it).",
         quantity::axis(x).label,
         quantity::axis(y).label,
         table.len,

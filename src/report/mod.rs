@@ -1,6 +1,6 @@
 //! `report`: a result folder → figures, and one page that holds them and its tables.
 //!
-//! [`source`] reads the folder back and refuses what is damaged; one file for each command makes [`content`] (figures as data, rows
+//! [`source`] reads the folder back and refuses what is damaged; one file for each command makes [`mod@content`] (figures as data, rows
 //! for the page) of its tables; [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is computed again: what is drawn is what
 //! the tables say.
 

@@ -92,11 +92,14 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
     ))
 }
 
+/// Title, label, and the name and column of each series.
+type Bars = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
 /// Bars of elasticities, and of Sobol' indices.
 fn sensitivity(table: &Table) -> Result<Figure, InputError> {
     let names: Vec<String> = (0..table.len).map(|r| table.word("parameter", r)).collect();
     let mut panels = Vec::new();
-    let sets: [(&str, &str, &[(&str, &str)]); 3] = [
+    let sets: [Bars; 3] = [
         (
             "at the optimum",
             "elasticity, % per %",

@@ -173,7 +173,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
         let svg = desk.read(&format!("out/{figure}.svg"));
         assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"), "{figure}");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{figure}");
-        assert!(svg.contains("cpu f32") && svg.contains("cpu f64"), "{figure} has a legend");
+        assert!(svg.contains("CPU f32") && svg.contains("CPU f64"), "{figure} has a legend");
     }
     assert!(desk.read("out/work_precision.svg").contains("time per tap (ns)"));
 
