@@ -167,6 +167,7 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
 #[test]
 fn a_stopped_search_says_what_it_kept_and_fails() {
     let search = "[whisker]\nL_a = 50\n[gauge]\nnoise_strain = 20e-6\n[tap]\na = [21, 33, 48]\n[optimise]\nobjective = \"distance\"\n\
+                  robust = { D = 0.05, samples = 64, calibrated = \"nominal\" }\n\
                   budget = { evaluations = 100000000 }\nvariables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }\n";
     let desk = Desk::new(search);
     let child = start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--json"]));

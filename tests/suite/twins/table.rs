@@ -434,6 +434,7 @@ pub const RUST_ONLY: [(&[&str], &str); 6] = [
             "scene/sampler.rs:words",
             "scene/sampler.rs:hash",
             "scene/sampler.rs:directions",
+            "scene/sampler.rs:flips",
         ],
         "known when the shader is written",
     ),

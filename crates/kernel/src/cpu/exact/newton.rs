@@ -89,38 +89,6 @@ pub struct Step<P> {
     pub fold: P,
 }
 
-/// What turns the rod while its shortening and its height are held.
-struct Held<'a, P, const N: usize> {
-    effects: &'a Effects,
-    n: usize,
-    passes: u32,
-    ratio: P,
-    contact_radius: P,
-    w_force: P,
-    spread: P,
-    /// Moment over y⁻⁵ that a unit of W takes away through Δξ, and that a unit of H adds through η.
-    drawn: [P; N],
-    raised: [P; N],
-}
-
-impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> Held<'_, Pack<T, L, FMA>, N> {
-    /// ∂ψ of both unknowns at the place that integrates with `row`; `lever` and `pivot` as there.
-    #[inline(always)]
-    fn turn(&self, [lever, pivot]: [Pack<T, L, FMA>; 2], row: &[T; N]) -> (Pack<T, L, FMA>, Pack<T, L, FMA>) {
-        let stick = self.effects.stick;
-        let mut first = if stick { lever } else { lever + self.ratio * self.contact_radius * pivot };
-        if self.passes > 0 {
-            first = first - self.spread * dot(self.n, row, &self.drawn);
-        }
-        let second = if stick {
-            self.contact_radius * pivot + self.spread * dot(self.n, row, &self.raised)
-        } else {
-            self.w_force * pivot
-        };
-        (first, second)
-    }
-}
-
 /// The step of w and of z (or k) from the residuals of V × R(β)Z₀ = 0 and (V² − Z₀²)/2 = 0, and from their `noise`. A unit of W, c or
 /// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
@@ -167,16 +135,17 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
             drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
         }
     }
-    let held = Held {
-        effects,
-        n,
-        passes,
-        ratio: tap.ratio,
-        contact_radius: bent.contact_radius,
-        w_force: bent.w_force,
-        spread: rod.spread,
-        drawn,
-        raised,
+    let fixed = |lever: Pack<T, L, FMA>, pivot: Pack<T, L, FMA>, row: &[T; N]| {
+        let mut first = if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot };
+        if passes > 0 {
+            first = first - rod.spread * dot(n, row, &drawn);
+        }
+        let second = if effects.stick {
+            bent.contact_radius * pivot + rod.spread * dot(n, row, &raised)
+        } else {
+            bent.w_force * pivot
+        };
+        (first, second)
     };
     let mut first = Turned { nodes: [zero; N], base: zero };
     let mut second = Turned { nodes: [zero; N], base: zero };
@@ -185,11 +154,11 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
         let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
         let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
-        (first.nodes[i], second.nodes[i]) = held.turn([lever, pivot], &tables.integral[i]);
+        (first.nodes[i], second.nodes[i]) = fixed(lever, pivot, &tables.integral[i]);
     }
     let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
     let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
-    (first.base, second.base) = held.turn([lever, pivot], &tables.weights);
+    (first.base, second.base) = fixed(lever, pivot, &tables.weights);
     let first = follow(tables, passes, &rod, first);
     let second = follow(tables, passes, &rod, second);
     let (base1, base2) = (first.base, second.base);
