@@ -1,7 +1,7 @@
 //! Only what the scene needs (`--model-error E`): the effects of a model whose joint change of strain stays within E are left off.
 //!
 //! The change is |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max), as a tolerance counts it. It is measured in f64 on the CPU over a spread of the
-//! scene's own space with its ends ([`rows`]), beginning with the effect that changes least alone and adding one at a time, so that
+//! scene's own space with its ends (`rows`), beginning with the effect that changes least alone and adding one at a time, so that
 //! what is bounded is the change of all of them together. The model that results must keep the bound at taps that did not choose it, and at
 //! every row that is kept ([`Needed::keeps`]); rows at which it does not join the spread, and it is chosen anew. Taps near a threshold of a
 //! status are solved by the full model ([`Needed::guard`]); an effect without which any other word would change stays, those of the estimate
