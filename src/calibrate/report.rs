@@ -11,7 +11,8 @@ use super::{Calibrated, Reason};
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
-use crate::scene::Drive;
+use crate::scene::{Drive, Spec};
+use crate::sink::run_json;
 
 /// Suspect rows listed one by one; the rest stands in rows.csv.
 const LISTED: usize = 100;
@@ -46,6 +47,24 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                       "positions": positions },
         "warnings": found.warnings,
     })
+}
+
+/// The `run.json` of a calibration of the whisker of `spec` from `data` with their hash: its counts, seconds and result.
+pub fn document(spec: &Spec, identity: &str, (data, hash): (&Data, &str), told: [&Value; 3]) -> Value {
+    let [counts, seconds, result] = told;
+    run_json::document(
+        "calibrate",
+        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
+        json!({
+            "data": { "file": data.file, "hash": hash },
+            "in_force": run_json::in_force(spec),
+            "material_fit": run_json::material_fit(spec, None),
+            "warnings": spec.warnings,
+            "counts": counts,
+            "seconds": seconds,
+            "result": result,
+        }),
+    )
 }
 
 /// Counts of rows.

@@ -8,7 +8,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::export::{Export, Language};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
-use vibrissa::scene::{Drive, Output, RunOptions, Setup, Space, Spec, Study};
+use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
@@ -84,19 +84,8 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = run_json::document(
-        "calibrate",
-        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
-        json!({
-            "data": { "file": data.file, "hash": asked.hash },
-            "in_force": run_json::in_force(&spec),
-            "material_fit": run_json::material_fit(&spec, None),
-            "warnings": spec.warnings,
-            "counts": counts,
-            "seconds": seconds,
-            "result": result,
-        }),
-    );
+    let told = [&counts, &seconds, &result];
+    let document = report::document(&spec, &identity, (&data, &asked.hash), told);
     let written = output::write(&found, &data, &locator, &document, folder)?;
     let mut text = report::text(&found, &data, &rig, &covered);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
@@ -144,15 +133,7 @@ fn whisker(args: &Calibrate, data: &Data, drive: Option<Drive>) -> Result<(Rig, 
         let error = InputError::new("there is no model to fit without a whisker").key("--fit");
         return Err(error.value(args.fit.join(",")).allowed("--whisker SPEC.toml").into());
     }
-    let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
-    if furthest <= 0.0 {
-        let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
-        return Err(error.allowed("contact distances in mm").into());
-    }
-    let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
-    let rig = Rig::unknown(setup.clone(), furthest)?;
-    let study = Study { setup, space: Space::List(vec![rig.design.tuple]), output: Output::default() };
-    Ok((rig, Spec::of("no whisker", study)))
+    Ok(Rig::of_data(data, drive)?)
 }
 
 /// Widths of `--group` for distances and drives: one for both, or two.

@@ -3,11 +3,9 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::backend::Choice;
 use vibrissa::error::Error;
-use vibrissa::optimise::run::precise;
+use vibrissa::scene::Spec;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -32,7 +30,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let choice = choose(&options)?;
+    let choice = tap::choice(&options)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
     files::settle(&mut spec, &options, &choice.backend, &out);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
@@ -85,18 +83,6 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         ..Reply::default()
     }
     .removing(&report.removed))
-}
-
-/// What was asked for, or the CPU in f64.
-fn choose(options: &RunOptions) -> Result<Choice, Error> {
-    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
-        && options.adapter.is_none();
-    if free && options.precision.is_none() && options.tolerance.is_none() {
-        let mut choice = precise(&RunOptions::default())?;
-        choice.backend.reason = "few taps".into();
-        return Ok(choice);
-    }
-    Choice::new(options)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {

@@ -26,7 +26,7 @@ use crate::error::{Error, InputError};
 use crate::plan::Layout;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Column, Precision, RunOptions, Setup, Spec, Tuple};
-use crate::sink::folder::{Folder, Question};
+use crate::sink::folder::{Folder, Question, Written};
 use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
 
@@ -218,8 +218,7 @@ fn whole(
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
-    let begun = std::time::Instant::now();
-    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
+    spec.study.space.layout().ok_or_else(no_axes)?;
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
@@ -228,6 +227,44 @@ fn whole(
     let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
     let journal = Journal::new(target.out, &identity(spec, backends), target.resume, gives_way)?;
     let discarded = journal.discarded;
+    let mut folder = Some(folder);
+    let mut keep = |report: &mut Report| {
+        report.discarded = discarded;
+        // No other search begins here before this one's journal is closed.
+        let written = folder.take().map(|folder| write::all(spec, search, report, folder)).transpose()?;
+        let files = written.as_ref().map(|w| (w.files.clone(), w.removed.clone()));
+        (report.files, report.removed) = files.unwrap_or_default();
+        Ok(written)
+    };
+    search_with(spec, search, [choice, &precise], (target.stop, Some(journal), watch), &mut keep)
+}
+
+/// As [`run`], where nothing is written and nothing can be resumed; `stop`, set from outside, ends the search with the best so far.
+///
+/// # Errors
+/// Limits that no design keeps, an end before any did; a backend that fails.
+pub fn find(
+    spec: &Spec,
+    search: &Search,
+    (choice, options): (&Choice, &RunOptions),
+    stop: &AtomicBool,
+    watch: &mut dyn Watch,
+) -> Result<Report, Error> {
+    search_with(spec, search, [choice, &precise(options)?], (stop, None, watch), &mut |_| Ok(None))
+}
+
+/// Keeps a report where results are kept, and holds the lock of that place.
+type Keep<'k> = dyn FnMut(&mut Report) -> Result<Option<Written>, Error> + 'k;
+
+fn search_with(
+    spec: &Spec,
+    search: &Search,
+    [choice, precise]: [&Choice; 2],
+    (stop, journal, watch): (&AtomicBool, Option<Journal>, &mut dyn Watch),
+    keep: &mut Keep<'_>,
+) -> Result<Report, Error> {
+    let begun = std::time::Instant::now();
+    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let variables = Variables::new(&layout, search);
     let scorer = |choice: &Choice, search| {
         let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
@@ -235,11 +272,10 @@ fn whole(
     };
     let swarm = scorer(choice, search)?;
     let reader = reader(setup, &layout, (search, &variables), choice)?;
-    let scorers = [swarm.reading(reader), scorer(&precise, search)?];
+    let scorers = [swarm.reading(reader), scorer(precise, search)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session =
-        Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
+    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, journal, watch));
 
     let (ended, front) = if search.objective == Objective::Pareto {
         let (result, points) = front::search(&mut session, search.seed)?;
@@ -269,8 +305,8 @@ fn whole(
         .transpose()?
         .map(Front::new);
 
-    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, target.stop)?;
-    let asked_to_stop = target.stop.load(Ordering::Relaxed);
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
+    let asked_to_stop = stop.load(Ordering::Relaxed);
     let other = (search.objective.needs_distance() && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
         other::judge((setup, &layout), search, method, (&best.point, goal))
@@ -290,7 +326,7 @@ fn whole(
         starts: session.swarms,
         evaluations: session.evaluations,
         replayed: session.replayed,
-        discarded,
+        discarded: 0,
         taps_each,
         seconds: [begun.elapsed().as_secs_f64(), search_seconds],
         binding,
@@ -300,10 +336,8 @@ fn whole(
         backends: [choice.backend.clone(), precise.backend.clone()],
         history: std::mem::take(&mut session.history),
     };
-    // No other search begins here before this one's journal is closed.
-    let written = write::all(spec, search, &report, folder)?;
+    let _lock = keep(&mut report)?;
     session.close(ended)?;
-    (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
 }
 

@@ -1,5 +1,6 @@
 //! Where results go: tables, the result folder, `run.json`.
 
+pub mod columns;
 pub mod csv;
 pub mod folder;
 pub mod run_json;

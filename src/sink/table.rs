@@ -42,6 +42,37 @@ impl From<Option<f64>> for Field {
 }
 
 impl Table {
+    /// All, in the order of their numbers.
+    pub const ALL: [Self; 3] = [Self::Tuples, Self::Designs, Self::Distances];
+
+    /// A row of nothing: of what kind each column is.
+    pub fn blank(self) -> Vec<Field> {
+        let (design, mut row) = (&Tuple::default(), Vec::new());
+        let (a, drive, unit) = (0.0, 0.0, 1.0);
+        match self {
+            Self::Tuples => {
+                let (tap, estimated) = (&Outcome::NOTHING, &Estimated::NOTHING);
+                fields(
+                    &TapRow::COLUMNS,
+                    &TapRow { design, a, drive, tap, estimated, elongation: None },
+                    &mut row,
+                );
+            }
+            Self::Designs => {
+                fields(
+                    &AtDrive::COLUMNS,
+                    &AtDrive { design, drive, row: &DriveRow::default(), unit },
+                    &mut row,
+                );
+            }
+            Self::Distances => {
+                let at = AtDistance { design, a, row: &DistanceRow::default(), unit };
+                fields(&AtDistance::COLUMNS, &at, &mut row);
+            }
+        }
+        row
+    }
+
     /// File name.
     pub fn file(self) -> &'static str {
         match self {

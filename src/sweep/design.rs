@@ -7,7 +7,7 @@ use crate::evaluate::Outcome;
 use crate::profile::Profile;
 use crate::scene::{Per, Study};
 use crate::sink::{
-    csv::Text,
+    columns::{Block, Form, Rows},
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
@@ -28,13 +28,14 @@ pub(super) struct Wanted<'a> {
     pub tables: &'a dyn Fn(Table) -> bool,
     /// Drives whose taps are written; all without `top`.
     pub drives: Option<&'a [u32]>,
+    /// What rows become.
+    pub form: Form,
 }
 
 /// Rows of one design.
-#[derive(Default)]
 pub(super) struct Rendered {
-    pub designs: Vec<u8>,
-    pub distances: Vec<u8>,
+    pub designs: Block,
+    pub distances: Block,
     /// Rows in tuples, designs, distances.
     pub rows: [u64; 3],
     pub counts: Counts,
@@ -52,16 +53,15 @@ pub(super) struct Axes<'a> {
     pub profiles: &'a [Option<Profile>],
 }
 
-/// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes text of tuple rows.
+/// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes tuple rows.
 pub(super) fn render(
     study: &Study,
     (k, design): (u64, &Design),
     axes: &Axes<'_>,
     wanted: &Wanted<'_>,
     taps: &mut Taps<'_>,
-    tuples: &mut dyn FnMut(Vec<u8>) -> Result<(), Error>,
+    tuples: &mut dyn FnMut(Block) -> Result<(), Error>,
 ) -> Result<Rendered, Error> {
-    let fail = |e: csv::Error| Error::Run(e.to_string());
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
     let elongation = reduced.elongation;
     taps(&mut |place, tap| {
@@ -70,40 +70,40 @@ pub(super) fn render(
     })?;
     reduced.calibrate();
 
-    let mut out = Rendered::default();
-    let (mut text, mut values, mut waiting) = (Text::default(), Vec::new(), 0);
+    let (mut written, mut counts, mut candidates) = ([0; 3], Counts::default(), Vec::new());
+    let (mut rows, mut values, mut waiting) = (Rows::new(wanted.form), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
         let estimated = reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j));
-        out.counts.taps += 1;
-        out.counts.note(tap.status | estimated.status, 1);
+        counts.taps += 1;
+        counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
             let row = TapRow { design: &design.tuple, a, drive, tap, estimated: &estimated, elongation };
             fields(&TapRow::COLUMNS, &row, &mut values);
-            text.row(&mut values).map_err(fail)?;
-            out.rows[0] += 1;
+            rows.row(&mut values)?;
+            written[0] += 1;
             waiting += 1;
             if waiting == 1 << 14 {
-                tuples(std::mem::take(&mut text).into_bytes())?;
+                tuples(rows.take())?;
                 waiting = 0;
             }
         }
         Ok(())
     })?;
-    tuples(text.into_bytes())?;
+    tuples(rows.into_block())?;
 
     let unit = reduced.unit();
-    let (mut designs, mut distances) = (Text::default(), Text::default());
+    let (mut designs, mut distances) = (Rows::new(wanted.form), Rows::new(wanted.form));
     for (j, row) in reduced.drives.iter().enumerate() {
         let drive = (axes.drive)(j);
         if (wanted.tables)(Table::Designs) {
             fields(&AtDrive::COLUMNS, &AtDrive { design: &design.tuple, drive, row, unit }, &mut values);
-            designs.row(&mut values).map_err(fail)?;
-            out.rows[1] += 1;
+            designs.row(&mut values)?;
+            written[1] += 1;
         }
         let rank = row.rank(study.output.by, unit);
-        out.candidates.extend(rank.map(|rank| Kept {
+        candidates.extend(rank.map(|rank| Kept {
             rank,
             index: (k, j as u32),
             design: design.tuple,
@@ -116,12 +116,12 @@ pub(super) fn render(
         for (i, row) in reduced.distances.iter().enumerate() {
             let row = AtDistance { design: &design.tuple, a: (axes.distance)(i), row, unit };
             fields(&AtDistance::COLUMNS, &row, &mut values);
-            distances.row(&mut values).map_err(fail)?;
-            out.rows[2] += 1;
+            distances.row(&mut values)?;
+            written[2] += 1;
         }
     }
-    (out.designs, out.distances) = (designs.into_bytes(), distances.into_bytes());
-    Ok(out)
+    let (designs, distances) = (designs.into_block(), distances.into_block());
+    Ok(Rendered { designs, distances, rows: written, counts, candidates })
 }
 
 /// Best of the candidates of one design: smallest value, then smallest index.

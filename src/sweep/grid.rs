@@ -10,7 +10,10 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
-use crate::sink::{csv::Text, table::Table};
+use crate::sink::{
+    columns::{Block, Rows},
+    table::Table,
+};
 
 /// Evaluates `layout` and writes its tables.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
@@ -19,8 +22,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
         .filter(|t| run.writers.wants(*t))
         .collect();
     let Some(top) = run.study.output.top else {
-        return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rendered| {
-            rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
+        return pass(run, layout, &mut (0..layout.n_designs), &every, &|_| None, &mut |run, rows| {
+            rows.into_iter().for_each(|row| run.best.offer(row));
             Ok(())
         });
     };
@@ -64,8 +67,8 @@ pub(super) fn rank(
     best: &mut Best,
 ) -> Result<(), Error> {
     let per = run.study.output.per;
-    pass(run, layout, designs, &[], &|_| None, &mut |_, rendered| {
-        competing(per, rendered.candidates).into_iter().for_each(|row| best.offer(row));
+    pass(run, layout, designs, &[], &|_| None, &mut |_, rows| {
+        competing(per, rows).into_iter().for_each(|row| best.offer(row));
         Ok(())
     })
 }
@@ -73,13 +76,13 @@ pub(super) fn rank(
 /// Writes designs.csv of the kept rows, best first.
 pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> {
     run.counts.kept = Some(kept.len() as u64);
-    let (mut text, mut values) = (Text::default(), Vec::new());
+    let (mut rows, mut values) = (Rows::new(run.writers.form), Vec::new());
     for row in kept {
         row.fields(&mut values);
-        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+        rows.row(&mut values)?;
         run.best.offer(row.clone());
     }
-    run.write(Table::Designs, &text.into_bytes(), kept.len() as u64)
+    run.write(Table::Designs, rows.into_block(), kept.len() as u64)
 }
 
 /// Goes through `designs` in order, writes `tables` and hands every design's candidates to `each`.
@@ -89,7 +92,7 @@ fn pass(
     designs: &mut dyn Iterator<Item = u64>,
     tables: &[Table],
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
-    each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
+    each: &mut dyn FnMut(&mut Run<'_>, Vec<Kept>) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let together = (CHUNK / layout.block().max(1)).max(1) as usize;
     loop {
@@ -102,9 +105,9 @@ fn pass(
             finish(run, rendered, each)?;
             continue;
         }
-        for (texts, rendered) in small(run, layout, &group, tables, drives)? {
-            for text in texts {
-                run.write(Table::Tuples, &text, 0)?;
+        for (blocks, rendered) in small(run, layout, &group, tables, drives)? {
+            for block in blocks {
+                run.write(Table::Tuples, block, 0)?;
             }
             finish(run, rendered, each)?;
         }
@@ -114,17 +117,17 @@ fn pass(
 fn finish(
     run: &mut Run<'_>,
     rendered: Rendered,
-    each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
+    each: &mut dyn FnMut(&mut Run<'_>, Vec<Kept>) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    run.write(Table::Tuples, &[], rendered.rows[0])?;
-    run.write(Table::Designs, &rendered.designs, rendered.rows[1])?;
-    run.write(Table::Distances, &rendered.distances, rendered.rows[2])?;
+    run.count(Table::Tuples, rendered.rows[0]);
+    run.write(Table::Designs, rendered.designs, rendered.rows[1])?;
+    run.write(Table::Distances, rendered.distances, rendered.rows[2])?;
     run.absorb(&rendered.counts);
-    each(run, rendered)
+    each(run, rendered.candidates)
 }
 
-/// A rendered design and the text of its tuple rows.
-pub(super) type Part = (Vec<Vec<u8>>, Rendered);
+/// A rendered design and its tuple rows.
+pub(super) type Part = (Vec<Block>, Rendered);
 
 /// Designs that fit into one chunk together: evaluated at once, reduced in parallel.
 pub(super) fn small(
@@ -150,23 +153,23 @@ pub(super) fn small(
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
-    let n_drives = layout.n_drives as usize;
+    let (n_drives, form) = (layout.n_drives as usize, run.writers.form);
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);
-        let mut texts = Vec::new();
+        let mut blocks = Vec::new();
         let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
         let rendered = with_axes(layout, &designs[d], profiles, |axes| {
-            let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+            let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref(), form };
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
             };
-            render(study, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
-                texts.push(text);
+            render(study, (k, &designs[d]), axes, &wanted, &mut go, &mut |block| {
+                blocks.push(block);
                 Ok(())
             })
         })?;
-        Ok((texts, rendered))
+        Ok((blocks, rendered))
     };
     (0..group.len()).into_par_iter().map(one).collect()
 }
@@ -183,12 +186,13 @@ fn large(
     let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
     let profiles = run.profiles(&design, rows(layout, &design[0], 0), None)?;
-    // Text waits in a cell because evaluating and writing both need the run.
+    let form = run.writers.form;
+    // The run waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let mut memory: Vec<Outcome> = Vec::new();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], &profiles, |axes| {
-        let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref() };
+        let wanted = Wanted { tables: &|t| tables.contains(&t), drives: kept.as_deref(), form };
         let mut go = |f: &mut Visit<'_>| {
             let place = |t: usize| (t / axes.n.1, t % axes.n.1);
             if memory.len() as u64 == block {
@@ -212,8 +216,8 @@ fn large(
             passed += 1;
             Ok(())
         };
-        render(study, (k, &design[0]), axes, &wanted, &mut go, &mut |text| {
-            run.borrow_mut().write(Table::Tuples, &text, 0)
+        render(study, (k, &design[0]), axes, &wanted, &mut go, &mut |block| {
+            run.borrow_mut().write(Table::Tuples, block, 0)
         })
     })
 }

@@ -14,7 +14,7 @@ use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::Tuple;
 use crate::sink::{
-    csv::Text,
+    columns::{Block, Rows},
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
@@ -181,9 +181,10 @@ fn write_tuples(
         return Ok(());
     }
     let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
+    let form = run.writers.form;
     for part in rows.chunks(CHUNK as usize) {
         let format = |rows: &[usize]| {
-            let (mut text, mut values) = (Text::default(), Vec::new());
+            let (mut written, mut values) = (Rows::new(form), Vec::new());
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
                 let row = TapRow {
@@ -195,15 +196,15 @@ fn write_tuples(
                     elongation: reduced[d].elongation,
                 };
                 fields(&TapRow::COLUMNS, &row, &mut values);
-                text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+                written.row(&mut values)?;
             }
-            Ok(text.into_bytes())
+            Ok(written.into_block())
         };
-        let texts: Vec<Vec<u8>> = part.par_chunks(1 << 13).map(format).collect::<Result<_, Error>>()?;
-        for text in texts {
-            run.write(Table::Tuples, &text, 0)?;
+        let blocks: Vec<Block> = part.par_chunks(1 << 13).map(format).collect::<Result<_, Error>>()?;
+        for block in blocks {
+            run.write(Table::Tuples, block, 0)?;
         }
-        run.write(Table::Tuples, &[], part.len() as u64)?;
+        run.count(Table::Tuples, part.len() as u64);
     }
     Ok(())
 }
@@ -223,7 +224,7 @@ fn write_rows(
         order.extend(seen.first.iter().enumerate().map(|(place, &row)| (row, d, place)));
     }
     order.sort_unstable();
-    let (mut text, mut values) = (Text::default(), Vec::new());
+    let (mut rows, mut values) = (Rows::new(run.writers.form), Vec::new());
     for &(_, d, place) in &order {
         let reduced = &reduced[d];
         let unit = reduced.unit();
@@ -239,7 +240,7 @@ fn write_rows(
                 fields(&AtDistance::COLUMNS, &row, &mut values);
             }
         }
-        text.row(&mut values).map_err(|e| Error::Run(e.to_string()))?;
+        rows.row(&mut values)?;
     }
-    run.write(which, &text.into_bytes(), order.len() as u64)
+    run.write(which, rows.into_block(), order.len() as u64)
 }

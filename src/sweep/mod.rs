@@ -27,6 +27,7 @@ use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
 use crate::scene::{Space, Spec, Study, Theory, Tuple};
 use crate::sink::{
+    columns::{Block, Columns, Form},
     csv::Text,
     folder::{Folder, Output, Question, Written},
     run_json::{self, Counts, Seconds},
@@ -84,38 +85,79 @@ pub fn run(
     let method = choice.open(&spec.study.setup.model)?;
     let open = start.elapsed();
     let writers = Writers::new(&spec.study, plan, &mut folder)?;
-    let mut run = Run::new((&spec.study, plan), method, writers, (target.stop, progress));
-    if let Some(reader) = &plan.reader {
-        run.counts.solved += reader.sweeps().taps;
-        run.counts.sweeps.merge(&reader.sweeps());
-        run.counts.chart = Some(serde_json::json!(reader.summary()));
-    }
-    match &spec.study.space {
-        Space::Grid(factors) => {
-            grid::run(&mut run, &Layout::new(factors))?;
-        }
-        Space::List(tuples) => list::run(&mut run, tuples)?,
-        Space::File(listed) => file::run(&mut run, listed)?,
-    }
-    let (counts, solve) = (run.counts, run.solve);
-    let ranked = counts.complete.unwrap_or(run.best.offered);
-    let highlights = run.best.into_rows();
-    run.writers.close()?;
+    let swept = sweep(&spec.study, plan, method, writers, (target.stop, progress))?;
+    swept.writers.close()?;
+    let Swept { counts, solve, highlights, ranked, .. } = swept;
     let seconds = Seconds::new(start.elapsed(), open, solve);
     folder.run_json(&run_json::of_sweep(spec, &choice.backend, &counts, seconds))?;
     let Written { files, removed, .. } = folder.finish()?;
     Ok(Report { files, removed, counts, seconds, backend: choice.backend.clone(), highlights, ranked })
 }
 
+/// Does what `plan`, of `study` on `choice`, says, and gives the tables that it asks for (tuples, designs, distances), by columns; nothing
+/// is written.
+///
+/// # Errors
+/// A backend that fails; `stop`, set from outside.
+pub fn collect(
+    study: &Study,
+    plan: &Plan,
+    choice: &Choice,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<(Report, [Option<Columns>; 3]), Error> {
+    let start = Instant::now();
+    let method = choice.open(&study.setup.model)?;
+    let open = start.elapsed();
+    let swept = sweep(study, plan, method, Writers::in_memory(study, plan)?, (stop, progress))?;
+    let Swept { writers, counts, solve, highlights, ranked } = swept;
+    let (files, removed, backend) = (Vec::new(), Vec::new(), choice.backend.clone());
+    let seconds = Seconds::new(start.elapsed(), open, solve);
+    Ok((Report { files, removed, counts, seconds, backend, highlights, ranked }, writers.into_columns()))
+}
+
+/// What a sweep leaves behind.
+struct Swept {
+    writers: Writers,
+    counts: Counts,
+    solve: Duration,
+    highlights: Vec<Kept>,
+    ranked: u64,
+}
+
+fn sweep<'a>(
+    study: &'a Study,
+    plan: &'a Plan,
+    method: Method,
+    writers: Writers,
+    steered: (&'a AtomicBool, &'a mut dyn Progress),
+) -> Result<Swept, Error> {
+    let mut run = Run::new((study, plan), method, writers, steered);
+    if let Some(reader) = &plan.reader {
+        run.counts.solved += reader.sweeps().taps;
+        run.counts.sweeps.merge(&reader.sweeps());
+        run.counts.chart = Some(serde_json::json!(reader.summary()));
+    }
+    match &study.space {
+        Space::Grid(factors) => {
+            grid::run(&mut run, &Layout::new(factors))?;
+        }
+        Space::List(tuples) => list::run(&mut run, tuples)?,
+        Space::File(listed) => file::run(&mut run, listed)?,
+    }
+    let (counts, solve, writers) = (run.counts, run.solve, run.writers);
+    let ranked = counts.complete.unwrap_or(run.best.offered);
+    Ok(Swept { writers, counts, solve, highlights: run.best.into_rows(), ranked })
+}
+
+/// Which tables are asked for.
+fn wanted(study: &Study, plan: &Plan) -> [bool; 3] {
+    [plan.tuples, study.output.designs, study.output.distances]
+}
+
 /// Names of the tables that are written.
 fn names(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    let wanted = [plan.tuples, study.output.designs, study.output.distances];
-    [Table::Tuples, Table::Designs, Table::Distances]
-        .into_iter()
-        .zip(wanted)
-        .filter(|(_, w)| *w)
-        .map(|(t, _)| t.file())
-        .collect()
+    Table::ALL.into_iter().zip(wanted(study, plan)).filter(|(_, w)| *w).map(|(t, _)| t.file()).collect()
 }
 
 /// A sweep under way.
@@ -238,58 +280,86 @@ impl<'a> Run<'a> {
     }
 
     /// Appends rows to a table that is written.
-    fn write(&mut self, table: Table, text: &[u8], rows: u64) -> Result<(), Error> {
-        let (slot, count) = self.writers.slot(table);
-        if let Some(file) = slot {
-            file.write(text)?;
-            self.counts.rows[count] += rows;
+    fn write(&mut self, table: Table, block: Block, rows: u64) -> Result<(), Error> {
+        match (&mut self.writers.places[table as usize], block) {
+            (Some(Place::File(file)), Block::Text(text)) => file.write(&text)?,
+            (Some(Place::Memory(all)), Block::Columns(more)) => all.append(more)?,
+            _ => {}
         }
+        self.count(table, rows);
         Ok(())
+    }
+
+    /// Counts rows of a table that is asked for.
+    fn count(&mut self, table: Table, rows: u64) {
+        if self.writers.wants(table) {
+            self.counts.rows[table as usize] += rows;
+        }
     }
 }
 
-/// The open table files; `None` for a table that is not written.
+/// Where a table goes.
+enum Place {
+    File(Output),
+    Memory(Columns),
+}
+
+/// Where the tables go, and in what form their rows come; `None` for a table that nobody asked for.
 struct Writers {
-    files: [Option<Output>; 3],
+    form: Form,
+    places: [Option<Place>; 3],
 }
 
 impl Writers {
     /// Writes nothing.
     fn none() -> Self {
-        Self { files: [None, None, None] }
+        Self { form: Form::Text, places: [const { None }; 3] }
+    }
+
+    fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
+        let place = |table: Table| -> Result<Option<Place>, Error> {
+            if !wanted(study, plan)[table as usize] {
+                return Ok(None);
+            }
+            let columns = Columns::like(&table.blank(), plan.rows[table as usize])?;
+            Ok(Some(Place::Memory(columns)))
+        };
+        let [tuples, designs, distances] = Table::ALL.map(place);
+        Ok(Self { form: Form::Columns, places: [tuples?, designs?, distances?] })
     }
 
     fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
-        let mut open = |table: Table, wanted: bool| -> Result<Option<Output>, Error> {
-            if !wanted {
+        let wanted = wanted(study, plan);
+        let mut open = |table: Table| -> Result<Option<Place>, Error> {
+            if !wanted[table as usize] {
                 return Ok(None);
             }
             let mut file = folder.file(table.file())?;
             let mut text = Text::default();
             text.header(&table.columns(&study.setup)).map_err(|e| Error::Run(e.to_string()))?;
             file.write(&text.into_bytes())?;
-            Ok(Some(file))
+            Ok(Some(Place::File(file)))
         };
-        Ok(Self {
-            files: [
-                open(Table::Tuples, plan.tuples)?,
-                open(Table::Designs, study.output.designs)?,
-                open(Table::Distances, study.output.distances)?,
-            ],
-        })
-    }
-
-    fn slot(&mut self, table: Table) -> (&mut Option<Output>, usize) {
-        let at = table as usize;
-        (&mut self.files[at], at)
+        let [tuples, designs, distances] = Table::ALL.map(|table| open(table));
+        Ok(Self { form: Form::Text, places: [tuples?, designs?, distances?] })
     }
 
     fn wants(&self, table: Table) -> bool {
-        self.files[table as usize].is_some()
+        self.places[table as usize].is_some()
     }
 
     fn close(self) -> Result<(), Error> {
-        self.files.into_iter().flatten().try_for_each(Output::close)
+        self.places.into_iter().flatten().try_for_each(|place| match place {
+            Place::File(file) => file.close(),
+            Place::Memory(_) => Ok(()),
+        })
+    }
+
+    fn into_columns(self) -> [Option<Columns>; 3] {
+        self.places.map(|place| match place {
+            Some(Place::Memory(columns)) => Some(columns),
+            _ => None,
+        })
     }
 }
 

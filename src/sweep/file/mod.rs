@@ -15,7 +15,7 @@ use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::table::Table;
 use crate::statistics::Reduction;
-use read::{Reader, Tap, failed, last_run, longest, order, solve};
+use read::{Reader, Tap, last_run, longest, order, solve};
 use reduce::Reduced;
 use write::{write_distances, write_tuples};
 

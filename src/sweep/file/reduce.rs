@@ -6,14 +6,14 @@ use super::super::Run;
 use super::super::grid::write_kept;
 use super::super::select::{Best, Kept};
 use super::read::Tap;
-use super::{failed, profiles, reduction};
+use super::{profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
 use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
-    csv::Text,
+    columns::{Form, Rows},
     table::{AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Told;
@@ -57,10 +57,9 @@ pub(super) struct Reduced {
 }
 
 /// What some designs rows come to.
-#[derive(Default)]
 pub(super) struct Part {
-    tuples: Text,
-    designs: Text,
+    tuples: Rows,
+    designs: Rows,
     counts: Counts,
     left: Vec<(u32, f64, Status)>,
     k: Vec<(u32, f64)>,
@@ -89,8 +88,9 @@ impl Reduced {
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
-        let part = |(at, runs): (usize, &[&[Tap]])| -> csv::Result<Part> {
-            let mut part = Part::default();
+        let form = run.writers.form;
+        let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
+            let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
                 let told = Told::by(&profiles, k);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
@@ -98,10 +98,10 @@ impl Reduced {
             Ok(part)
         };
         let parts = runs.par_chunks(GRAIN).enumerate().map(part);
-        let parts: Vec<Part> = parts.collect::<Result<_, _>>().map_err(failed)?;
+        let parts: Vec<Part> = parts.collect::<Result<_, _>>()?;
         for part in parts {
-            run.write(Table::Tuples, &part.tuples.into_bytes(), if tuples { part.counts.taps } else { 0 })?;
-            run.write(Table::Designs, &part.designs.into_bytes(), part.rows)?;
+            run.write(Table::Tuples, part.tuples.into_block(), if tuples { part.counts.taps } else { 0 })?;
+            run.write(Table::Designs, part.designs.into_block(), part.rows)?;
             run.absorb(&part.counts);
             // What nobody waits for has no place.
             part.left.into_iter().for_each(|(row, deviation, status)| self.left.put(row, deviation, status));
@@ -143,6 +143,18 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
 }
 
 impl Part {
+    fn new(form: Form) -> Self {
+        Self {
+            tuples: Rows::new(form),
+            designs: Rows::new(form),
+            counts: Counts::default(),
+            left: Vec::new(),
+            k: Vec::new(),
+            complete: Vec::new(),
+            rows: 0,
+        }
+    }
+
     /// The designs row of `taps`, all of its taps, and what tells their distances; whether to write the taps, and the row.
     pub(super) fn take(
         &mut self,
@@ -151,7 +163,7 @@ impl Part {
         designs: &[Design],
         (taps, told): (&[Tap], Told<'_>),
         (tuples, row_too): (bool, bool),
-    ) -> csv::Result<()> {
+    ) -> Result<(), Error> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
         let mut reduced = reduction(&study.setup, groups, design, number);

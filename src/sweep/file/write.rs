@@ -8,13 +8,13 @@ use super::super::Run;
 use super::super::select::Kept;
 use super::read::{Reader, Tap, solve};
 use super::reduce::Left;
-use super::{failed, profiles, reduction};
+use super::{profiles, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::Convention;
 use crate::scene::listed::Listed;
 use crate::sink::{
-    csv::Text,
+    columns::{Block, Rows},
     table::{AtDistance, Table, TapRow, fields},
 };
 use crate::statistics::{DistanceRow, Told};
@@ -46,8 +46,9 @@ pub(super) fn write_tuples(
             });
         }
         let profiles = profiles(run, groups, &designs, firsts.into_iter())?;
-        let text = |taps: &[Tap]| -> csv::Result<Vec<u8>> {
-            let (mut text, mut values) = (Text::default(), Vec::new());
+        let form = run.writers.form;
+        let format = |taps: &[Tap]| -> Result<Block, Error> {
+            let (mut rows, mut values) = (Rows::new(form), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
@@ -65,13 +66,13 @@ pub(super) fn write_tuples(
                     elongation,
                 };
                 fields(&TapRow::COLUMNS, &row, &mut values);
-                text.row(&mut values)?;
+                rows.row(&mut values)?;
             }
-            Ok(text.into_bytes())
+            Ok(rows.into_block())
         };
-        let texts: Vec<_> = batch.par_chunks(1 << 13).map(text).collect::<Result<_, _>>().map_err(failed)?;
-        texts.iter().try_for_each(|text| run.write(Table::Tuples, text, 0))?;
-        run.write(Table::Tuples, &[], batch.len() as u64)?;
+        let blocks: Vec<_> = batch.par_chunks(1 << 13).map(format).collect::<Result<_, _>>()?;
+        blocks.into_iter().try_for_each(|block| run.write(Table::Tuples, block, 0))?;
+        run.count(Table::Tuples, batch.len() as u64);
     }
     Ok(())
 }
@@ -96,8 +97,8 @@ pub(super) fn write_distances(
     let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
     order.par_sort_unstable_by_key(|&row| (numbers[row as usize], row));
     let mut runs = order.chunk_by(|p, q| numbers[*p as usize] == numbers[*q as usize]).peekable();
-    let (mut reader, mut text, mut rows, mut values) =
-        (Reader::new(file, None)?, Text::default(), 0, Vec::new());
+    let (mut reader, mut written, mut rows, mut values) =
+        (Reader::new(file, None)?, Rows::new(run.writers.form), 0, Vec::new());
     while let Some((row, tuple)) = reader.next()? {
         // Rows are met in the order in which distances first appear.
         let Some(same) = runs.next_if(|same| same[0] == row) else { continue };
@@ -119,11 +120,11 @@ pub(super) fn write_distances(
         let unit = design.elongation(&study.setup);
         let row = AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
         fields(&AtDistance::COLUMNS, &row, &mut values);
-        text.row(&mut values).map_err(failed)?;
+        written.row(&mut values)?;
         rows += 1;
-        if text.len() > 1 << 20 {
-            run.write(Table::Distances, &std::mem::take(&mut text).into_bytes(), 0)?;
+        if written.len() > 1 << 20 {
+            run.write(Table::Distances, written.take(), 0)?;
         }
     }
-    run.write(Table::Distances, &text.into_bytes(), rows)
+    run.write(Table::Distances, written.into_block(), rows)
 }
