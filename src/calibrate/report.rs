@@ -8,6 +8,7 @@ use super::coverage::Covered;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
+use crate::error::InputError;
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
@@ -339,6 +340,20 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
 /// A number to a thousandth, for people.
 fn short(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
+}
+
+/// Parameters by the names that users know.
+///
+/// # Errors
+/// A name of none.
+pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
+    let one = |name: &String| {
+        parameter(name, kind).ok_or_else(|| {
+            let known = Parameter::ALL.iter().map(|p| p.name(kind)).collect::<Vec<_>>().join(", ");
+            InputError::new("there is no such parameter").key("--fit").value(name).allowed(known)
+        })
+    };
+    names.iter().map(one).collect()
 }
 
 /// Names of parameters on the command line.

@@ -31,20 +31,8 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let kind = rig.setup.drive;
-    if let Some(said) = said.filter(|s| *s != kind) {
-        let (key, allowed) =
-            if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
-        let message = "the whisker of the spec is driven another way";
-        return Err(InputError::new(message).key(key).allowed(allowed).into());
-    }
-    let mut fit = Vec::new();
-    for name in &args.fit {
-        let known: Vec<&str> = vibrissa::locate::Parameter::ALL.iter().map(|p| p.name(kind)).collect();
-        let parameter = report::parameter(name, kind).ok_or_else(|| {
-            InputError::new("there is no such parameter").key("--fit").value(name).allowed(known.join(", "))
-        })?;
-        fit.push(parameter);
-    }
+    calibrate::same_drive(kind, said)?;
+    let fit = report::named_parameters(&args.fit, kind)?;
     let digest = hash_bytes(&bytes)?;
     drop(bytes);
     let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
@@ -63,7 +51,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let asked = Options {
         drive: args.theta.or(args.delta),
-        group: widths(args)?,
+        group: calibrate::widths(&args.group)?,
         fit,
         run: options.clone(),
         hash: digest,
@@ -134,20 +122,6 @@ fn whisker(args: &Calibrate, data: &Data, drive: Option<Drive>) -> Result<(Rig, 
         return Err(error.value(args.fit.join(",")).allowed("--whisker SPEC.toml").into());
     }
     Ok(Rig::of_data(data, drive)?)
-}
-
-/// Widths of `--group` for distances and drives: one for both, or two.
-fn widths(args: &Calibrate) -> Result<[Option<f64>; 2], InputError> {
-    match args.group.as_slice() {
-        all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
-            let said = all.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-            let error = InputError::new("these are no widths").key("--group").value(said);
-            Err(error.allowed("one number ≥ 0 (mm, and the unit of the drive), or two with a comma between; 0: equal values only"))
-        }
-        [] => Ok([None; 2]),
-        [both] => Ok([Some(*both); 2]),
-        [distance, drive, ..] => Ok([Some(*distance), Some(*drive)]),
-    }
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {

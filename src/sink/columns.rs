@@ -16,14 +16,14 @@ pub enum Values {
     /// Words, of which a column has few different ones: for each row the place of its word, −1 where there is none.
     Words {
         /// Places in `words`.
-        codes: Vec<i16>,
+        codes: Vec<i32>,
         /// The different words, in order of first appearance.
         words: Vec<String>,
     },
 }
 
 /// Different words that a column may have.
-const MOST_WORDS: usize = i16::MAX as usize;
+const MOST_WORDS: usize = i32::MAX as usize;
 
 impl Values {
     /// No values, of the kind that `field` is.
@@ -79,7 +79,7 @@ impl Values {
 }
 
 /// Place of `word` among `words`, after them if it is new; −1 for none.
-fn code(words: &mut Vec<String>, word: &str) -> Result<i16, Error> {
+fn code(words: &mut Vec<String>, word: &str) -> Result<i32, Error> {
     if word.is_empty() {
         return Ok(-1);
     }
@@ -90,7 +90,7 @@ fn code(words: &mut Vec<String>, word: &str) -> Result<i16, Error> {
     if place >= MOST_WORDS {
         return Err(Error::Run("a column has too many different words".to_owned()));
     }
-    Ok(place as i16)
+    Ok(place as i32)
 }
 
 /// Columns of equal length, without their names.
@@ -234,7 +234,7 @@ mod tests {
         let Values::Numbers(x) = &parts.columns[0] else { panic!("numbers") };
         assert!(x[0] == 1.5 && x[1].is_nan() && x[2] == 2.0);
         assert_eq!(parts.columns[1..], whole.columns[1..]);
-        let words = |codes: [i16; 3], words: [&str; 2]| Values::Words {
+        let words = |codes: [i32; 3], words: [&str; 2]| Values::Words {
             codes: codes.to_vec(),
             words: words.map(str::to_owned).to_vec(),
         };
