@@ -78,6 +78,14 @@ impl Taps {
         &self.choice.backend
     }
 
+    /// Opens what solves them, once more.
+    ///
+    /// # Errors
+    /// A device that does not open.
+    pub fn method(&self) -> Result<Method, Error> {
+        self.choice.open(&self.setup.model)
+    }
+
     /// Solves `taps` (mm, degrees or mm) in order, many at a time, and hands the outcomes to `each` until it says `false`. A tap without a
     /// solution says so in its status.
     ///
@@ -86,7 +94,7 @@ impl Taps {
     pub fn solve(&self, taps: &[Tuple], each: &mut dyn FnMut(&[Outcome]) -> bool) -> Result<(), Error> {
         let idle = || self.methods.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = idle().pop();
-        let method = waiting.map_or_else(|| self.choice.open(&self.setup.model), Ok)?;
+        let method = waiting.map_or_else(|| self.method(), Ok)?;
         let mut evaluator = Evaluator::new(&self.setup, method);
         for some in taps.chunks(CHUNK as usize) {
             let designs: Vec<Design> = some.par_iter().map(|t| Design::new(&self.setup, *t)).collect();

@@ -1,8 +1,12 @@
 //! Errors of the library as exceptions of `vibrissa._errors`.
 
+use std::path::Path;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vibrissa::error::{Error, InputError};
+
+use crate::spec::KEYWORDS;
 
 /// Where exceptions are defined: in Python, so that they have attributes and bases there.
 const HOME: &str = "vibrissa._errors";
@@ -28,8 +32,9 @@ pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
         fields.set_item("key", e.key.as_deref().map(keywords))?;
         fields.set_item("value", &e.value)?;
         fields.set_item("allowed", e.allowed.as_deref().map(keywords))?;
-        fields.set_item("file", &e.file)?;
-        fields.set_item("line", e.line)?;
+        let file = e.file.as_deref().filter(|f| !Path::new(f).extension().is_some_and(|end| end == KEYWORDS));
+        fields.set_item("file", file)?;
+        fields.set_item("line", e.line.filter(|_| file.is_some()))?;
         py.import(HOME)?.getattr("InputError")?.call((keywords(&e.message),), Some(&fields))
     };
     made().map_or_else(|e| e, PyErr::from_value)

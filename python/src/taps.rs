@@ -2,10 +2,18 @@
 
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use std::time::Instant;
+
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use vibrissa::api::{Outcome, Tuple};
+use vibrissa::design::{Design, amount};
 use vibrissa::error::Error;
+use vibrissa::evaluate::Method;
+use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::{self, Effects};
+use vibrissa::physics::onset::Grip;
+use vibrissa::plan::CHUNK;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::spec;
 use vibrissa::status::Status;
@@ -207,6 +215,43 @@ impl Taps {
         let (answers, interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
         interrupt.map_or(Ok(()), Err)?;
         answers.into_arrays(py, full)
+    }
+
+    /// Seconds that the kernel alone takes for these taps: already framed in its own units, nothing told of them. What `many` takes more is
+    /// the cost of everything around it (benches/python).
+    fn kernel_seconds(
+        &self,
+        py: Python<'_>,
+        n: usize,
+        columns: [PyReadonlyArray1<'_, f64>; 7],
+    ) -> PyResult<f64> {
+        let tuples = tuples(n, &columns).ok_or_else(|| crate::error::run(py, "arrays of other lengths"))?;
+        let setup = self.taps.setup();
+        let method = self.taps.method().map_err(|e| raise(py, e))?;
+        let Method::Fast { mut solver, rungs, tolerance } = method else { return Ok(f64::NAN) };
+        let framed = |t: &Tuple| {
+            let (grip, design) = (Grip::Slide(0.0), Design::new(setup, *t));
+            let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+            let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
+            let frame = Frame::new(&Ask {
+                model,
+                side,
+                curve,
+                peak,
+                a: t.a,
+                amount: amount(setup.drive, t.drive),
+                grip,
+            });
+            frame.map(|frame| *frame.tap())
+        };
+        let taps: Vec<_> = tuples.par_iter().filter_map(framed).collect();
+        let effects = Effects::new(&setup.model, setup.gauge.side, false);
+        let (mut solutions, start) = (Vec::new(), Instant::now());
+        for some in taps.chunks(CHUNK as usize) {
+            kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions)
+                .map_err(|e| raise(py, e.into()))?;
+        }
+        Ok(start.elapsed().as_secs_f64())
     }
 
     /// Where taps are solved, as JSON.

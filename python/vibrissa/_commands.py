@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import re
 import types
 import warnings
 from collections.abc import Callable, Mapping
@@ -18,22 +19,24 @@ from ._frames import csv
 from ._locate import roles
 from ._progress import Progress, shown
 from ._results import BestTap, Calibration, Search, Simulation, Sweep, Verification
-from ._spec import Section, Spec, _short, document, resolve
+from ._spec import Section, Spec, _short, document, plain, resolve
 from ._taps import _UNITS, columns as broadcast
 
+# Place of a warning about keywords, which have none.
+_OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
 _OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "theta", "delta")}
 
 
 def _warn(run: dict[str, Any]) -> None:
     for text in run.get("warnings") or ():
-        warnings.warn(text, stacklevel=3)
+        warnings.warn(_OF_KEYWORDS.sub("", text), stacklevel=3)
 
 
 def _name(spec: Spec, name: str | None, command: str) -> str:
     if name is not None and not isinstance(name, str):
         raise InputError("a name is a word", key="name", value=_short(name), allowed="str")
-    return name or command
+    return plain("name", name or command)
 
 
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
@@ -133,6 +136,8 @@ def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | N
     """
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
+    if not isinstance(objective, str):
+        raise InputError("unknown word", key="objective", value=_short(objective), allowed='"distance", "sd"')
     result = BestTap(*_native.tap(path, text, objective))
     _warn(result.run)
     return result

@@ -64,8 +64,9 @@ def csv(data: Any, what: str) -> tuple[str, bytes]:
         try:
             with open(path, "rb") as file:
                 return str(path), file.read()
-        except OSError as e:
-            raise InputError(f"this {what} file cannot be read: {e.strerror}", key="data", file=str(path)) from e
+        except (OSError, ValueError) as e:
+            why = e.strerror if isinstance(e, OSError) else "this is no path"
+            raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
     if isinstance(data, Mapping):
         return "data", _of_columns(data)
     if hasattr(data, "to_csv"):

@@ -11,6 +11,7 @@ from . import _native
 from ._errors import InputError
 from ._frames import csv
 from ._results import Calibration
+from ._spec import plain
 from ._taps import _SCALARS, Status, columns
 
 
@@ -132,5 +133,5 @@ class Locator:
 def roles(columns: dict[str, str] | str | None) -> str | None:
     """Columns under other names, as the library reads them."""
     if isinstance(columns, dict):
-        return ",".join(f"{role}={name}" for role, name in columns.items())
-    return columns
+        columns = ",".join(f"{role}={name}" for role, name in columns.items())
+    return None if columns is None else plain("columns", columns)

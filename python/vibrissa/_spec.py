@@ -42,7 +42,7 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, str):
-        return f'"{value.translate(_ESCAPES)}"'
+        return f'"{plain(key, value).translate(_ESCAPES)}"'
     if isinstance(value, numbers.Integral):
         return str(int(value))
     if isinstance(value, numbers.Real):
@@ -64,15 +64,24 @@ def _text(key: str, value: Any) -> str:
     raise InputError(f"{kind} is nothing that a spec holds", key=key, value=_short(value), allowed="numbers, words, true or false, lists, ranges, numpy arrays, dicts")
 
 
+def plain(key: str, text: str) -> str:
+    """``text``, if it is one: halves of characters are none."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError("this is no text: it holds half of a character", key=key, value=ascii(text), allowed="Unicode text") from None
+    return text
+
+
 def _short(value: Any) -> str:
-    text = repr(value)
+    text = repr(value).encode(errors="replace").decode()
     return text if len(text) <= 60 else text[:59] + "…"
 
 
 def _name(key: Any) -> str:
     if not isinstance(key, str):
         raise InputError("a key must be a word", key=_short(key), allowed="str")
-    return key if _BARE.fullmatch(key) else _text("", key)
+    return key if _BARE.fullmatch(key) else _text("spec", key)
 
 
 def document(sections: Mapping[str, Section | None]) -> str:
@@ -103,6 +112,7 @@ def resolve(spec: Spec, sections: Mapping[str, Section | None]) -> tuple[str | N
     if spec is None:
         return None, document(sections)
     try:
+        os.fsencode(spec)
         return os.fsdecode(spec), document(sections)
-    except TypeError:
+    except (TypeError, UnicodeError):
         raise InputError("this is no spec", key="spec", value=_short(spec), allowed="a path, a dict of sections, or nothing") from None
