@@ -172,6 +172,7 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         optimise: ``objective`` ("sd", "distance", "weighted", "pareto"), ``variables`` (dict(D=[8, 12], theta=[0.5, 10], …)),
             ``limits`` (strain, force_N, unambiguous, tip_not_wider), ``weights``, ``robust``, ``seed``,
             ``budget`` (dict(evaluations=…, seconds=…)).
+        name: name of the result in ``run``.
         callback: called with each :class:`Step`; a true result ends the search with the best so far.
 
     Returns:
@@ -199,12 +200,16 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     return result
 
 
+# The keyword of its section hides the function.
+_optimise = optimise
+
+
 def pareto(spec: Spec = None, *, optimise: Section | None = None, **sections: Any) -> Search:
     """The trade-off between the spread of K and the total error of the distance: :func:`optimise` with the objective ``"pareto"``.
 
     ``result.front`` holds the designs none of which is better than another in both.
     """
-    return globals()["optimise"](spec, optimise={**(optimise or {}), "objective": "pareto"}, **sections)
+    return _optimise(spec, optimise={**(optimise or {}), "objective": "pareto"}, **sections)
 
 
 def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -216,7 +221,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     Args:
         data: DataFrame (pandas, polars), pyarrow Table, dict of columns or path of a CSV file, with ``a_mm``, ``theta_deg`` (or
             ``delta_mm``) and one of ``strain``, ``microstrain``, ``bridge_mV_per_V``, ``reading``. Rows with drive 0 are zero readings.
-        spec, whisker, gauge, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
+        spec, whisker, gauge, tap, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
             that need nothing but the data.
         theta, delta: the drive of every row, where no column says.
         columns: columns under other names, ``dict(a="dist", theta="angle", reading="ch3")``.
@@ -302,6 +307,7 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
         samples: random taps; seed: their seed.
         bound: largest relative strain error that passes.
         run: ``backend``, ``precision``, … that are verified; all by default.
+        progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
 
     Returns:
         :class:`Verification`, true where no bound is broken. Source: docs/verify.md.

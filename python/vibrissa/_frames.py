@@ -31,7 +31,7 @@ def to_pandas(table: Table) -> pandas.DataFrame:
     for name, kind in zip(table.columns, table.kinds()):
         if kind == "words":
             codes, categories = table.codes(name)
-            columns[name] = pd.Categorical.from_codes(codes, categories)  # type: ignore[arg-type]
+            columns[name] = pd.Categorical.from_codes(codes, pd.Index(categories, dtype=object))
         else:
             columns[name] = table[name]
     return pd.DataFrame(columns, copy=False)

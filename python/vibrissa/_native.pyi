@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy
-import pandas
-import polars
-import pyarrow
+import pandas  # type: ignore[import-untyped,import-not-found,unused-ignore]
+import polars  # type: ignore[import-untyped,import-not-found,unused-ignore]
+import pyarrow  # type: ignore[import-untyped,import-not-found,unused-ignore]
 from numpy.typing import NDArray
 
 __version__: str

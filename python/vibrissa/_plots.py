@@ -77,7 +77,7 @@ def _lines(keys: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Iterator
 
 def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: Any = None) -> Axes:
     """Figs. 5 to 8 of the paper, and the error against the drive."""
-    kinds = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
+    kinds: dict[str, Any] = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
     if kind not in kinds:
         raise InputError("there is no such figure", key="kind", value=kind, allowed=", ".join(kinds))
     if kind == "sd":

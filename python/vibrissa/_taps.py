@@ -102,7 +102,7 @@ def _solver(model: dict[str, Any], displaced: bool) -> _native.Taps:
 def number_array(name: str, value: Any, unit: str) -> NDArray[np.float64]:
     """``value`` as an array of float64; complaints name the argument."""
     if isinstance(value, np.ma.MaskedArray):
-        value = value.astype(np.float64).filled(np.nan)
+        value = np.ma.filled(value.astype(np.float64), np.nan)
     try:
         array = np.asarray(value)
     except (TypeError, ValueError) as e:
@@ -199,10 +199,11 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     shape, n, flat = columns(given, _UNITS)
     if n == 0:
         empty = np.empty(shape)
-        return Tap(*(empty.copy() for _ in range(6)), np.empty(shape, np.uint16), np.empty(shape, bool)) if full else empty
+        words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
+        return Tap(empty, empty, empty, empty, empty, empty, words, sticks) if full else empty
     with shown(progress) as tell:
         found = solver.many(n, flat, full, tell)
-    shaped = [x.reshape(shape) for x in found]
+    shaped: list[Any] = [x.reshape(shape) for x in found]
     if not shape:
         shaped = [x[()] for x in shaped]
     return Tap(*shaped) if full else shaped[0]
