@@ -15,8 +15,8 @@ LIMIT = 0.05
 
 
 def taps(x):
-    """K (n candidates x distances) and the largest strain of each candidate; x has one column for each, as scipy's `vectorized` asks."""
-    d, x_ss, theta = (row[..., None] for row in np.atleast_2d(np.asarray(x).T).T)
+    """K at every distance, and the largest strain, of one candidate or of many: x has one column for each, as scipy's `vectorized` asks."""
+    d, x_ss, theta = np.asarray(x)[..., None]
     tap = vibrissa.strain(10.0, d, 50.0, x_ss, 2.0, A, theta, full=True, precision="f64")
     return tap.K, np.abs(tap.strain).max(axis=-1)
 
@@ -27,7 +27,7 @@ def spread(x):
 
 
 def main(generations=60):
-    limit = NonlinearConstraint(lambda x: np.nan_to_num(taps(x)[1], nan=1.0), 0, LIMIT)
+    limit = NonlinearConstraint(lambda x: np.nan_to_num(taps(x)[1], nan=1.0)[None], 0, LIMIT)
     found = differential_evolution(spread, BOUNDS, constraints=limit, vectorized=True, updating="deferred", maxiter=generations, seed=1, polish=False)
     own = vibrissa.optimise(whisker=dict(D=10, L_a=50), gauge=dict(l=2), tap=dict(a=A), run=dict(backend="cpu"), optimise=dict(
         objective="sd", variables=dict(d=BOUNDS[0], x_ss=BOUNDS[1], theta=BOUNDS[2]), limits=dict(strain=LIMIT)))

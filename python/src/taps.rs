@@ -217,13 +217,15 @@ impl Taps {
         answers.into_arrays(py, full)
     }
 
-    /// Seconds that the kernel alone takes for these taps: already framed in its own units, nothing told of them. What `many` takes more is
-    /// the cost of everything around it (benches/python).
-    fn kernel_seconds(
+    /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,
+    /// with `engine`, by what the program solves taps with.
+    fn seconds(
         &self,
         py: Python<'_>,
         n: usize,
         columns: [PyReadonlyArray1<'_, f64>; 7],
+        engine: bool,
+        repeats: usize,
     ) -> PyResult<f64> {
         let tuples = tuples(n, &columns).ok_or_else(|| crate::error::run(py, "arrays of other lengths"))?;
         let setup = self.taps.setup();
@@ -233,23 +235,21 @@ impl Taps {
             let (grip, design) = (Grip::Slide(0.0), Design::new(setup, *t));
             let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
             let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
-            let frame = Frame::new(&Ask {
-                model,
-                side,
-                curve,
-                peak,
-                a: t.a,
-                amount: amount(setup.drive, t.drive),
-                grip,
-            });
-            frame.map(|frame| *frame.tap())
+            let amount = amount(setup.drive, t.drive);
+            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
         };
         let taps: Vec<_> = tuples.par_iter().filter_map(framed).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);
         let (mut solutions, start) = (Vec::new(), Instant::now());
-        for some in taps.chunks(CHUNK as usize) {
-            kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions)
-                .map_err(|e| raise(py, e.into()))?;
+        for _ in 0..repeats {
+            if engine {
+                self.taps.solve(&tuples, &mut |_| true).map_err(|e| raise(py, e))?;
+                continue;
+            }
+            for some in taps.chunks(CHUNK as usize) {
+                let solved = kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions);
+                solved.map_err(|e| raise(py, e.into()))?;
+            }
         }
         Ok(start.elapsed().as_secs_f64())
     }
