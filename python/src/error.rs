@@ -32,7 +32,7 @@ pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
         fields.set_item("key", e.key.as_deref().map(keywords))?;
         fields.set_item("value", &e.value)?;
         fields.set_item("allowed", e.allowed.as_deref().map(keywords))?;
-        let file = e.file.as_deref().filter(|f| !Path::new(f).extension().is_some_and(|end| end == KEYWORDS));
+        let file = e.file.as_deref().filter(|f| Path::new(f).extension().is_none_or(|end| end != KEYWORDS));
         fields.set_item("file", file)?;
         fields.set_item("line", e.line.filter(|_| file.is_some()))?;
         py.import(HOME)?.getattr("InputError")?.call((keywords(&e.message),), Some(&fields))

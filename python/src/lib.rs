@@ -8,6 +8,8 @@ mod job;
 #[cfg(feature = "extension")]
 mod lab;
 #[cfg(feature = "extension")]
+mod locate;
+#[cfg(feature = "extension")]
 mod machine;
 #[cfg(feature = "extension")]
 mod module;

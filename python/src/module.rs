@@ -6,7 +6,9 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
-    use crate::lab::{Locator, calibrate, simulate};
+    use crate::lab::{calibrate, simulate};
+    #[pymodule_export]
+    use crate::locate::Locator;
     #[pymodule_export]
     use crate::machine::{chart, devices, verify};
     #[pymodule_export]

@@ -20,8 +20,9 @@ import os as _os
 if "XDG_RUNTIME_DIR" not in _os.environ:
     _os.environ.setdefault("NODEVICE_SELECT", "1")
 
-from ._commands import Step, calibrate, chart, devices, optimise, pareto, simulate, spec_text, sweep, tap, verify
+from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
 from ._errors import Error, InputError, Interrupted, RunError
+from ._lab import calibrate, simulate
 from ._locate import Located, Locator
 from ._native import Table, __version__
 from ._results import BestTap, Calibration, Search, Simulation, Sweep, Verification

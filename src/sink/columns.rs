@@ -151,7 +151,7 @@ pub enum Form {
 /// Rows on their way to a table, gathered away from it so that it can be done in parallel.
 pub enum Rows {
     /// As text.
-    Text(Text),
+    Text(Box<Text>),
     /// As columns.
     Columns(Columns),
 }
@@ -169,7 +169,7 @@ impl Rows {
     /// No rows yet.
     pub fn new(form: Form) -> Self {
         match form {
-            Form::Text => Self::Text(Text::default()),
+            Form::Text => Self::Text(Box::default()),
             Form::Columns => Self::Columns(Columns::default()),
         }
     }

@@ -85,6 +85,9 @@ pub(super) fn write_kept(run: &mut Run<'_>, kept: &[Kept]) -> Result<(), Error> 
     run.write(Table::Designs, rows.into_block(), kept.len() as u64)
 }
 
+/// What is done with the complete rows of a design.
+type Each<'e> = dyn FnMut(&mut Run<'_>, Vec<Kept>) -> Result<(), Error> + 'e;
+
 /// Goes through `designs` in order, writes `tables` and hands every design's candidates to `each`.
 fn pass(
     run: &mut Run<'_>,
@@ -92,7 +95,7 @@ fn pass(
     designs: &mut dyn Iterator<Item = u64>,
     tables: &[Table],
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
-    each: &mut dyn FnMut(&mut Run<'_>, Vec<Kept>) -> Result<(), Error>,
+    each: &mut Each<'_>,
 ) -> Result<(), Error> {
     let together = (CHUNK / layout.block().max(1)).max(1) as usize;
     loop {
@@ -114,11 +117,7 @@ fn pass(
     }
 }
 
-fn finish(
-    run: &mut Run<'_>,
-    rendered: Rendered,
-    each: &mut dyn FnMut(&mut Run<'_>, Vec<Kept>) -> Result<(), Error>,
-) -> Result<(), Error> {
+fn finish(run: &mut Run<'_>, rendered: Rendered, each: &mut Each<'_>) -> Result<(), Error> {
     run.count(Table::Tuples, rendered.rows[0]);
     run.write(Table::Designs, rendered.designs, rendered.rows[1])?;
     run.write(Table::Distances, rendered.distances, rendered.rows[2])?;

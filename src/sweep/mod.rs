@@ -300,7 +300,7 @@ impl<'a> Run<'a> {
 
 /// Where a table goes.
 enum Place {
-    File(Output),
+    File(Box<Output>),
     Memory(Columns),
 }
 
@@ -330,7 +330,7 @@ impl Writers {
 
     fn new(study: &Study, plan: &Plan, folder: &mut Folder) -> Result<Self, Error> {
         let wanted = wanted(study, plan);
-        let mut open = |table: Table| -> Result<Option<Place>, Error> {
+        let open = |table: Table| -> Result<Option<Place>, Error> {
             if !wanted[table as usize] {
                 return Ok(None);
             }
@@ -338,9 +338,9 @@ impl Writers {
             let mut text = Text::default();
             text.header(&table.columns(&study.setup)).map_err(|e| Error::Run(e.to_string()))?;
             file.write(&text.into_bytes())?;
-            Ok(Some(Place::File(file)))
+            Ok(Some(Place::File(Box::new(file))))
         };
-        let [tuples, designs, distances] = Table::ALL.map(|table| open(table));
+        let [tuples, designs, distances] = Table::ALL.map(open);
         Ok(Self { form: Form::Text, places: [tuples?, designs?, distances?] })
     }
 
