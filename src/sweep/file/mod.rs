@@ -108,6 +108,9 @@ fn reduce_all(
     let groups = file.groups();
     let (mut batch, mut designs) = (Vec::new(), Vec::new());
     let mut reader = Reader::new(file, order)?;
+    if from == reader.len as u64 {
+        return Ok(());
+    }
     reader.skip(from as usize)?;
     loop {
         let more = solve(run, groups, &mut reader, &mut designs, &mut batch)?;
