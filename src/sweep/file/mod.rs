@@ -108,7 +108,7 @@ fn reduce_all(
     let groups = file.groups();
     let (mut batch, mut designs) = (Vec::new(), Vec::new());
     let mut reader = Reader::new(file, order)?;
-    if from == reader.len as u64 {
+    if from > 0 && from == reader.len as u64 {
         return Ok(());
     }
     reader.skip(from as usize)?;
