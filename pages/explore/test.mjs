@@ -16,8 +16,8 @@ const option = (name, fallback) => {
 const root = resolve(new URL("../..", import.meta.url).pathname);
 const program = resolve(option("--program", join(root, "target/debug/vibrissa")));
 const out = option("--out", undefined);
-const positions = Number(option("--positions", 1000));
-const optima = Number(option("--optima", 40));
+const positions = Number(option("--positions", 200));
+const optima = Number(option("--optima", 10));
 const desk = mkdtempSync(join(tmpdir(), "vibrissa-explore-"));
 const vibrissa = (...args) => execFileSync(program, args, { cwd: desk, stdio: ["ignore", "pipe", "inherit"], encoding: "utf8" });
 
