@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::Method;
+use vibrissa::evaluate::{Method, foreseen};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
@@ -70,27 +70,30 @@ fn tuple(index: u32) -> Tuple {
     }
 }
 
-/// The batches that a configuration solves: one, or with Coulomb friction the sticking one and then the sliding one.
+/// The batches that a configuration solves: one, or with Coulomb friction the contacts foreseen to stick and those to slide.
 fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
     let side = setup.gauge.side;
     let effects = |stick| Effects::new(&setup.model, side, stick);
-    let taps = |grip: Grip| {
-        let frame = |index: u32| {
-            let t = tuple(index);
-            let shared = Design::new(setup, t).shared?;
-            let amount = amount(setup.drive, t.drive);
-            let (curve, peak) = (&shared.model, shared.peak);
-            let ask = Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip };
-            Frame::new(&ask).map(|f| *f.tap())
-        };
-        (0..TAPS).into_par_iter().filter_map(frame).collect()
+    let framed = |index: u32, grip: Grip| {
+        let t = tuple(index);
+        let shared = Design::new(setup, t).shared?;
+        let amount = amount(setup.drive, t.drive);
+        let (curve, peak) = (&shared.model, shared.peak);
+        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip })
+    };
+    let taps = |grip: &(dyn Fn(u32) -> Option<Grip> + Sync)| {
+        let tap = |index: u32| framed(index, grip(index)?).map(|f| *f.tap());
+        (0..TAPS).into_par_iter().filter_map(tap).collect()
     };
     match setup.model.contact {
-        Contact::Stick => vec![(effects(true), taps(Grip::Stick))],
+        Contact::Stick => vec![(effects(true), taps(&|_| Some(Grip::Stick)))],
         Contact::Coulomb(mu) if mu > 0.0 => {
-            vec![(effects(true), taps(Grip::Stick)), (effects(false), taps(Grip::Slide(mu)))]
+            let held = |index| framed(index, Grip::Stick).map(|frame| foreseen(&frame, mu));
+            let sticks = |index| held(index).filter(|grip| *grip == Grip::Stick);
+            let slides = |index| held(index).filter(|grip| *grip != Grip::Stick);
+            vec![(effects(true), taps(&sticks)), (effects(false), taps(&slides))]
         }
-        _ => vec![(effects(false), taps(Grip::Slide(0.0)))],
+        _ => vec![(effects(false), taps(&|_| Some(Grip::Slide(0.0))))],
     }
 }
 
@@ -115,7 +118,7 @@ impl Ready {
             kernel::solve(solver.as_mut(), *effects, rungs, *tolerance, taps, &mut out)
                 .expect("the backend answers");
             seconds += start.elapsed().as_secs_f64();
-            sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / out.len() as f64;
+            sweeps += out.iter().map(|s| s.sweeps).sum::<f64>() / f64::from(TAPS);
             lost += out.iter().filter(|s| !s.within(*tolerance)).count();
         }
         self.best = self.best.min(seconds);

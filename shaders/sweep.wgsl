@@ -110,11 +110,13 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     let scale = select(2.0 * m * g4 * ig2, 4.0 * w_force * m * m * g4, PLAIN);
     var lags = integrate(bending);
     var sines: Nodes;
+    var nearer: Nodes;
     for (var i = 0u; i < N; i++) {
         lags[i] *= scale;
         let angle = psi[i] - lags[i];
         state.angle[i] = angle;
         let behind = x_minus_sin(angle);
+        nearer[i] = (angle - behind) * (lags[i] - state.lag[i]) * density[i];
         var sum = lags[i] + behind;
         if SHEAR || EXTENSION {
             let sine = angle - behind;
@@ -205,6 +207,8 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     } else {
         short = ds * weigh(shortening);
     }
+    // The angle has moved on with the lag: its shortening to first order, without which force and lag turn around each other.
+    short -= ds * weigh(nearer);
     let back_more = short + hub * cosine_b;
     let rise = height + hub * (base - sine_b);
     var back = back_more;

@@ -21,6 +21,7 @@ use crate::status::Status;
 pub use guard::{Guard, doubts};
 pub use outcome::told;
 use outcome::{fast, reference};
+pub use solve::foreseen;
 use solve::{Solved, frame};
 
 /// One tap of one design of a batch.

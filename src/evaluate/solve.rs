@@ -16,6 +16,10 @@ use crate::scene::{Contact, Setup};
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
 
+/// How far a contact must have moved, in units of a and of the error of the strain, for the direction to be certain. An error of the arc
+/// shows in the strain at least as it is.
+const SURELY: f64 = 10.0;
+
 /// A framed tap, its solution and what holds its contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
@@ -81,41 +85,87 @@ impl Evaluator<'_> {
         Ok(solved)
     }
 
-    /// Coulomb friction: the sticking solution where |T| ≤ μP, else sliding with the sign of the sticking T. Where the kernel finds no
-    /// sticking solution, or one too rough to tell, the tap stays a sticking one without a solution.
+    /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
+    /// falls with T/P (model §3), so that the two say the same; most taps are told by one solution. Where the kernel finds no sticking
+    /// solution, or one too rough to tell, the tap stays a sticking one without a solution.
     fn coulomb(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
         mu: f64,
     ) -> Result<Vec<Option<Solved>>, SolveError> {
-        let mut solved = self.solve(designs, tasks, &|_| Grip::Stick)?;
-        let decide = |s: &Solved| {
-            let Response { tangential, normal, .. } = s.frame.response(&s.solution);
-            let spare = mu * normal - tangential.abs();
-            let rough = ROUGH * s.solution.error * tangential.abs().max(normal.abs());
-            match spare {
-                _ if !s.solution.within(ASTRAY) || spare.abs() <= rough => None,
-                _ if spare > 0.0 => Some(Grip::Stick),
-                _ => Some(Grip::Slide(mu.copysign(tangential))),
+        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
+        let mut open: Vec<usize> = (0..tasks.len()).collect();
+        let setup = self.setup;
+        let likely = |i: &usize| {
+            let (task, design) = (&tasks[*i], &designs[tasks[*i].design as usize]);
+            match foreseen(&frame(setup, design, task, Grip::Stick)?, mu) {
+                Grip::Stick => None,
+                slide => Some((*i, slide)),
             }
         };
+        let likely: Vec<(usize, Grip)> = open.par_iter().filter_map(likely).collect();
+        let slid = self.slide(designs, tasks, &likely)?;
+        for (&(i, grip), s) in likely.iter().zip(slid) {
+            let told = s.as_ref().is_some_and(|s| moves_with(s, grip));
+            solved[i] = s.filter(|_| told);
+        }
+        open.retain(|&i| solved[i].is_none());
+
+        let rest: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
+        let stuck = self.solve(designs, &rest, &|_| Grip::Stick)?;
         let mut sliding = Vec::new();
-        for (i, place) in solved.iter_mut().enumerate() {
-            let Some(s) = place else { continue };
-            match decide(s) {
+        for (&i, s) in open.iter().zip(stuck) {
+            solved[i] = s;
+            let Some(s) = &mut solved[i] else { continue };
+            match decide(s, mu) {
                 Some(Grip::Stick) => {}
                 Some(grip) => sliding.push((i, grip)),
                 None => s.solution = Solution { load: s.solution.load, ..Solution::FAILED },
             }
         }
-        let again: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
-        let slid = self.solve(designs, &again, &|k| sliding[k].1)?;
+        let slid = self.slide(designs, tasks, &sliding)?;
         for (&(i, _), s) in sliding.iter().zip(slid) {
             let before = solved[i].map_or(0.0, |s| s.sweeps);
             solved[i] = s.map(|s| Solved { sweeps: before + s.sweeps, ..s });
         }
         Ok(solved)
+    }
+
+    /// Frames and solutions of the tasks of `sliding`, each held by its grip.
+    fn slide(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        sliding: &[(usize, Grip)],
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
+        let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
+        self.solve(designs, &those, &|k| sliding[k].1)
+    }
+}
+
+/// What most likely holds the contact of `frame`, that of a sticking one: what the linear onset says.
+pub fn foreseen(frame: &Frame, mu: f64) -> Grip {
+    let Response { tangential, normal, .. } = frame.response(&Solution::LINEAR);
+    if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
+}
+
+/// Whether the contact of `s` moved along the whisker as the friction of `grip` opposes, beyond doubt.
+fn moves_with(s: &Solved, grip: Grip) -> bool {
+    let Grip::Slide(friction) = grip else { return false };
+    let moved = s.frame.moved(&s.solution) * friction.signum();
+    s.solution.within(ASTRAY) && moved > SURELY * s.solution.error
+}
+
+/// What holds the contact of the sticking solution `s`; `None` where it is too rough to tell.
+fn decide(s: &Solved, mu: f64) -> Option<Grip> {
+    let Response { tangential, normal, .. } = s.frame.response(&s.solution);
+    let spare = mu * normal - tangential.abs();
+    let rough = ROUGH * s.solution.error * tangential.abs().max(normal.abs());
+    match spare {
+        _ if !s.solution.within(ASTRAY) || spare.abs() <= rough => None,
+        _ if spare > 0.0 => Some(Grip::Stick),
+        _ => Some(Grip::Slide(mu.copysign(tangential))),
     }
 }
 

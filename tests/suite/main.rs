@@ -17,6 +17,7 @@ mod export;
 mod folders;
 mod garbage;
 mod hard;
+mod hard_ends;
 mod help;
 mod in_force;
 mod inputs;

@@ -89,7 +89,7 @@ impl Rung {
                 spare: true,
                 ..Self::new(*rule, Precision::F64, material, SPARE * tolerance)
             };
-            rungs.extend(rule::every_rule(Precision::F64)[1..].iter().map(spare));
+            rungs.extend(rule::ladder(Precision::F64, SPARE * tolerance).iter().map(spare));
         }
         rungs
     }
@@ -118,6 +118,11 @@ pub trait Solver: Send {
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
+
+    /// Place of the rung on which taps with these effects begin; the first, unless it costs more than it solves.
+    fn begin(&self, _effects: &Effects, _rungs: &[Rung]) -> usize {
+        0
+    }
 
     /// What ranks the designs of `scope` on this backend's own device; `None` where it has none, or the scope does not fit on it.
     fn ranking(&self, _scope: &Scope, _layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
@@ -159,7 +164,8 @@ pub fn solve(
     let trusted = trusted(&effects);
     let mut spare = Cpu::new(Precision::F64);
     let mut part = Vec::new();
-    for (step, rung) in rungs.iter().enumerate() {
+    let begin = solver.begin(&effects, rungs);
+    for (step, rung) in rungs[begin..].iter().enumerate() {
         // A material that has ended has ended in any precision.
         let open = |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended());
         let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();

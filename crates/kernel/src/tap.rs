@@ -135,6 +135,10 @@ impl Solution<f64> {
         self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
     }
 
+    /// What the linear onset alone says.
+    pub const LINEAR: Self =
+        Self { force: 0.0, along: 0.0, arc: 0.0, strain: 0.0, error: f64::INFINITY, load: 0.0, sweeps: 0.0 };
+
     /// A tap that has no solution.
     pub const FAILED: Self = Self {
         force: f64::NAN,
@@ -283,8 +287,13 @@ impl Frame {
             deviation: s.strain,
             normal,
             tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
-            arc: self.a * (1.0 + t.arc + s.arc),
+            arc: self.a * (1.0 + self.moved(s)),
         }
+    }
+
+    /// How far the contact has moved along the whisker: c/a − 1.
+    pub fn moved(&self, s: &Solution<f64>) -> f64 {
+        self.tap.arc + s.arc
     }
 }
 

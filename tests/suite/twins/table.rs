@@ -94,7 +94,7 @@ pub const TWINS: &[Twin] = &[
             ("first", "noise_across"),
             ("second", "noise_along"),
         ],
-        same: 161,
+        same: 162,
         ..Twin::NONE
     },
     Twin {
@@ -126,14 +126,20 @@ pub const TWINS: &[Twin] = &[
             ("Step.steps[0]", "Step.force"),
             ("Step.steps[1]", "Step.other"),
         ],
-        same: 45,
+        same: 47,
         ..Twin::NONE
     },
     Twin {
         wgsl: "unit_force",
-        rust: "exact/newton.rs:step/fixed",
-        only_wgsl: &["tap", "bent"],
-        only_rust: &["row"],
+        rust: "exact/newton.rs:unit_force",
+        only_rust: &["effects"],
+        same: 2,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "unit_other",
+        rust: "exact/newton.rs:unit_other",
+        only_rust: &["effects"],
         same: 1,
         ..Twin::NONE
     },
@@ -145,23 +151,8 @@ pub const TWINS: &[Twin] = &[
         ..Twin::NONE
     },
     Twin { wgsl: "shares", rust: "exact/gauge.rs:shares", only_rust: &["effects"], same: 13, ..Twin::NONE },
-    Twin {
-        wgsl: "past",
-        rust: "exact/gauge.rs:gauge/past",
-        only_wgsl: &["b2", "g2", "width"],
-        renamed: &[("tap.width", "width")],
-        same: 1,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "place",
-        rust: "exact/gauge.rs:gauge/place",
-        only_wgsl: &["c", "g"],
-        // `tiny` of its function.
-        numbers: &["TINY"],
-        same: 2,
-        ..Twin::NONE
-    },
+    Twin { wgsl: "past", rust: "exact/gauge.rs:past", same: 1, ..Twin::NONE },
+    Twin { wgsl: "place", rust: "exact/gauge.rs:place", same: 2, ..Twin::NONE },
     Twin {
         wgsl: "gauge",
         rust: "exact/gauge.rs:gauge",
@@ -393,12 +384,11 @@ pub const TWINS: &[Twin] = &[
 ];
 
 /// Functions of WGSL without a twin.
-pub const WGSL_ONLY: [(&str, &str); 9] = [
+pub const WGSL_ONLY: [(&str, &str); 8] = [
     ("main", "hands taps, or designs, to invocations"),
     ("weigh", "Σ weights_i y_i: `dot` with the weights of `Nodes`, which are its numbers"),
     ("integrate", "the same with its integral, row by row"),
     ("coefficients", "the same with its polynomials"),
-    ("unit_other", "the other half of the closure `fixed`"),
     ("case_of", "`Scope::case` in f32; where it is within 1e-6 of a border, the host decides"),
     ("whisker", "`Layout::design` in f32, with the axes written into it"),
     ("fraction", "a line of `Axis::at`, in f32"),

@@ -86,20 +86,19 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let m = c / (one + g);
     let k = tap.taper * m;
 
-    // Lever mean ℓ and its change with c; past = the part of the lever beyond the contact that has no moment.
+    // Lever mean ℓ and its change with c.
     let (c1, c2) = (tap.near + x, tap.far + x);
     let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
     let (b1, b2) = (one / u1, one / u2.max(tiny));
-    let past = |end: Pack<T, L, FMA>| end * end * b2 * b2 / (two * g2 * tap.width);
     let clear = of(0.5) * b1 * b2 * (tap.near * b1 + tap.far * b2);
-    let clear_change = of(0.5) * b1 * b2 * x * (b1 + b2) + past(c2.min(zero));
+    let clear_change = of(0.5) * b1 * b2 * x * (b1 + b2) + past(c2.min(zero), b2, g2, tap.width);
     let on_gauge = tap.near * tap.near * b1 * b1 / (two * tap.rest * tap.width);
     let farther = (x / tap.near.max(tiny)).min(of(MOST_GROWTH)).max(of(-MOST_GROWTH));
     let slim = tap.taper * x / g2;
     let longer = farther * (two + farther);
     // A contact that has left the gauge has the lever of a clear one; the parabola and what is past it would cancel.
     let left = of(0.5) * b1 * b2 * (c1 * b1 + c2 * b2) - on_gauge;
-    let leaving = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero));
+    let leaving = on_gauge * (longer + slim + longer * slim) - past(c2.max(zero), b2, g2, tap.width);
     let on_gauge_change = (of(LEFT) * tap.width).if_less(c2, left, leaving);
     let lever = tap.far.if_less(zero, on_gauge, clear).max(tiny);
     let change = tap.far.if_less(zero, on_gauge_change, clear_change);
@@ -116,11 +115,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
             angles[i] = dot(n, &tables.legendre[i], &state.angle);
         }
     }
-    let place = |from_contact: Pack<T, L, FMA>, u: Pack<T, L, FMA>| {
-        let root = u.max(tiny).sqrt();
-        from_contact.max(zero) * (one + g) / (c * root * (root + g))
-    };
-    let (w1, w2) = (place(c1, u1).min(one), place(c2, u2));
+    let (w1, w2) = (place(c1, u1, c, g).min(one), place(c2, u2, c, g));
     let w_force = tap.force * (one + state.force);
     let h_force = if offset { tap.along + tap.force * state.along } else { zero };
     let contact_radius = if offset { tap.contact_radius - tap.slope * x } else { zero };
@@ -237,6 +232,29 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
 }
 
+/// The part of the lever mean beyond the contact, which has no moment.
+#[inline(always)]
+fn past<T: Scalar, const L: usize, const FMA: bool>(
+    end: Pack<T, L, FMA>,
+    b2: Pack<T, L, FMA>,
+    g2: Pack<T, L, FMA>,
+    width: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    end * end * b2 * b2 / (Pack::of(2.0) * g2 * width)
+}
+
+/// Place w on the rod of a point at distance `from_contact`, u² = 1 − τs there.
+#[inline(always)]
+fn place<T: Scalar, const L: usize, const FMA: bool>(
+    from_contact: Pack<T, L, FMA>,
+    u: Pack<T, L, FMA>,
+    c: Pack<T, L, FMA>,
+    g: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let root = u.max(Pack::of(TINY)).sqrt();
+    from_contact.max(Pack::of(0.0)) * (Pack::of(1.0) + g) / (c * root * (root + g))
+}
+
 /// ∫₀^w of a series of shifted Legendre polynomials.
 #[inline(always)]
 fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
@@ -290,8 +308,12 @@ fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     [m, g2, sensitivity]: [Pack<T, L, FMA>; 3],
 ) -> Pack<T, L, FMA> {
     let of = Pack::<T, L, FMA>::of;
-    let last = |k: usize| dot(n, &tables.legendre[k], &state.bending).abs();
-    let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * (last(n - 1) + last(n - 2));
+    // No closure: one that is called twice may not be inlined, and then is compiled for no particular instruction set.
+    let mut last = of(0.0);
+    for k in n - 2..n {
+        last = last + dot(n, &tables.legendre[k], &state.bending).abs();
+    }
+    let bending = of(12.0) * m * m * (of(1.0) + tap.hub) * tap.rest / (g2 * g2) * last;
     let shortening = of(2.0) * g2 * m * (series[n - 1].abs() + series[n - 2].abs());
     of(BENDING_TAIL) * bending * bending.sqrt() + of(SHORTENING_TAIL) * sensitivity * shortening
 }

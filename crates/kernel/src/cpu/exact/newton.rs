@@ -79,6 +79,28 @@ fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     Turned { nodes, base }
 }
 
+/// Turn by a unit of W at a fixed shape.
+#[inline(always)]
+fn unit_force<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    effects: &Effects,
+    tap: &Tap<Pack<T, L, FMA>>,
+    bent: &Bent<Pack<T, L, FMA>, N>,
+    lever: Pack<T, L, FMA>,
+    pivot: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot }
+}
+
+/// Turn by a unit of c, or of H of a sticking contact, at a fixed shape.
+#[inline(always)]
+fn unit_other<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    effects: &Effects,
+    bent: &Bent<Pack<T, L, FMA>, N>,
+    pivot: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    (if effects.stick { bent.contact_radius } else { bent.w_force }) * pivot
+}
+
 /// A Newton step.
 pub struct Step<P> {
     /// Of w and of z (or k).
@@ -135,18 +157,6 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
             drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
         }
     }
-    let fixed = |lever: Pack<T, L, FMA>, pivot: Pack<T, L, FMA>, row: &[T; N]| {
-        let mut first = if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot };
-        if passes > 0 {
-            first = first - rod.spread * dot(n, row, &drawn);
-        }
-        let second = if effects.stick {
-            bent.contact_radius * pivot + rod.spread * dot(n, row, &raised)
-        } else {
-            bent.w_force * pivot
-        };
-        (first, second)
-    };
     let mut first = Turned { nodes: [zero; N], base: zero };
     let mut second = Turned { nodes: [zero; N], base: zero };
     for i in 0..n {
@@ -154,11 +164,25 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
         let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
         let lever = m * m * g4 * of(1.0 / 6.0) * reach * reach * y2.mul_add(two, one);
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
-        (first.nodes[i], second.nodes[i]) = fixed(lever, pivot, &tables.integral[i]);
+        first.nodes[i] = unit_force(effects, tap, bent, lever, pivot);
+        second.nodes[i] = unit_other(effects, bent, pivot);
+        if passes > 0 {
+            first.nodes[i] = first.nodes[i] - rod.spread * dot(n, &tables.integral[i], &drawn);
+        }
+        if effects.stick {
+            second.nodes[i] = second.nodes[i] + rod.spread * dot(n, &tables.integral[i], &raised);
+        }
     }
     let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
     let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
-    (first.base, second.base) = fixed(lever, pivot, &tables.weights);
+    first.base = unit_force(effects, tap, bent, lever, pivot);
+    second.base = unit_other(effects, bent, pivot);
+    if passes > 0 {
+        first.base = first.base - rod.spread * dot(n, &tables.weights, &drawn);
+    }
+    if effects.stick {
+        second.base = second.base + rod.spread * dot(n, &tables.weights, &raised);
+    }
     let first = follow(tables, passes, &rod, first);
     let second = follow(tables, passes, &rod, second);
     let (base1, base2) = (first.base, second.base);

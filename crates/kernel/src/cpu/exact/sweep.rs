@@ -187,11 +187,13 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         state.bending[i] = moment * (y2 * y2 * y[i]);
     }
     let scale = if PLAIN { of(4.0) * w_force * m * m * g4 } else { two * m * g4 * ig2 };
-    let mut sines = [zero; N];
+    let (mut sines, mut nearer) = ([zero; N], [zero; N]);
     for i in 0..n {
+        let before = state.lag[i];
         state.lag[i] = scale * dot(n, &tables.integral[i], &state.bending);
         state.angle[i] = psi[i] - state.lag[i];
         let behind = tables.x_minus_sin(state.angle[i]);
+        nearer[i] = (state.angle[i] - behind) * (state.lag[i] - before) * density[i];
         let mut sum = state.lag[i] + behind;
         if shear || extension {
             let (sine, cosine) = (state.angle[i] - behind, tables.one_minus_cos(state.angle[i]));
@@ -260,11 +262,13 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let (cosine_b, sine_b) = (tables.one_minus_cos(base), tables.x_minus_sin(base));
     let beta = base - tap.angle;
     let (cosine, sine) = (tables.one_minus_cos(beta), tables.x_minus_sin(beta));
-    let short = if PLAIN {
+    let mut short = if PLAIN {
         ds * dot(n, &tables.weights, &state.shortening)
     } else {
         ds * dot(n, &tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
     };
+    // The angle has moved on with the lag: its shortening to first order, without which force and lag turn around each other.
+    short = short - ds * dot(n, &tables.weights, &nearer);
     let back_more = short + hub * cosine_b;
     let back = if offset { back_more - h_force * (f + d_f) } else { back_more };
     let rise = height + hub * (base - sine_b);
