@@ -70,7 +70,8 @@ fn tuple(index: u32) -> Tuple {
     }
 }
 
-/// The batches that a configuration solves: one, or with Coulomb friction the contacts foreseen to stick and those to slide.
+/// The batches that a configuration solves: one, or with Coulomb friction the contacts foreseen to stick and those to slide either way
+/// (the look itself aside, one sweep).
 fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
     let side = setup.gauge.side;
     let effects = |stick| Effects::new(&setup.model, side, stick);
@@ -81,19 +82,22 @@ fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
         let (curve, peak) = (&shared.model, shared.peak);
         Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip })
     };
-    let taps = |grip: &(dyn Fn(u32) -> Option<Grip> + Sync)| {
-        let tap = |index: u32| framed(index, grip(index)?).map(|f| *f.tap());
-        (0..TAPS).into_par_iter().filter_map(tap).collect()
+    let taps = |grip: Grip, which: &[u32]| {
+        which.par_iter().filter_map(|index| framed(*index, grip).map(|f| *f.tap())).collect()
     };
+    let all: Vec<u32> = (0..TAPS).filter(|index| framed(*index, Grip::Stick).is_some()).collect();
     match setup.model.contact {
-        Contact::Stick => vec![(effects(true), taps(&|_| Some(Grip::Stick)))],
+        Contact::Stick => vec![(effects(true), taps(Grip::Stick, &all))],
         Contact::Coulomb(mu) if mu > 0.0 => {
-            let held = |index| framed(index, Grip::Stick).map(|frame| foreseen(&frame, mu));
-            let sticks = |index| held(index).filter(|grip| *grip == Grip::Stick);
-            let slides = |index| held(index).filter(|grip| *grip != Grip::Stick);
-            vec![(effects(true), taps(&sticks)), (effects(false), taps(&slides))]
+            let frames: Vec<Frame> = all.iter().filter_map(|index| framed(*index, Grip::Stick)).collect();
+            let held = foreseen(setup, frames.iter(), mu).expect("the CPU looks");
+            let those = |grip: Grip| -> Vec<u32> {
+                all.iter().zip(&held).filter(|(_, held)| **held == grip).map(|(index, _)| *index).collect()
+            };
+            let batch = |grip| (effects(grip == Grip::Stick), taps(grip, &those(grip)));
+            [Grip::Stick, Grip::Slide(mu), Grip::Slide(-mu)].map(batch).into()
         }
-        _ => vec![(effects(false), taps(&|_| Some(Grip::Slide(0.0))))],
+        _ => vec![(effects(false), taps(Grip::Slide(0.0), &all))],
     }
 }
 

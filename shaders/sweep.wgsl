@@ -116,7 +116,10 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
         let angle = psi[i] - lags[i];
         state.angle[i] = angle;
         let behind = x_minus_sin(angle);
-        nearer[i] = (angle - behind) * (lags[i] - state.lag[i]) * density[i];
+        if OFFSET {
+            let step = lags[i] - state.lag[i];
+            nearer[i] = (angle - behind + 0.5 * step) * step * density[i];
+        }
         var sum = lags[i] + behind;
         if SHEAR || EXTENSION {
             let sine = angle - behind;
@@ -207,8 +210,10 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     } else {
         short = ds * weigh(shortening);
     }
-    // The angle has moved on with the lag: its shortening to first order, without which force and lag turn around each other.
-    short -= ds * weigh(nearer);
+    if OFFSET {
+        // The angle has moved on with the lag: its shortening to second order, without which force and lag turn around each other.
+        short -= ds * weigh(nearer);
+    }
     let back_more = short + hub * cosine_b;
     let rise = height + hub * (base - sine_b);
     var back = back_more;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::axis::{AXES, Axis, Map, Quantity};
+use super::axis::{AXES, Axis, MIDDLE, Map, Quantity};
 use super::build::{Bound, Built, build, check_points};
 use super::taps::Taps;
 use crate::error::SolveError;
@@ -50,6 +50,8 @@ const CHOICES: usize = 128;
 pub struct DistanceChart {
     /// a, mm.
     pub a: f64,
+    /// g: the place of the gauge is that of x1 + g (x2 − x1).
+    pub gauge_at: f64,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
@@ -79,17 +81,18 @@ pub fn power(setup: &Setup) -> i32 {
 }
 
 impl DistanceChart {
-    /// The chart of `setup` at `a` mm over ranges of quantities, whose strain is good to a tenth of `tolerance`.
+    /// The chart of `setup` at `a` mm over ranges of quantities, with the place `gauge_at` of the gauge, whose strain is good to a tenth of
+    /// `tolerance`.
     pub fn new(
         setup: &Setup,
         a: f64,
-        ranges: [[f64; 2]; AXES],
+        (ranges, gauge_at): ([[f64; 2]; AXES], f64),
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
         let power = power(setup);
         let maps = [
             if power == 2 { Map::Square } else { Map::Linear },
-            Map::Square,
+            if gauge_at == MIDDLE { Map::Square } else { Map::Linear },
             Map::Linear,
             if power == 2 { Map::Inverse } else { Map::Root },
             Map::Root,
@@ -98,15 +101,17 @@ impl DistanceChart {
         let mut sweeps = Sweeps::default();
         let job = (power, tolerance);
         let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, None), axes, job, &mut sweeps)? else { return Ok(None) };
-            return Ok(Some(Self::of(a, power, vec![built], Vec::new(), sweeps)));
+            let Some(built) = branch(setup, (a, gauge_at, None), axes, job, &mut sweeps)? else {
+                return Ok(None);
+            };
+            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
         };
         if mu == 0.0 {
             let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, frictionless), axes, job, &mut sweeps)? else {
+            let Some(built) = branch(setup, (a, gauge_at, frictionless), axes, job, &mut sweeps)? else {
                 return Ok(None);
             };
-            return Ok(Some(Self::of(a, power, vec![built], Vec::new(), sweeps)));
+            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
         }
         // By their ratios, all over one box.
         let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
@@ -114,7 +119,9 @@ impl DistanceChart {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, grip), axes, job, &mut sweeps)? else { return Ok(None) };
+                let Some(built) = branch(setup, (a, gauge_at, grip), axes, job, &mut sweeps)? else {
+                    return Ok(None);
+                };
                 if built.axes != axes {
                     axes = built.axes;
                     known.clear();
@@ -123,7 +130,7 @@ impl DistanceChart {
             }
             known.sort_by(|a, b| a.0.total_cmp(&b.0));
             let branches = known.iter().map(|(_, built)| built.clone()).collect();
-            let mut chart = Self::of(a, power, branches, ratios, sweeps);
+            let mut chart = Self::of((a, gauge_at), power, branches, ratios, sweeps);
             chart.error = chart.choice(setup)?;
             if chart.error <= CHOICE * tolerance {
                 return Ok(Some(chart));
@@ -133,11 +140,17 @@ impl DistanceChart {
         Ok(None)
     }
 
-    fn of(a: f64, power: i32, branches: Vec<Built<FUNCTIONS>>, ratios: Vec<f64>, sweeps: Sweeps) -> Self {
+    fn of(
+        (a, gauge_at): (f64, f64),
+        power: i32,
+        branches: Vec<Built<FUNCTIONS>>,
+        ratios: Vec<f64>,
+        sweeps: Sweeps,
+    ) -> Self {
         let error =
             |b: &Built<FUNCTIONS>| b.errors[0] * b.axes[Quantity::Drive as usize].range[1].powi(power);
         let error = branches.iter().map(error).fold(0.0, f64::max);
-        Self { a, power, branches, ratios, error, sweeps }
+        Self { a, gauge_at, power, branches, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -147,7 +160,7 @@ impl DistanceChart {
 
     /// Largest error of the strain where the contact chooses whether it slides.
     fn choice(&mut self, setup: &Setup) -> Result<f64, SolveError> {
-        let mut taps = Taps::new(setup, self.a, None, 1e-8);
+        let mut taps = Taps::new(setup, self.a, self.gauge_at, None, 1e-8);
         let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
         let found = taps.solve(&points)?;
         self.sweeps.merge(&taps.sweeps);
@@ -205,7 +218,7 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
 /// Box and series of taps at `a` mm held by `grip`.
 fn branch(
     setup: &Setup,
-    (a, grip): (f64, Option<Grip>),
+    (a, gauge_at, grip): (f64, f64, Option<Grip>),
     axes: [Axis; AXES],
     (power, tolerance): (i32, f64),
     sweeps: &mut Sweeps,
@@ -227,7 +240,7 @@ fn branch(
         (0, true) => 1e-9,
         _ => 1e-10,
     };
-    let mut taps = Taps::new(setup, a, grip, solved);
+    let mut taps = Taps::new(setup, a, gauge_at, grip, solved);
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let bad =
             [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];

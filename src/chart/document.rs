@@ -10,7 +10,7 @@ use crate::scene::{Drive, Setup};
 /// Version of the format.
 const FORMAT: u32 = 1;
 
-/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_width) T_k(x_D) T_m(x_τ) T_n(x_middle) over the terms of
+/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_width) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
 /// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value.
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
@@ -28,7 +28,7 @@ pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
 fn one(chart: &DistanceChart) -> Value {
     let axis = |quantity: Quantity| {
         let axis = &chart.axes()[quantity as usize];
-        json!({ "quantity": quantity.word(), "variable": axis.map, "range": axis.range })
+        json!({ "quantity": quantity.word(chart.gauge_at), "variable": axis.map, "range": axis.range })
     };
     let branch = |k: usize| {
         let series: Vec<Value> = chart.branches[k].series.iter().map(terms).collect();

@@ -120,7 +120,8 @@ impl Reader {
         let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, a, task.drive))?;
         let [x1, x2] = shared.gauge;
         let drive = amount(setup.drive, task.drive);
-        let q = [drive, (x2 - x1) / a, design.tuple.D / a, shared.taper.tau * a, 0.5 * (x1 + x2) / a];
+        let place = (x1 + chart.gauge_at * (x2 - x1)) / a;
+        let q = [drive, (x2 - x1) / a, design.tuple.D / a, shared.taper.tau * a, place];
         let scale = factors(setup.drive, a)[Quantity::Drive as usize];
         let inside = chart.axes().iter().zip(q).enumerate().all(|(k, (axis, q))| {
             holds(axis.range, if k == Quantity::Drive as usize { q * scale } else { q })
@@ -141,8 +142,8 @@ pub fn charts(
     }
     let far = distances.iter().copied().fold(0.0, f64::max);
     let chart = |a: &f64| {
-        let Some(ranges) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
-        DistanceChart::new(setup, *a, scaled(setup.drive, &ranges, *a), tolerance)
+        let Some((ranges, at)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
+        DistanceChart::new(setup, *a, (scaled(setup.drive, &ranges, *a), at), tolerance)
     };
     let charts: Vec<Option<DistanceChart>> =
         distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;

@@ -41,7 +41,7 @@ pub struct Summary {
     pub charts: usize,
     /// Range of τa.
     pub taper: [f64; 2],
-    /// Range of the middle of the gauge over a.
+    /// Range of the middle of the gauge over a, or of its near end where gauges begin at the clamp.
     pub place: [f64; 2],
     /// Range of D/a.
     pub base: [f64; 2],
@@ -98,7 +98,9 @@ pub struct Scope {
     pub rank: Rank,
     /// Smallest and largest distance, mm.
     reach: [f64; 2],
-    /// Where every chart holds: drive (rad or mm), x2 − x1, D, τ, (x1 + x2)/2 in mm and 1/mm.
+    /// What place of the gauge the charts know.
+    gauge_at: f64,
+    /// Where every chart holds: drive (rad or mm), x2 − x1, D, τ, the place of the gauge in mm and 1/mm.
     within: [[f64; 2]; AXES],
 }
 
@@ -165,10 +167,12 @@ impl Scope {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
-        let Some(asked) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else { return Ok(None) };
+        let Some((asked, gauge_at)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
+            return Ok(None);
+        };
         let chart = |a: &f64| {
             let ranges = scaled(setup.drive, &asked, *a);
-            DistanceChart::new(setup, *a, ranges, tolerance)
+            DistanceChart::new(setup, *a, (ranges, gauge_at), tolerance)
         };
         let charts: Vec<Option<DistanceChart>> =
             distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
@@ -188,6 +192,7 @@ impl Scope {
             drives: Vec::new(),
             rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
             reach: [near, far],
+            gauge_at,
             within,
         }))
     }
@@ -205,7 +210,7 @@ impl Scope {
         } else {
             self.within[Quantity::Drive as usize][0]
         };
-        let numbers = [drive, x2 - x1, t.D, taper.tau, 0.5 * (x1 + x2)];
+        let numbers = [drive, x2 - x1, t.D, taper.tau, x1 + self.gauge_at * (x2 - x1)];
         let inside = self.within.iter().zip(numbers).all(|(range, number)| holds(*range, number));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
-use crate::design::{Design, Shared, amount};
+use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::{Rung, cpu::Cpu};
@@ -22,6 +22,8 @@ pub struct Taps<'a> {
     evaluator: Evaluator<'a>,
     /// a, mm.
     a: f64,
+    /// What place of the gauge stands among the quantities.
+    gauge_at: f64,
     /// What holds the contact; none where the model says.
     grip: Option<Grip>,
     /// Spent on them.
@@ -29,16 +31,17 @@ pub struct Taps<'a> {
 }
 
 impl<'a> Taps<'a> {
-    /// Taps of `setup` at `a` mm, held by `grip`, to `tolerance`.
-    pub fn new(setup: &'a Setup, a: f64, grip: Option<Grip>, tolerance: f64) -> Self {
+    /// Taps of `setup` at `a` mm with the place `gauge_at` of the gauge, held by `grip`, to `tolerance`.
+    pub fn new(setup: &'a Setup, a: f64, gauge_at: f64, grip: Option<Grip>, tolerance: f64) -> Self {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
-        Self { setup, evaluator: Evaluator::new(setup, method), a, grip, sweeps: Sweeps::default() }
+        Self { setup, evaluator: Evaluator::new(setup, method), a, gauge_at, grip, sweeps: Sweeps::default() }
     }
 
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
-        let designs: Vec<Design> = points.par_iter().map(|q| design(self.setup, self.a, q)).collect();
+        let designs: Vec<Design> =
+            points.par_iter().map(|q| design(self.setup, self.a, self.gauge_at, q)).collect();
         let task = |(design, q): (u32, &[f64; AXES])| {
             let drive = q[Quantity::Drive as usize];
             let drive = match self.setup.drive {
@@ -57,18 +60,17 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// A whisker, longer than any contact, of which a tap at `a` mm has the quantities `q`. The near end of its gauge may lie behind the
-/// clamp: a corner of the ranges that no whisker has.
+/// A whisker, longer than any contact, of which a tap at `a` mm has the quantities `q`.
 #[allow(non_snake_case)]
-fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
+fn design(setup: &Setup, a: f64, gauge_at: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
-    let (D, width, middle) = (of(Quantity::Base), of(Quantity::Width), of(Quantity::Place));
+    let (D, width, place) = (of(Quantity::Base), of(Quantity::Width), of(Quantity::Place));
     let p = q[Quantity::Taper as usize];
     let reach = if p > 0.0 { (0.5 + 0.5 / p).min(1.5) } else { 1.5 };
     let L_a = a * reach;
     let d = D * (1.0 - p * reach);
     let taper = Taper::new(D, d, L_a);
-    let gauge = [middle - 0.5 * width, middle + 0.5 * width];
+    let gauge = [place - gauge_at * width, place + (1.0 - gauge_at) * width];
     let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
@@ -77,15 +79,4 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
         Tuple { D, d, L_a, x_ss: gauge[0], l: width / taper.cos_alpha(), a: f64::NAN, drive: f64::NAN };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
     Design { tuple, shared: Some(Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory }) }
-}
-
-/// Quantities of the tap of `tuple` at `a` mm.
-pub fn quantities(kind: Drive, tuple: &Tuple, a: f64, drive: f64) -> [f64; AXES] {
-    let taper = Taper::new(tuple.D, tuple.d, tuple.L_a);
-    let [x1, x2] = taper.gauge(tuple.x_ss, tuple.l);
-    let drive = match kind {
-        Drive::Angle => amount(kind, drive),
-        Drive::Displacement => amount(kind, drive) / a,
-    };
-    [drive, (x2 - x1) / a, tuple.D / a, taper.tau * a, 0.5 * (x1 + x2) / a]
 }

@@ -6,15 +6,19 @@ use super::{Evaluator, Method, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
-    self, Effects, Solution,
-    rule::limits::ASTRAY,
+    self, Effects, Rule, Rung, Solution, Tap,
+    cpu::Cpu,
+    rule::{every_rule, limits::ASTRAY},
     tap::{Ask, Frame, Response},
 };
 use crate::physics::onset::Grip;
-use crate::scene::{Contact, Setup};
+use crate::scene::{Contact, Material, Precision, Setup};
 
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
+
+/// Tolerance of a look at what holds a contact.
+const COARSE: f64 = 1e-2;
 
 /// How far a contact must have moved, in units of a and of the error of the strain, for the direction to be certain. An error of the arc
 /// shows in the strain at least as it is.
@@ -97,14 +101,15 @@ impl Evaluator<'_> {
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
         let mut open: Vec<usize> = (0..tasks.len()).collect();
         let setup = self.setup;
-        let likely = |i: &usize| {
-            let (task, design) = (&tasks[*i], &designs[tasks[*i].design as usize]);
-            match foreseen(&frame(setup, design, task, Grip::Stick)?, mu) {
-                Grip::Stick => None,
-                slide => Some((*i, slide)),
-            }
-        };
-        let likely: Vec<(usize, Grip)> = open.par_iter().filter_map(likely).collect();
+        let frames: Vec<Option<Frame>> = tasks
+            .par_iter()
+            .map(|task| frame(setup, &designs[task.design as usize], task, Grip::Stick))
+            .collect();
+        let framed: Vec<(usize, Frame)> =
+            frames.into_iter().enumerate().filter_map(|(i, frame)| Some((i, frame?))).collect();
+        let held = foreseen(setup, framed.iter().map(|(_, frame)| frame), mu)?;
+        let slides = framed.iter().zip(held).filter(|(_, grip)| *grip != Grip::Stick);
+        let likely: Vec<(usize, Grip)> = slides.map(|((i, _), grip)| (*i, grip)).collect();
         let slid = self.slide(designs, tasks, &likely)?;
         for (&(i, grip), s) in likely.iter().zip(slid) {
             let told = s.as_ref().is_some_and(|s| moves_with(s, grip));
@@ -144,10 +149,26 @@ impl Evaluator<'_> {
     }
 }
 
-/// What most likely holds the contact of `frame`, that of a sticking one: what the linear onset says.
-pub fn foreseen(frame: &Frame, mu: f64) -> Grip {
-    let Response { tangential, normal, .. } = frame.response(&Solution::LINEAR);
-    if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
+/// What most likely holds the contacts of `frames`, which are those of sticking ones: what one sweep says, of Hooke's rod in f32.
+///
+/// # Errors
+/// None that a kernel on the CPU has.
+pub fn foreseen<'f>(
+    setup: &Setup,
+    frames: impl Iterator<Item = &'f Frame> + Clone,
+    mu: f64,
+) -> Result<Vec<Grip>, SolveError> {
+    let look = Rule { sweeps: 1, ..every_rule(Precision::F32)[0] };
+    let rung = Rung::new(look, Precision::F32, &Material::Hooke(1.0), COARSE);
+    let effects = Effects { law: false, ..Effects::new(&setup.model, setup.gauge.side, true) };
+    let taps: Vec<Tap<f64>> = frames.clone().map(|frame| *frame.tap()).collect();
+    let mut out = Vec::new();
+    kernel::solve(&mut Cpu::new(Precision::F32), effects, &[rung], COARSE, &taps, &mut out)?;
+    let grip = |(frame, s): (&Frame, &Solution<f64>)| {
+        let Response { tangential, normal, .. } = frame.response(s);
+        if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
+    };
+    Ok(frames.zip(&out).map(grip).collect())
 }
 
 /// Whether the contact of `s` moved along the whisker as the friction of `grip` opposes, beyond doubt.

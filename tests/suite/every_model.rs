@@ -3,7 +3,11 @@
 use serde_json::Value;
 
 use crate::common::program::Desk;
-use vibrissa::chart::{axis::AXES, distance::DistanceChart, taps::Taps};
+use vibrissa::chart::{
+    axis::{AXES, MIDDLE},
+    distance::DistanceChart,
+    taps::Taps,
+};
 use vibrissa::scene::{Contact, Drive, Estimate, Material, Setup, Theory};
 
 const SAMPLES: usize = 13_200;
@@ -159,7 +163,7 @@ fn worst(setup: &Setup, a: f64) -> f64 {
     };
     let ranges =
         [drive, [1.0 / a, 4.0 / a], [8.0 / a, 12.0 / a], [0.0025 * a, 0.013 * a], [3.5 / a, 15.0 / a]];
-    let chart = DistanceChart::new(setup, a, ranges, 1e-5).unwrap().expect("a smooth model");
+    let chart = DistanceChart::new(setup, a, (ranges, MIDDLE), 1e-5).unwrap().expect("a smooth model");
     let mut seed = 1u64;
     let mut random = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -168,7 +172,7 @@ fn worst(setup: &Setup, a: f64) -> f64 {
     let points: Vec<[f64; AXES]> = (0..400)
         .map(|_| chart.axes().map(|axis| axis.range[0] + random() * (axis.range[1] - axis.range[0])))
         .collect();
-    let found = Taps::new(setup, a, None, 1e-9).solve(&points).unwrap();
+    let found = Taps::new(setup, a, MIDDLE, None, 1e-9).solve(&points).unwrap();
     let error = |(q, o): (&[f64; AXES], &vibrissa::evaluate::Outcome)| {
         (chart.at(q)[0] + o.deviation / (1.0 + o.deviation)).abs()
     };

@@ -211,6 +211,17 @@ fn go_on(desk: &Desk, more: &[&str]) -> crate::common::program::Ran {
     desk.run(&[&line[..], more].concat())
 }
 
+/// A run that is killed while it keeps its state leaves a torn one beside the last that is whole.
+#[cfg(unix)]
+#[test]
+fn a_state_that_was_being_written_is_in_nobodys_way() {
+    let desk = stopped();
+    desk.write(&format!("out/{WORK}/.state-next"), "torn");
+    let ran = go_on(&desk, &[]).exits(0);
+    assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
+    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "run.json"]);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_full_disk_loses_nothing_that_was_complete() {

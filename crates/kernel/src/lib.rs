@@ -94,6 +94,16 @@ impl Rung {
         rungs
     }
 
+    /// Whether taps with these effects climb it. What a contact that sticks lacks in f32 is precision, which more nodes do not give; what
+    /// others lack is nodes.
+    fn suits(&self, effects: &Effects) -> bool {
+        if effects.stick {
+            self.spare || self.precision == Precision::F64 || !self.rule.full
+        } else {
+            !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
+        }
+    }
+
     /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
     pub fn chart(&self) -> Option<&Chart> {
         let chart = || {
@@ -165,7 +175,8 @@ pub fn solve(
     let mut spare = Cpu::new(Precision::F64);
     let mut part = Vec::new();
     let begin = solver.begin(&effects, rungs);
-    for (step, rung) in rungs[begin..].iter().enumerate() {
+    let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
+    for (step, rung) in climbed.enumerate() {
         // A material that has ended has ended in any precision.
         let open = |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended());
         let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();

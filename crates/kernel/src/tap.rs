@@ -135,10 +135,6 @@ impl Solution<f64> {
         self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
     }
 
-    /// What the linear onset alone says.
-    pub const LINEAR: Self =
-        Self { force: 0.0, along: 0.0, arc: 0.0, strain: 0.0, error: f64::INFINITY, load: 0.0, sweeps: 0.0 };
-
     /// A tap that has no solution.
     pub const FAILED: Self = Self {
         force: f64::NAN,

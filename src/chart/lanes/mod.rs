@@ -100,6 +100,8 @@ struct Plain {
 struct Distance {
     a: f32,
     inverse: f32,
+    /// What place of the gauge the chart knows.
+    gauge_at: f32,
     /// η at both ends of the range of interest.
     ends: [f32; 2],
     /// What the chart's functions are multiplied by for the drive's power in mm.
@@ -185,6 +187,7 @@ impl Distance {
         Self {
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
+            gauge_at: chart.gauge_at as f32,
             ends: ends.map(|e| e as f32),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),

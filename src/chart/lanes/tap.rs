@@ -151,7 +151,8 @@ impl Tables {
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let width = s2 - s1;
         let own = if self.theory.displaced { drive * inverse } else { drive };
-        let quantities = [own, width, design.diameter * inverse, p, of(0.5) * (s1 + s2)];
+        let quantities =
+            [own, width, design.diameter * inverse, p, s1 + Pack::splat(distance.gauge_at) * width];
         let first = if OWN { 0 } else { 1 };
         distance.polynomials(&quantities, first, &mut scratch.basis, &mut scratch.products);
         let scale = Pack::splat(distance.scale);

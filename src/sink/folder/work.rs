@@ -116,6 +116,8 @@ impl Partial {
     /// That of the run which is gone on with.
     pub fn again(target: &Path) -> Self {
         let path = target.join(WORK);
+        // A state that was being written when the run was stopped: it would be a stranger in the folder that goes at the end.
+        let _ = fs::remove_file(path.join(NEXT));
         let unfinished = Unfinished::new(&path);
         unfinished.settle();
         Self { path, kept: true, unfinished }

@@ -193,7 +193,10 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         state.lag[i] = scale * dot(n, &tables.integral[i], &state.bending);
         state.angle[i] = psi[i] - state.lag[i];
         let behind = tables.x_minus_sin(state.angle[i]);
-        nearer[i] = (state.angle[i] - behind) * (state.lag[i] - before) * density[i];
+        if offset {
+            let step = state.lag[i] - before;
+            nearer[i] = (state.angle[i] - behind + of(0.5) * step) * step * density[i];
+        }
         let mut sum = state.lag[i] + behind;
         if shear || extension {
             let (sine, cosine) = (state.angle[i] - behind, tables.one_minus_cos(state.angle[i]));
@@ -267,8 +270,10 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     } else {
         ds * dot(n, &tables.weights, if shear || extension || offset { &pure } else { &state.shortening })
     };
-    // The angle has moved on with the lag: its shortening to first order, without which force and lag turn around each other.
-    short = short - ds * dot(n, &tables.weights, &nearer);
+    if offset {
+        // The angle has moved on with the lag: its shortening to second order, without which force and lag turn around each other.
+        short = short - ds * dot(n, &tables.weights, &nearer);
+    }
     let back_more = short + hub * cosine_b;
     let back = if offset { back_more - h_force * (f + d_f) } else { back_more };
     let rise = height + hub * (base - sine_b);
