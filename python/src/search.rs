@@ -39,8 +39,10 @@ pub fn tap(
     let threads = spec.run.threads;
     let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let choice = best_tap::choice(&spec.run)?;
-        settle(&mut spec, &choice);
-        let report = best_tap::find(&spec.study, ends, objective, &choice)?;
+        let report = match settle(&mut spec, &choice)? {
+            Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, bound)?,
+            None => best_tap::find(&spec.study, ends, objective, &choice)?,
+        };
         let curve = Table::of_csv(&best_tap::table(&spec.study, &report)?)?;
         Ok((curve, best_tap::document(&spec, &report).to_string()))
     };
@@ -80,9 +82,10 @@ pub fn optimise<'py>(
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Told)| {
         let choice = Choice::new(&spec.run)?;
-        settle(&mut spec, &choice);
-        let options = spec.run.clone();
-        let report = search::find(&spec, &wanted, (&choice, &options), stop, &mut Steps(tell))?;
+        let bound = settle(&mut spec, &choice)?;
+        let needed = bound.map(|e| search::run::needed(&spec, &wanted, e)).transpose()?;
+        let (options, watch) = (spec.run.clone(), &mut Steps(tell));
+        let report = search::find(&spec, &wanted, (&choice, &options, needed), stop, watch)?;
         let best = best::text(&spec, &wanted, &report)?;
         let tables = named(&write::tables(&spec, &report)?)?;
         // Here the points of a front stand in the run, too: there is no file beside it.

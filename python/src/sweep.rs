@@ -6,10 +6,13 @@ use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
+use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
+use vibrissa::progress::Progress;
 use vibrissa::scene::{Column, Space, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::Table as Of;
+use vibrissa::sweep::collect;
 use vibrissa::{files, spec};
 
 use crate::job::{self, Ahead};
@@ -20,11 +23,16 @@ use crate::taps;
 /// Keys of `[run]` that say where files go, of which there are none.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
-/// The values of `[run]` that are in force, of which those of files are none.
-pub fn settle(spec: &mut Spec, choice: &Choice) {
-    let options = spec.run.clone();
+/// The values of `[run]` that are in force, of which those of files are none; the bound by which effects are left off, if there is one.
+///
+/// # Errors
+/// A bound by which nothing can be judged.
+pub fn settle(spec: &mut Spec, choice: &Choice) -> Result<Option<f64>, Error> {
+    let (options, bound) = (spec.run.clone(), files::model_error(None, spec, choice)?);
     files::settle(spec, &options, &choice.backend, Path::new(""));
+    files::settle_model_error(spec, bound);
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+    Ok(bound)
 }
 
 /// Sweeps the spec in `path` with the sections of `text` over it, or, with `listed`, these taps. The tables by name, None for one that was
@@ -61,14 +69,21 @@ pub fn sweep<'py>(
     let threads = spec.run.threads;
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
         let choice = Choice::new(&spec.run)?;
-        let plan = Plan::new(&spec.study, &choice)?;
-        settle(&mut spec, &choice);
-        let (report, tables) = vibrissa::sweep::collect(&spec.study, &plan, &choice, stop, &mut Ahead(tell))?;
-        let run = run_json::of_sweep(&spec, &report.backend, &report.counts, report.seconds);
+        let bound = settle(&mut spec, &choice)?;
+        let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
+        let mut needed = bound.map(fewer).transpose()?;
+        if let Some(needed) = &needed {
+            spec.study.setup = needed.setup().clone();
+        }
+        let (plan, steered) =
+            (Plan::new(&spec.study, &choice)?, (stop, &mut Ahead(tell) as &mut dyn Progress));
+        let (report, tables) = collect(&mut spec, plan, &choice, steered, needed.as_mut())?;
+        let model_error = report.model_error.as_ref();
+        let run = run_json::of_sweep(&spec, &report.backend, &report.counts, report.seconds, model_error);
         let setup = &spec.study.setup;
         let named = Of::ALL.into_iter().zip(tables).map(|(of, columns)| {
             let table = columns.map(|columns| Table::new(&of.columns(setup), columns)).transpose()?;
-            Ok((of.file().trim_end_matches(".csv"), table))
+            Ok((of.name(), table))
         });
         Ok((named.collect::<Result<Vec<_>, Error>>()?, run.to_string()))
     };

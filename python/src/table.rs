@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
-use vibrissa::sink::columns::{Columns, Values};
+use vibrissa::sink::columns::{Columns, Values, Words};
 
 /// Names of capsules, as the Arrow PyCapsule interface has them.
 const STREAM: &CStr = c"arrow_array_stream";
@@ -38,7 +38,7 @@ impl Table {
     /// # Errors
     /// None of a whole table.
     pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
-        let arrays: Vec<ArrayRef> = columns.columns.into_iter().map(array).collect();
+        let arrays: Vec<ArrayRef> = columns.0.into_iter().map(array).collect();
         let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
         let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
         let batch = RecordBatch::try_new(Arc::new(schema), arrays).map_err(|e| Error::Run(e.to_string()))?;
@@ -60,7 +60,7 @@ impl Table {
         }
         let columns = header.iter().zip(&cells).map(|(name, cells)| column(name, cells)).collect();
         let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
-        Self::new(&names, Columns { columns })
+        Self::new(&names, Columns(columns))
     }
 
     fn at(&self, name: &str) -> PyResult<&ArrayRef> {
@@ -82,17 +82,14 @@ fn column(name: &str, cells: &[String]) -> Values {
     match (!OF_WORDS.contains(&name)).then(numbers).flatten() {
         Some(numbers) => Values::Numbers(numbers),
         None => {
-            let mut words: Vec<String> = Vec::new();
-            let mut places = std::collections::HashMap::new();
-            let codes = cells.iter().map(|cell| match cell.is_empty() {
-                true => -1,
-                false => *places.entry(cell).or_insert_with(|| {
-                    words.push(cell.clone());
-                    words.len() as i32 - 1
-                }),
-            });
-            let codes = codes.collect();
-            Values::Words { codes, words }
+            let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
+            for cell in cells {
+                words.codes.push(*places.entry(cell).or_insert_with(|| {
+                    words.known.push(cell.clone());
+                    words.known.len() as u32 - 1
+                }));
+            }
+            Values::Words(words)
         }
     }
 }
@@ -105,8 +102,23 @@ fn array(values: Values) -> ArrayRef {
                 x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
             Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
         }
-        Values::Counts(n) => Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None)),
-        Values::Words { codes, words } => {
+        // These collect in place.
+        Values::Counts(n) => {
+            let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
+            Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
+        }
+        Values::Words(Words { codes, known, .. }) => {
+            let mut words = known;
+            let missing = words.iter().position(String::is_empty).map(|at| {
+                words.remove(at);
+                at as u32
+            });
+            let place = |code: u32| match missing {
+                Some(missing) if code == missing => -1,
+                Some(missing) if code > missing => code.cast_signed() - 1,
+                _ => code.cast_signed(),
+            };
+            let codes: Vec<i32> = codes.into_iter().map(place).collect();
             let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
             let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
             Arc::new(DictionaryArray::<Int32Type>::new(keys, Arc::new(StringArray::from(words))))
