@@ -12,9 +12,6 @@
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
-
-use rayon::prelude::*;
 
 pub use crate::error::Error;
 pub use crate::evaluate::Outcome;
@@ -27,11 +24,10 @@ pub use crate::scene::{
 pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;
 pub use crate::tap::Report as BestTap;
+pub use crate::taps::Taps;
 
-use crate::backend::{Backend, Choice};
-use crate::design::Design;
-use crate::evaluate::{Evaluator, Method, Task};
-use crate::plan::{CHUNK, Plan};
+use crate::backend::Choice;
+use crate::plan::Plan;
 use crate::progress::Silent;
 use crate::sweep::{self, Target};
 use crate::tap;
@@ -42,71 +38,9 @@ use crate::tap;
 /// Threads or kernels that fail; a tap without a solution says so in its status.
 pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
-    let mut all = Vec::with_capacity(taps.len());
-    let mut each = |some: &[Outcome]| {
-        all.extend_from_slice(some);
-        true
-    };
-    Taps::new(setup.clone(), &options)?.solve(taps, &mut each)?;
+    let mut all = vec![Outcome::NOTHING; taps.len()];
+    Taps::new(setup.clone(), &options)?.solve(|i| taps[i], |outcome| *outcome, &mut all)?;
     Ok(all)
-}
-
-/// What solves taps of one setup, as often as it is asked, from any thread.
-pub struct Taps {
-    setup: Setup,
-    choice: Choice,
-    /// Opened, and not in use just now.
-    methods: Mutex<Vec<Method>>,
-}
-
-impl Taps {
-    /// Of `setup`, where `options` say.
-    ///
-    /// # Errors
-    /// A backend that the machine does not have; a tolerance that it cannot keep.
-    pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
-        Ok(Self { setup, choice: Choice::new(options)?, methods: Mutex::default() })
-    }
-
-    /// What all taps share.
-    pub fn setup(&self) -> &Setup {
-        &self.setup
-    }
-
-    /// Where they are solved.
-    pub fn backend(&self) -> &Backend {
-        &self.choice.backend
-    }
-
-    /// Opens what solves them, once more.
-    ///
-    /// # Errors
-    /// A device that does not open.
-    pub fn method(&self) -> Result<Method, Error> {
-        self.choice.open(&self.setup.model)
-    }
-
-    /// Solves `taps` (mm, degrees or mm) in order, many at a time, and hands the outcomes to `each` until it says `false`. A tap without a
-    /// solution says so in its status.
-    ///
-    /// # Errors
-    /// Threads or kernels that fail.
-    pub fn solve(&self, taps: &[Tuple], each: &mut dyn FnMut(&[Outcome]) -> bool) -> Result<(), Error> {
-        let idle = || self.methods.lock().unwrap_or_else(PoisonError::into_inner);
-        let waiting = idle().pop();
-        let method = waiting.map_or_else(|| self.method(), Ok)?;
-        let mut evaluator = Evaluator::new(&self.setup, method);
-        for some in taps.chunks(CHUNK as usize) {
-            let designs: Vec<Design> = some.par_iter().map(|t| Design::new(&self.setup, *t)).collect();
-            let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
-            let tasks: Vec<Task> = some.par_iter().enumerate().map(task).collect();
-            if !each(&evaluator.run(&designs, &tasks)?) {
-                break;
-            }
-        }
-        idle().push(evaluator.into_method());
-        Ok(())
-    }
 }
 
 /// Sweeps `study` and writes its tables and `run.json` into the folder `out`, as `vibrissa sweep` does with a spec named `name`.

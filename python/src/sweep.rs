@@ -4,17 +4,19 @@ use std::path::{Path, PathBuf};
 
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
-use vibrissa::scene::{Column, Space, Spec};
+use vibrissa::scene::{Column, Space, Spec, Tuple};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::Table as Of;
 use vibrissa::sweep::collect;
 use vibrissa::{files, spec};
 
+use crate::held::Given;
 use crate::job::{self, Ahead};
 use crate::spec::asked;
 use crate::table::Table;
@@ -50,9 +52,10 @@ pub fn sweep<'py>(
 ) -> PyResult<(Vec<(&'static str, Option<Table>)>, String)> {
     let asked = asked(py, path, text, name)?;
     let listed = listed.map(|(n, columns)| {
-        taps::tuples(n, &columns).ok_or_else(|| crate::error::run(py, "arrays of other lengths"))
+        let given = Given::new(py, n, columns)?;
+        Ok::<_, PyErr>((0..n).into_par_iter().map(|i| given.tap(i)).collect())
     });
-    let listed = listed.transpose()?;
+    let listed: Option<Vec<Tuple>> = listed.transpose()?;
     let read = || match listed {
         None => asked.read(spec::parse),
         Some(tuples) => {

@@ -1,9 +1,11 @@
 //! Single taps: arrays in, arrays out.
 
-use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
-use pyo3::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use vibrissa::api::{Outcome, Tuple};
@@ -13,17 +15,20 @@ use vibrissa::evaluate::Method;
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
 use vibrissa::physics::onset::Grip;
-use vibrissa::plan::CHUNK;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::spec;
 use vibrissa::status::Status;
 
 use crate::error::raise;
+use crate::held::Given;
 use crate::job::{self, Far};
 use crate::spec::Asked;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
+
+/// Taps between two looks at signals.
+const PART: usize = 1 << 17;
 
 /// A whisker with a tap on it, in place of what a spec of taps given by arrays does not say.
 pub const ANY: [&str; 2] = [
@@ -54,11 +59,19 @@ pub fn bits(status: Status) -> u16 {
 /// Solves taps of one model, as often as it is asked, from any thread.
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Taps {
-    taps: std::sync::Arc<vibrissa::api::Taps>,
+    taps: Arc<vibrissa::api::Taps>,
     threads: Option<usize>,
 }
 
-/// What is told of taps: strain, that of the estimator's theory, K − 1, P, T, arc, and words and grip as numbers.
+/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, words as bits, and whether it sticks.
+type Told = ([f64; 6], u16, bool);
+
+fn told(o: &Outcome) -> Told {
+    let numbers = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
+    (numbers, bits(o.status), o.sticking)
+}
+
+/// What is told of taps, by columns.
 struct Answers {
     numbers: [Vec<f64>; 6],
     status: Vec<u16>,
@@ -66,74 +79,45 @@ struct Answers {
 }
 
 impl Answers {
-    fn new(n: usize, full: bool) -> Self {
-        let room = |k: usize| Vec::with_capacity(if full || k == 0 { n } else { 0 });
-        let words = if full { n } else { 0 };
-        Self {
-            numbers: std::array::from_fn(room),
-            status: Vec::with_capacity(words),
-            sticking: Vec::with_capacity(words),
-        }
+    fn new(n: usize) -> Self {
+        let numbers = std::array::from_fn(|_| Vec::with_capacity(n));
+        Self { numbers, status: Vec::with_capacity(n), sticking: Vec::with_capacity(n) }
     }
 
-    fn push(&mut self, outcomes: &[Outcome], full: bool) {
-        self.numbers[0].extend(outcomes.iter().map(|o| o.strain));
-        if !full {
-            return;
+    fn push(&mut self, some: &[Told]) {
+        for (k, column) in self.numbers.iter_mut().enumerate() {
+            column.extend(some.iter().map(|(numbers, ..)| numbers[k]));
         }
-        let read: [fn(&Outcome) -> f64; 5] =
-            [|o| o.strain_linear, |o| o.deviation, |o| o.normal_force, |o| o.tangential_force, |o| o.arc];
-        for (column, read) in self.numbers[1..].iter_mut().zip(read) {
-            column.extend(outcomes.iter().map(read));
-        }
-        self.status.extend(outcomes.iter().map(|o| bits(o.status)));
-        self.sticking.extend(outcomes.iter().map(|o| o.sticking));
+        self.status.extend(some.iter().map(|(_, status, _)| *status));
+        self.sticking.extend(some.iter().map(|(.., sticking)| *sticking));
     }
 
-    fn into_arrays(self, py: Python<'_>, full: bool) -> PyResult<Bound<'_, PyTuple>> {
-        let mut all: Vec<Bound<'_, PyAny>> = Vec::new();
-        for column in self.numbers.into_iter().take(if full { 6 } else { 1 }) {
-            all.push(PyArray1::from_vec(py, column).into_any());
-        }
-        if full {
-            all.push(PyArray1::from_vec(py, self.status).into_any());
-            all.push(PyArray1::from_vec(py, self.sticking).into_any());
-        }
-        PyTuple::new(py, all)
+    fn into_arrays(self, py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
+        let numbers = self.numbers.into_iter().map(|column| PyArray1::from_vec(py, column).into_any());
+        let status = PyArray1::from_vec(py, self.status).into_any();
+        PyTuple::new(
+            py,
+            numbers.chain([status, PyArray1::from_vec(py, self.sticking).into_any()]).collect::<Vec<_>>(),
+        )
     }
 }
 
-/// One argument: a value for all taps, or one for each.
-enum Given<'a> {
-    One(f64),
-    Each(&'a [f64]),
-}
-
-impl Given<'_> {
-    fn at(&self, i: usize) -> f64 {
-        match self {
-            Self::One(x) => *x,
-            Self::Each(all) => all[i],
+/// Asks `solve` for `n` taps in parts, each from one place on and so many, as long as `go_on` is happy with how many are done.
+fn parts(
+    n: usize,
+    mut solve: impl FnMut(usize, usize) -> Result<(), Error>,
+    mut go_on: impl FnMut(usize) -> bool,
+) -> Result<(), Error> {
+    let mut done = 0;
+    while done < n {
+        let more = PART.min(n - done);
+        solve(done, more)?;
+        done += more;
+        if !go_on(done) {
+            break;
         }
     }
-}
-
-/// `n` taps from seven contiguous arrays of one or `n` values; `None` where one is of neither length.
-pub fn tuples(n: usize, columns: &[PyReadonlyArray1<'_, f64>; 7]) -> Option<Vec<Tuple>> {
-    let mut given = Vec::with_capacity(7);
-    for column in columns {
-        given.push(match (column.as_slice().ok()?, column.len()) {
-            (values, len) if len == n => Given::Each(values),
-            ([one], _) => Given::One(*one),
-            _ => return None,
-        });
-    }
-    let row = |i: usize| Tuple::from_array(std::array::from_fn(|k| given[k].at(i)));
-    Some(if n < FEW {
-        (0..n).map(row).collect()
-    } else {
-        (0..n).into_par_iter().with_min_len(4096).map(row).collect()
-    })
+    Ok(())
 }
 
 #[pymethods]
@@ -146,7 +130,7 @@ impl Taps {
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
             let options = RunOptions { backend: Some(backend), ..spec.run };
             let taps = vibrissa::api::Taps::new(spec.study.setup, &options)?;
-            Ok(Self { taps: std::sync::Arc::new(taps), threads: options.threads })
+            Ok(Self { taps: Arc::new(taps), threads: options.threads })
         };
         made().map_err(|e| raise(py, e))
     }
@@ -165,17 +149,11 @@ impl Taps {
         a: f64,
         drive: f64,
     ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool)> {
-        let mut found = Outcome::NOTHING;
-        let mut each = |o: &[Outcome]| {
-            found = o[0];
-            true
-        };
-        let solved = self.taps.solve(&[Tuple { D, d, L_a, x_ss, l, a, drive }], &mut each);
+        let mut found = [([0.0; 6], 0, false)];
+        let solved = self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, drive }, told, &mut found);
         solved.map_err(|e| raise(py, e))?;
-        let o = found;
-        let numbers = (o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc);
-        let (strain, linear, deviation, normal, tangential, arc) = numbers;
-        Ok((strain, linear, deviation, normal, tangential, arc, bits(o.status), o.sticking))
+        let [([strain, linear, deviation, normal, tangential, arc], status, sticks)] = found;
+        Ok((strain, linear, deviation, normal, tangential, arc, status, sticks))
     }
 
     /// `n` taps from seven contiguous arrays of one or `n` values each; the numbers of [`Self::one`], each as an array. Only the strain
@@ -189,32 +167,46 @@ impl Taps {
         full: bool,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let lengths = || crate::error::run(py, "arrays of other lengths");
-        let tuples = tuples(n, &columns).ok_or_else(lengths)?;
-        drop(columns);
-        let taps = std::sync::Arc::clone(&self.taps);
-        let mut answers = Answers::new(n, full);
-        if n <= FEW {
-            let solved = taps.solve(&tuples, &mut |some| {
-                answers.push(some, full);
-                true
-            });
-            solved.map_err(|e| raise(py, e))?;
-            return answers.into_arrays(py, full);
-        }
-        let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(Far)| {
-            let mut done = 0;
-            taps.solve(&tuples, &mut |some| {
-                answers.push(some, full);
-                done += some.len() as u64;
-                tell((done, n as u64));
-                !stop.load(std::sync::atomic::Ordering::Relaxed)
-            })?;
-            Ok(answers)
+        let given = Given::new(py, n, columns)?;
+        let taps = Arc::clone(&self.taps);
+        let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
+            let (mut strains, mut answers) = (Vec::new(), Answers::new(if full { n } else { 0 }));
+            if full {
+                let mut some = Vec::new();
+                let one = |from: usize, more: usize| {
+                    some.resize(more, Told::default());
+                    taps.solve(|i| given.tap(from + i), told, &mut some)?;
+                    answers.push(&some);
+                    Ok(())
+                };
+                parts(n, one, go_on)?;
+            } else {
+                strains.resize(n, f64::NAN);
+                let strain = |o: &Outcome| o.strain;
+                let one = |from: usize, more: usize| {
+                    taps.solve(|i| given.tap(from + i), strain, &mut strains[from..from + more])
+                };
+                parts(n, one, go_on)?;
+            }
+            Ok((strains, answers))
         };
-        let (answers, interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
-        interrupt.map_or(Ok(()), Err)?;
-        answers.into_arrays(py, full)
+        let (strains, answers) = if n <= FEW {
+            solve(&mut |_| true).map_err(|e| raise(py, e))?
+        } else {
+            let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+                solve(&mut |done| {
+                    tell((done as u64, n as u64));
+                    !stop.load(Ordering::Relaxed)
+                })
+            };
+            let (answers, interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
+            interrupt.map_or(Ok(()), Err)?;
+            answers
+        };
+        match full {
+            true => answers.into_arrays(py),
+            false => PyTuple::new(py, [PyArray1::from_vec(py, strains)]),
+        }
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,
@@ -227,26 +219,27 @@ impl Taps {
         engine: bool,
         repeats: usize,
     ) -> PyResult<f64> {
-        let tuples = tuples(n, &columns).ok_or_else(|| crate::error::run(py, "arrays of other lengths"))?;
+        let given = Given::new(py, n, columns)?;
         let setup = self.taps.setup();
         let method = self.taps.method().map_err(|e| raise(py, e))?;
         let Method::Fast { mut solver, rungs, tolerance } = method else { return Ok(f64::NAN) };
-        let framed = |t: &Tuple| {
-            let (grip, design) = (Grip::Slide(0.0), Design::new(setup, *t));
+        let framed = |i: usize| {
+            let t = given.tap(i);
+            let (grip, design) = (Grip::Slide(0.0), Design::new(setup, t));
             let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
             let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
             let amount = amount(setup.drive, t.drive);
             Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
         };
-        let taps: Vec<_> = tuples.par_iter().filter_map(framed).collect();
+        let taps: Vec<_> = (0..n).into_par_iter().filter_map(framed).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);
-        let (mut solutions, start) = (Vec::new(), Instant::now());
+        let (mut solutions, mut strains, start) = (Vec::new(), vec![0.0; n], Instant::now());
         for _ in 0..repeats {
             if engine {
-                self.taps.solve(&tuples, &mut |_| true).map_err(|e| raise(py, e))?;
+                self.taps.solve(|i| given.tap(i), |o| o.strain, &mut strains).map_err(|e| raise(py, e))?;
                 continue;
             }
-            for some in taps.chunks(CHUNK as usize) {
+            for some in taps.chunks(PART) {
                 let solved = kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions);
                 solved.map_err(|e| raise(py, e.into()))?;
             }
