@@ -39,7 +39,7 @@ pub fn tap(
     let threads = spec.run.threads;
     let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let choice = best_tap::choice(&spec.run)?;
-        let report = match settle(&mut spec, &choice)? {
+        let report = match settle(&mut spec, &asked.label, &choice)? {
             Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, bound)?,
             None => best_tap::find(&spec.study, ends, objective, &choice)?,
         };
@@ -82,7 +82,7 @@ pub fn optimise<'py>(
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Told)| {
         let choice = Choice::new(&spec.run)?;
-        let bound = settle(&mut spec, &choice)?;
+        let bound = settle(&mut spec, &asked.label, &choice)?;
         let needed = bound.map(|e| search::run::needed(&spec, &wanted, e)).transpose()?;
         let (options, watch) = (spec.run.clone(), &mut Steps(tell));
         let report = search::find(&spec, &wanted, (&choice, &options, needed), stop, watch)?;

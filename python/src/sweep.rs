@@ -25,12 +25,20 @@ use crate::taps;
 /// Keys of `[run]` that say where files go, of which there are none.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
 
-/// The values of `[run]` that are in force, of which those of files are none; the bound by which effects are left off, if there is one.
+/// The values of `[run]` that are in force in `spec`, which was asked as `label`; those of files are none. The bound by which effects are left
+/// off, if there is one.
 ///
 /// # Errors
 /// A bound by which nothing can be judged.
-pub fn settle(spec: &mut Spec, choice: &Choice) -> Result<Option<f64>, Error> {
-    let (options, bound) = (spec.run.clone(), files::model_error(None, spec, choice)?);
+pub fn settle(spec: &mut Spec, label: &str, choice: &Choice) -> Result<Option<f64>, Error> {
+    let bound = files::model_error(None, spec, choice).map_err(|e| match e {
+        Error::Input(e) => {
+            let line = e.line;
+            e.at(label, line).into()
+        }
+        other => other,
+    })?;
+    let options = spec.run.clone();
     files::settle(spec, &options, &choice.backend, Path::new(""));
     files::settle_model_error(spec, bound);
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
@@ -72,7 +80,7 @@ pub fn sweep<'py>(
     let threads = spec.run.threads;
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
         let choice = Choice::new(&spec.run)?;
-        let bound = settle(&mut spec, &choice)?;
+        let bound = settle(&mut spec, &asked.label, &choice)?;
         let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
         let mut needed = bound.map(fewer).transpose()?;
         if let Some(needed) = &needed {

@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pandas as pd
 import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from conftest import same_table
 
@@ -70,6 +72,48 @@ def test_ranked_sweep_and_samples(cli, tmp_path):
     result = vibrissa.sweep(spec)
     for table in ("tuples", "designs", "distances"):
         same_table(getattr(result, table), tmp_path / "out" / f"{table}.csv")
+
+
+def untimed(told):
+    """What is told of effects left off, but for how long it took."""
+    return {key: value for key, value in told.items() if key != "seconds"}
+
+
+@pytest.mark.parametrize("command", ["sweep", "tap", "optimise"])
+def test_effects_left_off(command, cli, tmp_path):
+    """`[run] model_error` is that of the program: which effects are left off, and every number without them."""
+    sections = dict(
+        whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=2e-5), tap=dict(a=[21, 30, 39, 48]),
+        model=dict(extension=True, shear=True, surface=True), run=dict(backend="cpu", precision="f64", model_error=0.02))
+    if command == "sweep":
+        sections |= dict(tap=dict(a=[21, 30, 39, 48], theta=[1, 4, 9]), output=dict(top=2))
+    if command == "optimise":
+        sections |= dict(optimise=dict(objective="distance", budget=dict(evaluations=300), variables=dict(theta=[0.5, 10])))
+    spec = tmp_path / "effects.toml"
+    spec.write_text(vibrissa.spec_text(**sections))
+    cli(command, spec, "--quiet", "--out", tmp_path / "out")
+    result = getattr(vibrissa, command)(spec)
+    tables = {"sweep": ["tuples", "designs", "distances"], "tap": ["curve"], "optimise": ["history", "sensitivity"]}[command]
+    for table in tables:
+        same_table(getattr(result, table), tmp_path / "out" / f"{'tap' if table == 'curve' else table}.csv")
+    written = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert untimed(result.run["model_error"]) == untimed(written["model_error"])
+    assert [part["effect"] for part in written["model_error"]["left_off"]]
+    with pytest.raises(vibrissa.InputError) as caught:
+        getattr(vibrissa, command)(**{**sections, "run": dict(backend="cpu", model_error=1e-9)})
+    assert caught.value.key == "run.model_error" and caught.value.file is None
+
+
+def test_parquet_is_the_same_columns(cli, tmp_path):
+    sections = dict(whisker=dict(D=10, d=[4, 7], L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=[3, 30, 45], theta=[1, 20, 60]), run=CPU, output=dict(format="parquet"))
+    spec = tmp_path / "parquet.toml"
+    spec.write_text(vibrissa.spec_text(**sections))
+    cli("sweep", spec, "--quiet", "--out", tmp_path / "out")
+    result = vibrissa.sweep(spec)
+    for table in ("tuples", "designs", "distances"):
+        written, own = pq.read_table(tmp_path / "out" / f"{table}.parquet"), getattr(result, table).to_arrow()
+        words = [pa.field(f.name, pa.string()) if pa.types.is_dictionary(f.type) else f for f in own.schema]
+        assert own.cast(pa.schema(words)).equals(written.replace_schema_metadata(None)), table
 
 
 def random_taps(n=400):
