@@ -16,6 +16,9 @@ use crate::scene::{Contact, Setup};
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
 
+/// Taps that a thread frames at least: fewer cost less than to hand them over.
+const FRAMES: usize = 1024;
+
 /// A framed tap, its solution and what holds its contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
@@ -67,7 +70,8 @@ impl Evaluator<'_> {
                 interpolated: false,
             })
         };
-        let mut solved: Vec<Option<Solved>> = (0..tasks.len()).into_par_iter().map(framed).collect();
+        let places = (0..tasks.len()).into_par_iter().with_min_len(FRAMES);
+        let mut solved: Vec<Option<Solved>> = places.map(framed).collect();
         if tasks.is_empty() {
             return Ok(solved);
         }
