@@ -18,16 +18,15 @@ pub use crate::evaluate::Outcome;
 pub use crate::locate::{Located, Locator};
 pub use crate::scene::search::Objective;
 pub use crate::scene::{
-    Axis, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup, Side, Space, Spec,
-    Study, Theory, Tuple,
+    Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup,
+    Side, Space, Spec, Study, Theory, Tuple,
 };
 pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;
 pub use crate::tap::Report as BestTap;
+pub use crate::taps::Taps;
 
 use crate::backend::Choice;
-use crate::design::Design;
-use crate::evaluate::{Evaluator, Task};
 use crate::plan::Plan;
 use crate::progress::Silent;
 use crate::sweep::{self, Target};
@@ -38,12 +37,10 @@ use crate::tap;
 /// # Errors
 /// Threads or kernels that fail; a tap without a solution says so in its status.
 pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
-    let options = RunOptions { backend: Some(crate::scene::BackendChoice::Cpu), ..RunOptions::default() };
-    let method = Choice::new(&options)?.open(&setup.model)?;
-    let designs: Vec<Design> = taps.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
-    let tasks: Vec<Task> = taps.iter().enumerate().map(task).collect();
-    Ok(Evaluator::new(setup, method).run(&designs, &tasks)?)
+    let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
+    let mut all = vec![Outcome::NOTHING; taps.len()];
+    Taps::new(setup.clone(), &options)?.solve(|i| taps[i], |outcome| *outcome, &mut all)?;
+    Ok(all)
 }
 
 /// Sweeps `study` and writes its tables and `run.json` into the folder `out`, as `vibrissa sweep` does with a spec named `name`.

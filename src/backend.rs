@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::Method;
@@ -255,6 +256,18 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
         });
     }
     Ok(t)
+}
+
+/// What there is to compute on: `adapters`, and the CPU.
+pub fn listed(adapters: &[Adapter]) -> Value {
+    let one = |a: &Adapter| {
+        json!({
+            "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
+            "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
+        })
+    };
+    let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
+    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "cpu": cpu })
 }
 
 fn names(adapters: &[Adapter]) -> String {

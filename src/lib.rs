@@ -52,4 +52,5 @@ pub mod spec;
 pub mod statistics;
 pub mod sweep;
 pub mod tap;
+pub mod taps;
 pub mod verify;

@@ -14,7 +14,7 @@ from problem import Taps
 
 HERE = pathlib.Path(__file__).parent
 PROGRAM = HERE.parent.parent / "target" / "release" / "vibrissa"
-PEERS = ["jax", "diffrax", "numba", "scipy", "elastica"]
+PEERS = ["vibrissa", "jax", "diffrax", "numba", "scipy", "elastica"]
 # What the timed sweeps write: rows per distance, of taps solved one by one, or the 100 best designs, ranked from the chart where there is one.
 SOLVED, RANKED = "distances = true", "distances = false\ntop = 100"
 # Name, flags, output, whiskers of the timed sweep (10 taps each).

@@ -24,6 +24,7 @@ class Taps:
         # genfromtxt makes D and d two columns of one name; it keeps their order.
         names = table.dtype.names
         self.D, self.d, length, place, grid, self.a = (table[n].astype(float) for n in names[:6])
+        self.length, self.place, self.grid = length, place, grid
         self.theta = np.radians(table["theta_deg"])
         self.tau = (self.D - self.d) / (self.D * length)
         half_angle = np.arctan((self.D - self.d) / (2 * length))

@@ -163,6 +163,33 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     Ok(Calibrated { calibration, taps, zeros, zero, groups, drift, unread, sides: results, winner, warnings })
 }
 
+/// Widths within which distances and drives are one: one for both, or two; none where nobody says.
+///
+/// # Errors
+/// Numbers that are no widths.
+pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
+    match said {
+        all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
+            let said = all.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+            let error = InputError::new("these are no widths").key("--group").value(said);
+            Err(error.allowed("one number ≥ 0 (mm, and the unit of the drive), or two with a comma between; 0: equal values only"))
+        }
+        [] => Ok([None; 2]),
+        [both] => Ok([Some(*both); 2]),
+        [distance, drive, ..] => Ok([Some(*distance), Some(*drive)]),
+    }
+}
+
+/// Refuses a drive that was `said` of every row where the whisker is driven another way.
+///
+/// # Errors
+/// The keyword at fault.
+pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
+    let Some(said) = said.filter(|s| *s != kind) else { return Ok(()) };
+    let (key, allowed) = if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
+    Err(InputError::new("the whisker of the spec is driven another way").key(key).allowed(allowed))
+}
+
 /// Refuses data and options that do not belong together.
 fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
     let kind = rig.setup.drive;

@@ -36,14 +36,27 @@ pub fn write(
     };
     #[cfg(feature = "files")]
     put("calibration.toml", found.calibration.to_text().as_bytes())?;
-    let setup = &locator.rig.setup;
-    let text = |e: csv::Error| Error::Run(e.to_string());
-    put("K_table.csv", &k_table(found, data, setup).map_err(text)?)?;
-    put("designs.csv", &designs(found, locator).map_err(text)?)?;
-    put("distances.csv", &distances(found, locator).map_err(text)?)?;
-    put("rows.csv", &rows(found, data, locator).map_err(text)?)?;
+    tables(found, data, locator)?.iter().try_for_each(|(name, bytes)| put(name, bytes))?;
     folder.run_json(run)?;
     folder.finish()
+}
+
+/// The tables by the names of their files; `locator` answers with the estimator that won.
+///
+/// # Errors
+/// None of a whole calibration.
+pub fn tables(
+    found: &Calibrated,
+    data: &Data,
+    locator: &Locator,
+) -> Result<[(&'static str, Vec<u8>); 4], Error> {
+    let text = |e: csv::Error| Error::Run(e.to_string());
+    Ok([
+        ("K_table.csv", k_table(found, data, &locator.rig.setup).map_err(text)?),
+        ("designs.csv", designs(found, locator).map_err(text)?),
+        ("distances.csv", distances(found, locator).map_err(text)?),
+        ("rows.csv", rows(found, data, locator).map_err(text)?),
+    ])
 }
 
 /// Name of a side.

@@ -8,10 +8,12 @@ use super::coverage::Covered;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason};
+use crate::error::InputError;
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
-use crate::scene::Drive;
+use crate::scene::{Drive, Spec};
+use crate::sink::run_json;
 
 /// Suspect rows listed one by one; the rest stands in rows.csv.
 const LISTED: usize = 100;
@@ -46,6 +48,24 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                       "positions": positions },
         "warnings": found.warnings,
     })
+}
+
+/// The `run.json` of a calibration of the whisker of `spec` from `data` with their hash: its counts, seconds and result.
+pub fn document(spec: &Spec, identity: &str, (data, hash): (&Data, &str), told: [&Value; 3]) -> Value {
+    let [counts, seconds, result] = told;
+    run_json::document(
+        "calibrate",
+        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
+        json!({
+            "data": { "file": data.file, "hash": hash },
+            "in_force": run_json::in_force(spec),
+            "material_fit": run_json::material_fit(spec, None),
+            "warnings": spec.warnings,
+            "counts": counts,
+            "seconds": seconds,
+            "result": result,
+        }),
+    )
 }
 
 /// Counts of rows.
@@ -320,6 +340,20 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
 /// A number to a thousandth, for people.
 fn short(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
+}
+
+/// Parameters by the names that users know.
+///
+/// # Errors
+/// A name of none.
+pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
+    let one = |name: &String| {
+        parameter(name, kind).ok_or_else(|| {
+            let known = Parameter::ALL.iter().map(|p| p.name(kind)).collect::<Vec<_>>().join(", ");
+            InputError::new("there is no such parameter").key("--fit").value(name).allowed(known)
+        })
+    };
+    names.iter().map(one).collect()
 }
 
 /// Names of parameters on the command line.

@@ -30,3 +30,48 @@ pub mod rows;
 pub mod scope;
 pub mod series;
 pub mod taps;
+
+use crate::error::{Error, InputError};
+use crate::scene::{Layout, Study};
+
+/// Tolerance of a chart where nothing is said: that of single precision.
+pub const TOLERANCE: f64 = 1e-5;
+
+fn refused(what: &str, key: &str, allowed: &str) -> InputError {
+    InputError::new(what).key(key).allowed(allowed)
+}
+
+fn layout(study: &Study) -> Result<Layout, InputError> {
+    let list =
+        || refused("a chart needs ranges, not a list of tuples", "tuples", "[whisker], [gauge] and [tap]");
+    study.space.layout().ok_or_else(list)
+}
+
+/// The distances of `study`, mm, each of which has its chart.
+///
+/// # Errors
+/// Tuples that are listed; more than 64 distances.
+pub fn distances(study: &Study) -> Result<Vec<f64>, InputError> {
+    let layout = layout(study)?;
+    if layout.n_distances > reader::MOST_DISTANCES as u64 {
+        let error = refused("each distance has its chart", "tap.a", "64 distances at most");
+        return Err(error.value(layout.n_distances));
+    }
+    Ok((0..layout.n_distances).map(|i| layout.distance(i)).collect())
+}
+
+/// The charts of `study` over its ranges, their strain good to a tenth of `tolerance`.
+///
+/// # Errors
+/// As [`distances`]; a model that has no chart anywhere; a backend that fails.
+pub fn of_study(study: &Study, tolerance: f64) -> Result<Vec<distance::DistanceChart>, Error> {
+    let wanted = ranges::Wanted::of(&layout(study)?);
+    let found = reader::charts(&study.setup, &distances(study)?, &wanted, tolerance)?;
+    if found.is_empty() {
+        let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
+        return Err(
+            refused(why, "model", "an exact model, contacts beyond 1.12 times the end of a gauge").into()
+        );
+    }
+    Ok(found)
+}

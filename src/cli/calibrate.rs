@@ -8,7 +8,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::export::{Export, Language};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
-use vibrissa::scene::{Drive, Output, RunOptions, Setup, Space, Spec, Study};
+use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
@@ -31,20 +31,8 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let kind = rig.setup.drive;
-    if let Some(said) = said.filter(|s| *s != kind) {
-        let (key, allowed) =
-            if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
-        let message = "the whisker of the spec is driven another way";
-        return Err(InputError::new(message).key(key).allowed(allowed).into());
-    }
-    let mut fit = Vec::new();
-    for name in &args.fit {
-        let known: Vec<&str> = vibrissa::locate::Parameter::ALL.iter().map(|p| p.name(kind)).collect();
-        let parameter = report::parameter(name, kind).ok_or_else(|| {
-            InputError::new("there is no such parameter").key("--fit").value(name).allowed(known.join(", "))
-        })?;
-        fit.push(parameter);
-    }
+    calibrate::same_drive(kind, said)?;
+    let fit = report::named_parameters(&args.fit, kind)?;
     let digest = hash_bytes(&bytes)?;
     drop(bytes);
     let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
@@ -63,7 +51,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let asked = Options {
         drive: args.theta.or(args.delta),
-        group: widths(args)?,
+        group: calibrate::widths(&args.group)?,
         fit,
         run: options.clone(),
         hash: digest,
@@ -84,19 +72,8 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = run_json::document(
-        "calibrate",
-        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
-        json!({
-            "data": { "file": data.file, "hash": asked.hash },
-            "in_force": run_json::in_force(&spec),
-            "material_fit": run_json::material_fit(&spec, None),
-            "warnings": spec.warnings,
-            "counts": counts,
-            "seconds": seconds,
-            "result": result,
-        }),
-    );
+    let told = [&counts, &seconds, &result];
+    let document = report::document(&spec, &identity, (&data, &asked.hash), told);
     let written = output::write(&found, &data, &locator, &document, folder)?;
     let mut text = report::text(&found, &data, &rig, &covered);
     text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
@@ -144,29 +121,7 @@ fn whisker(args: &Calibrate, data: &Data, drive: Option<Drive>) -> Result<(Rig, 
         let error = InputError::new("there is no model to fit without a whisker").key("--fit");
         return Err(error.value(args.fit.join(",")).allowed("--whisker SPEC.toml").into());
     }
-    let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
-    if furthest <= 0.0 {
-        let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
-        return Err(error.allowed("contact distances in mm").into());
-    }
-    let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
-    let rig = Rig::unknown(setup.clone(), furthest)?;
-    let study = Study { setup, space: Space::List(vec![rig.design.tuple]), output: Output::default() };
-    Ok((rig, Spec::of("no whisker", study)))
-}
-
-/// Widths of `--group` for distances and drives: one for both, or two.
-fn widths(args: &Calibrate) -> Result<[Option<f64>; 2], InputError> {
-    match args.group.as_slice() {
-        all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
-            let said = all.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-            let error = InputError::new("these are no widths").key("--group").value(said);
-            Err(error.allowed("one number ≥ 0 (mm, and the unit of the drive), or two with a comma between; 0: equal values only"))
-        }
-        [] => Ok([None; 2]),
-        [both] => Ok([Some(*both); 2]),
-        [distance, drive, ..] => Ok([Some(*distance), Some(*drive)]),
-    }
+    Ok(Rig::of_data(data, drive)?)
 }
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {

@@ -3,13 +3,8 @@
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::chart::{
-    document::document,
-    ranges::Wanted,
-    reader::{MOST_DISTANCES, charts},
-    scope::Summary,
-};
-use vibrissa::error::{Error, InputError};
+use vibrissa::chart::{self, document::document, scope::Summary};
+use vibrissa::error::Error;
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::spec;
@@ -18,9 +13,6 @@ use super::args::Chart;
 use super::calibrate::prepared;
 use super::reply::Reply;
 use super::say;
-
-/// Tolerance of a chart where nothing is said: that of single precision.
-const TOLERANCE: f64 = 1e-5;
 
 const FILE: &str = "chart.json";
 
@@ -34,38 +26,18 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let refused = |what: &str, key: &str, allowed: &str| {
-        InputError::new(what).at(args.spec.display().to_string(), None).key(key).allowed(allowed)
+    let at = |e: Error| match e {
+        Error::Input(e) => e.at(args.spec.display().to_string(), None).into(),
+        other => other,
     };
-    let Some(layout) = spec.study.space.layout() else {
-        return Err(refused(
-            "a chart needs ranges, not a list of tuples",
-            "tuples",
-            "[whisker], [gauge] and [tap]",
-        )
-        .into());
-    };
-    let most = MOST_DISTANCES as u64;
-    if layout.n_distances > most {
-        return Err(refused("each distance has its chart", "tap.a", "64 distances at most")
-            .value(layout.n_distances)
-            .into());
-    }
-    let setup = &spec.study.setup;
-    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    let tolerance = options.tolerance.unwrap_or(TOLERANCE);
+    let distances = chart::distances(&spec.study).map_err(|e| at(e.into()))?;
+    let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {
         let text =
             format!("{}: {} charts to {}; nothing was run\n", spec.name, distances.len(), out.display());
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
-    let found = charts(setup, &distances, &Wanted::of(&layout), tolerance)?;
-    if found.is_empty() {
-        let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
-        return Err(
-            refused(why, "model", "an exact model, contacts beyond 1.12 times the end of a gauge").into()
-        );
-    }
+    let found = chart::of_study(&spec.study, tolerance).map_err(at)?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
     let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
     let mut file = folder.file(FILE)?;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use vibrissa::backend::Choice;
+use vibrissa::backend::{Choice, listed};
 use vibrissa::error::Error;
 use vibrissa::kernel::{cpu::Cpu, gpu};
 use vibrissa::scene::RunOptions;
@@ -41,15 +41,6 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
     let name = b.adapter.as_deref().unwrap_or("CPU kernels");
     let _ = writeln!(text, "--backend auto takes: {name} ({})", b.reason);
 
-    let listed: Vec<Value> = adapters
-        .iter()
-        .map(|a| {
-            json!({
-                "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
-                "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
-            })
-        })
-        .collect();
     Ok(Reply {
         text,
         out: None,
@@ -57,7 +48,7 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
         counts: json!({ "adapters": adapters.len() }),
         seconds: Value::Null,
         backend: json!(b),
-        result: json!({ "adapters": listed, "cpu": { "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() } }),
+        result: listed(&adapters),
         ..Reply::default()
     })
 }

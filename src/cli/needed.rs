@@ -1,44 +1,6 @@
-//! `--model-error`: the bound in force, and where it is told.
+//! `--model-error`: where it is told.
 
 use serde_json::Value;
-use vibrissa::backend::Choice;
-use vibrissa::error::{Error, InputError};
-use vibrissa::needed::LEAST;
-use vibrissa::scene::{Spec, Written};
-use vibrissa::spec;
-
-/// The bound typed, else that of `spec`, if it can be judged where the strain of a tap is good to the tolerance of `choice`.
-pub fn bound(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
-    let (bound, at) = match typed {
-        Some(bound) => (bound, None),
-        None => match spec::model_error(spec)? {
-            Some(written) => written,
-            None => return Ok(None),
-        },
-    };
-    let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
-    if bound >= least && bound < 1.0 {
-        return Ok(Some(bound));
-    }
-    let allowed = match choice.backend.tolerance {
-        Some(t) if 2.0 * t > LEAST => format!("{least:e} ≤ E < 1: at least twice the tolerance, {t:e}"),
-        _ => format!("{least:e} ≤ E < 1"),
-    };
-    let error = InputError::new("no effect can be judged by this").allowed(allowed);
-    Err(match at {
-        None => error.key("--model-error").value(bound),
-        Some(Written { file, text, line, span }) => {
-            let error = error.key("run.model_error").value(&text[span.clone()]).at(&file, Some(line));
-            error.snippet(&file, &text, span)
-        }
-    }
-    .into())
-}
-
-/// Puts the bound among the values in force.
-pub fn settle(spec: &mut Spec, bound: Option<f64>) {
-    spec.in_force.extend(bound.map(|e| ("run.model_error".to_owned(), format!("{e:?}"), true)));
-}
 
 /// `result` with what was left off in it, where that was asked for.
 pub fn told(mut result: Value, model_error: Option<&(Value, String)>) -> Value {

@@ -46,9 +46,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::new(&options)?;
-    let bound = needed::bound(args.model_error, &spec, &choice)?;
+    let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
-    needed::settle(&mut spec, bound);
+    files::settle_model_error(&mut spec, bound);
     let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
         return Ok(planned(&spec, &search, &choice, needed.as_ref(), &out));

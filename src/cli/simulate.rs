@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Rig, Unit};
-use vibrissa::scene::{Column, Drive};
+use vibrissa::scene::Column;
 use vibrissa::simulate::{self, Settings};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
@@ -39,7 +39,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let result = described(&settings, rig.setup.drive);
+    let result = settings.described(rig.setup.drive);
     if options.plan == Some(true) {
         let text = format!("{}: {taps} synthetic taps to {}; nothing was run\n", spec.name, out.display());
         return Ok(Reply {
@@ -59,21 +59,9 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let mut file = folder.file("measurements.csv")?;
     let counts = simulate::simulate(&rig, axes, &settings, method, &mut |bytes| file.write(bytes))?;
     file.close()?;
-    let counted = json!({ "taps": counts.taps, "zero_readings": counts.zeros, "unsolved": counts.unsolved, "faults": counts.faults });
+    let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = run_json::document(
-        "simulate",
-        run_json::spec(&spec),
-        json!({
-            "in_force": run_json::in_force(&spec),
-            "warnings": spec.warnings,
-            "source": simulate::SOURCE,
-            "settings": result,
-            "counts": counted,
-            "seconds": seconds,
-        }),
-    );
-    folder.run_json(&document)?;
+    folder.run_json(&simulate::document(&spec, [&result, &counted, &seconds]))?;
     let written = folder.finish()?;
     let empty = match counts.unsolved {
         0 => String::new(),
@@ -124,15 +112,4 @@ fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
     };
     settings.check()?;
     Ok(settings)
-}
-
-fn described(s: &Settings, kind: Drive) -> Value {
-    let offset = if kind == Drive::Angle { "theta_offset_deg" } else { "delta_offset_mm" };
-    let mut v = json!({
-        "repeats": s.repeats, "noise_strain": s.noise, "seed": s.seed, "zero_every": s.zero_every,
-        "drift_strain_per_row": s.drift, "outliers": s.outliers, "saturate_strain": s.saturate,
-        "hysteresis": s.hysteresis, "factor": s.factor, "a_offset_mm": s.a_offset, "signal": s.unit.column(),
-    });
-    v[offset] = s.drive_offset.into();
-    v
 }

@@ -20,7 +20,7 @@ use super::number::{grouped, rough};
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
-use super::{best, explain, interrupt, needed};
+use super::{best, explain, interrupt};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
@@ -43,14 +43,14 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::new(&options)?;
-    let bound = needed::bound(args.model_error, &spec, &choice)?;
+    let bound = files::model_error(args.model_error, &spec, &choice)?;
     if bound.is_some() {
         vibrissa::sweep::whole(args.shard)?;
     }
     let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
     let mut needed = bound.map(fewer).transpose()?;
     files::settle(&mut spec, &options, &choice.backend, &out);
-    needed::settle(&mut spec, bound);
+    files::settle_model_error(&mut spec, bound);
     let planning = options.plan == Some(true);
     let full = match &needed {
         Some(needed) if planning && !needed.left().is_empty() => {

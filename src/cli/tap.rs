@@ -3,12 +3,10 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
-use vibrissa::optimise::run::precise;
+use vibrissa::scene::Spec;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -34,11 +32,11 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let choice = choose(&options)?;
+    let choice = tap::choice(&options)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
-    let bound = needed::bound(args.model_error, &spec, &choice)?;
+    let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
-    needed::settle(&mut spec, bound);
+    files::settle_model_error(&mut spec, bound);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let head = format!(
         "{}: best {symbol} of {}…{}{unit}, on {}",
@@ -94,18 +92,6 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         ..Reply::default()
     }
     .removing(&report.removed))
-}
-
-/// What was asked for, or the CPU in f64.
-fn choose(options: &RunOptions) -> Result<Choice, Error> {
-    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
-        && options.adapter.is_none();
-    if free && options.precision.is_none() && options.tolerance.is_none() {
-        let mut choice = precise(&RunOptions::default())?;
-        choice.backend.reason = "few taps".into();
-        return Ok(choice);
-    }
-    Choice::new(options)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {

@@ -11,7 +11,7 @@ use vibrissa::scene::{RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
 use vibrissa::verify::write::{self, Verified, verdict};
-use vibrissa::verify::{self, Case, Line, Place, QUICK, QUICK_SAMPLES, RANDOM, SAMPLES};
+use vibrissa::verify::{self, Case, Line, Place};
 
 use super::args::Verify;
 use super::faults::broken;
@@ -161,12 +161,7 @@ fn asked(args: &Verify) -> Result<Asked, Error> {
         spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
     }
     let quick = args.quick;
-    let samples = args.samples.unwrap_or(match (spec.is_some(), quick) {
-        (true, false) => SAMPLES,
-        (true, true) => QUICK_SAMPLES,
-        (false, false) => RANDOM,
-        (false, true) => QUICK,
-    });
+    let samples = args.samples.unwrap_or(verify::samples(spec.is_some(), quick));
     Ok(Asked { spec, options, out, samples, seed: args.seed, quick })
 }
 

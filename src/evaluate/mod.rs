@@ -63,7 +63,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    const NOTHING: Self = Self {
+    /// No values, and nothing to say about them.
+    pub const NOTHING: Self = Self {
         strain: f64::NAN,
         strain_linear: f64::NAN,
         deviation: f64::NAN,

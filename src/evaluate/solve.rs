@@ -24,6 +24,9 @@ const COARSE: f64 = 1e-2;
 /// shows in the strain at least as it is.
 const SURELY: f64 = 10.0;
 
+/// Taps that a thread frames at least: fewer cost less than to hand them over.
+const FRAMES: usize = 1024;
+
 /// A framed tap, its solution and what holds its contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
@@ -75,7 +78,8 @@ impl Evaluator<'_> {
                 interpolated: false,
             })
         };
-        let mut solved: Vec<Option<Solved>> = (0..tasks.len()).into_par_iter().map(framed).collect();
+        let places = (0..tasks.len()).into_par_iter().with_min_len(FRAMES);
+        let mut solved: Vec<Option<Solved>> = places.map(framed).collect();
         if tasks.is_empty() {
             return Ok(solved);
         }

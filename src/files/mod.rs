@@ -1,7 +1,9 @@
 //! What users write and keep as TOML beside the [`spec`](crate::spec): a rig, a calibration, the values in force of a run.
 
 mod calibration;
+mod model_error;
 mod rig;
 mod settle;
 
+pub use model_error::{model_error, settle_model_error};
 pub use settle::settle;

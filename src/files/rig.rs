@@ -18,14 +18,20 @@ impl Rig {
 
     /// As [`Self::read`], with the spec.
     pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        // What the spec itself says of the drive goes before what the data let expect; it is judged when it is read.
         let text = std::fs::read_to_string(path).unwrap_or_default();
-        let table: Table = text.parse().unwrap_or_default();
-        let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
-        let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
-        let spec =
-            spec::read_with(path, fallback(if displaced { Drive::Displacement } else { Drive::Angle }))?;
+        let spec = spec::read_with(path, beside(&text, drive))?;
         Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
+    }
+
+    /// As [`Self::read_with`], from the `text` of a spec that `label` names; its relative paths start at `base`.
+    pub fn parse_with(
+        label: &str,
+        text: &str,
+        base: &Path,
+        drive: Option<Drive>,
+    ) -> Result<(Self, Spec), InputError> {
+        let spec = spec::parse_with(label, text, base, beside(text, drive))?;
+        Ok((Self::of_spec(&spec, label)?, spec))
     }
 
     /// Everything in force as a spec: tables that [`Self::of_table`] reads back, no file needed.
@@ -118,6 +124,15 @@ impl Rig {
         let spec = spec::of_table(label, text, table, Path::new(""), fallback(drive))?;
         Self::of_spec(&spec, label)
     }
+}
+
+/// The fallback of a spec with this `text`. What it says itself of the drive goes before what the data let expect; it is judged when it is
+/// read.
+fn beside(text: &str, drive: Option<Drive>) -> &'static str {
+    let table: Table = text.parse().unwrap_or_default();
+    let said = table.get("tap").and_then(|t| t.get("drive")).and_then(Value::as_str);
+    let displaced = said.map_or(drive == Some(Drive::Displacement), |word| word == "displacement");
+    fallback(if displaced { Drive::Displacement } else { Drive::Angle })
 }
 
 /// Values for the keys of `[tap]` that a rig does not need; they satisfy every whisker.

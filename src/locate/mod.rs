@@ -15,6 +15,7 @@ mod kept;
 mod lines;
 pub mod locator;
 mod reading;
+pub mod sequence;
 pub mod stream;
 pub mod tare;
 
@@ -25,3 +26,4 @@ pub use crate::estimator::model::parameter::Parameter;
 pub use crate::estimator::{self, Estimator};
 pub use calibration::Calibration;
 pub use locator::{Located, Locator};
+pub use sequence::Sequence;

@@ -2,8 +2,9 @@
 
 use crate::design::Design;
 use crate::error::InputError;
+use crate::measure::Data;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Convention, Setup, Spec, Theory, Tuple};
+use crate::scene::{Convention, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
@@ -46,6 +47,22 @@ impl Rig {
         let tuple =
             Tuple { D: 0.1 * L_a, d: 0.1 * L_a, L_a, x_ss: 0.0, l: 1e-6 * L_a, a: furthest, drive: 1.0 };
         Ok(Self { known: false, ..Self::new(setup, tuple)? })
+    }
+
+    /// As [`Self::unknown`], of `data`, which are driven by `drive` where they do not say; with a spec that says as much.
+    ///
+    /// # Errors
+    /// Data without any distance.
+    pub fn of_data(data: &Data, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
+        let furthest = data.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+        if furthest <= 0.0 {
+            let error = InputError::new("no row has a distance > 0").at(&data.file, None).key("a_mm");
+            return Err(error.allowed("contact distances in mm"));
+        }
+        let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
+        let rig = Self::unknown(setup.clone(), furthest)?;
+        let study = Study { setup, space: Space::List(vec![rig.design.tuple]), output: Output::default() };
+        Ok((rig, Spec::of("no whisker", study)))
     }
 
     /// The one whisker of `spec`, which `label` names.

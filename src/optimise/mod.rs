@@ -17,7 +17,7 @@
 //! evaluations for k variables.
 
 #[cfg(feature = "files")]
-mod best;
+pub mod best;
 pub mod blame;
 pub mod evaluate;
 pub mod front;
@@ -37,5 +37,5 @@ pub mod variables;
 pub mod why;
 pub mod write;
 
-pub use run::{Report, Target, run, run_needed};
+pub use run::{Report, Target, find, run, run_needed};
 pub use session::{Ended, Step, Watch};

@@ -30,7 +30,7 @@ use crate::needed::{MOST, Needed, Row, Rows};
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Objective, Search};
 use crate::scene::{BackendChoice, Column, Model, Precision, RunOptions, Setup, Spec, Tuple};
-use crate::sink::folder::{Folder, Question};
+use crate::sink::folder::{Folder, Question, Written};
 use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
 
@@ -256,16 +256,60 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
 fn whole(
     spec: &Spec,
     search: &Search,
-    (choice, options, mut needed): (&Choice, &RunOptions, Option<Needed>),
+    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
     target: &Target<'_>,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
-    let begun = Instant::now();
-    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
+    spec.study.space.layout().ok_or_else(no_axes)?;
     let precise = precise(options)?;
     let backends = [&choice.backend, &precise.backend];
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
+    let folder = Folder::open_now(target.out, question, &names, target.force)?;
+    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
+    let model = needed.as_ref().map_or(&spec.study.setup, Needed::setup).model;
+    let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, gives_way)?;
+    let discarded = journal.discarded;
+    let mut folder = Some(folder);
+    let mut keep = |report: &mut Report| {
+        report.discarded = discarded;
+        // No other search begins here before this one's journal is closed.
+        let written = folder.take().map(|folder| write::all(spec, search, report, folder)).transpose()?;
+        let files = written.as_ref().map(|w| (w.files.clone(), w.removed.clone()));
+        (report.files, report.removed) = files.unwrap_or_default();
+        Ok(written)
+    };
+    let steered = (target.stop, Some(journal), watch);
+    search_with(spec, search, ([choice, &precise], needed), steered, &mut keep)
+}
+
+/// As [`run_needed`], where nothing is written and nothing can be resumed; `stop`, set from outside, ends the search with the best so far.
+///
+/// # Errors
+/// Limits that no design keeps, an end before any did; a backend that fails.
+pub fn find(
+    spec: &Spec,
+    search: &Search,
+    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
+    stop: &AtomicBool,
+    watch: &mut dyn Watch,
+) -> Result<Report, Error> {
+    let choices = [choice, &precise(options)?];
+    search_with(spec, search, (choices, needed), (stop, None, watch), &mut |_| Ok(None))
+}
+
+/// Keeps a report where results are kept, and holds the lock of that place.
+type Keep<'k> = dyn FnMut(&mut Report) -> Result<Option<Written>, Error> + 'k;
+
+fn search_with(
+    spec: &Spec,
+    search: &Search,
+    ([choice, precise], mut needed): ([&Choice; 2], Option<Needed>),
+    (stop, journal, watch): (&AtomicBool, Option<Journal>, &mut dyn Watch),
+    keep: &mut Keep<'_>,
+) -> Result<Report, Error> {
+    let begun = Instant::now();
+    let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let variables = Variables::new(&layout, search);
     let wanted = wanted(&layout, search, &variables);
     // One for every model that the swarms may have, the full one last.
@@ -274,15 +318,6 @@ fn whole(
         Some(n) => setups[n.fallbacks as usize].get_or_init(|| n.setup().clone()),
         None => setup,
     };
-    let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
-    let journal = Journal::new(
-        target.out,
-        &identity(spec, &of_swarm(needed.as_ref()).model, backends),
-        target.resume,
-        gives_way,
-    )?;
-    let discarded = journal.discarded;
     let scorer = |choice: &Choice, setup| {
         let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
         Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
@@ -297,11 +332,10 @@ fn whole(
         chart = [chart, Some(seconds).filter(|_| tried)].into_iter().flatten().reduce(|a, b| a + b);
         Ok::<_, Error>(scorer.reading(readers))
     };
-    let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(&precise, setup)?];
+    let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session =
-        Session::new(scorers, &variables, goal, search.budget, (target.stop, Some(journal), watch));
+    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, journal, watch));
 
     let (ended, front, best) = loop {
         let (ended, front) = if search.objective == Objective::Pareto {
@@ -345,8 +379,8 @@ fn whole(
         .transpose()?
         .map(Front::new);
 
-    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, target.stop)?;
-    let asked_to_stop = target.stop.load(Ordering::Relaxed);
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
+    let asked_to_stop = stop.load(Ordering::Relaxed);
     let other = (search.objective.needs_distance() && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
         other::judge((setup, &layout), search, method, (&best.point, goal))
@@ -366,7 +400,7 @@ fn whole(
         starts: session.swarms,
         evaluations: session.evaluations,
         replayed: session.replayed,
-        discarded,
+        discarded: 0,
         taps_each,
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
@@ -378,10 +412,8 @@ fn whole(
         backends: [choice.backend.clone(), precise.backend.clone()],
         history: std::mem::take(&mut session.history),
     };
-    // No other search begins here before this one's journal is closed.
-    let written = write::all(spec, search, &report, folder)?;
+    let _lock = keep(&mut report)?;
     session.close(ended)?;
-    (report.files, report.removed) = (written.files, written.removed);
     Ok(report)
 }
 

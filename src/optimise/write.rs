@@ -20,6 +20,21 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
     ["best.toml", "history.csv", "sensitivity.csv"].into_iter().chain(front).collect()
 }
 
+/// Its tables by the names of their files.
+///
+/// # Errors
+/// None of a whole report.
+pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
+    let mut all = vec![
+        ("history.csv", history(spec, report).map_err(failed)?),
+        ("sensitivity.csv", sensitivity(spec, report).map_err(failed)?),
+    ];
+    if let Some(front) = &report.front {
+        all.push(("pareto.csv", pareto(spec, &front.points).map_err(failed)?));
+    }
+    Ok(all)
+}
+
 /// Writes them all and moves them to their final place.
 pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
@@ -29,11 +44,13 @@ pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) ->
     };
     #[cfg(feature = "files")]
     put("best.toml", super::best::text(spec, search, report)?.as_bytes())?;
-    put("history.csv", &history(spec, report).map_err(failed)?)?;
-    put("sensitivity.csv", &sensitivity(spec, report).map_err(failed)?)?;
-    if let Some(front) = &report.front {
-        put("pareto.csv", &pareto(spec, &front.points).map_err(failed)?)?;
-    }
+    tables(spec, report)?.iter().try_for_each(|(name, bytes)| put(name, bytes))?;
+    folder.run_json(&document(spec, search, report))?;
+    folder.finish()
+}
+
+/// The `run.json` of a search.
+pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
     let mut result = result(spec, search, report);
     if let Some(front) = result["front"].as_object_mut() {
         // pareto.csv holds them.
@@ -51,9 +68,7 @@ pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) ->
     if let Some((told, _)) = &report.model_error {
         body["model_error"] = told.clone();
     }
-    let document = run_json::document("optimise", run_json::spec(spec), body);
-    folder.run_json(&document)?;
-    folder.finish()
+    run_json::document("optimise", run_json::spec(spec), body)
 }
 
 fn failed(e: csv::Error) -> Error {

@@ -4,9 +4,12 @@
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
-use crate::scene::Axis;
+use serde_json::{Value, json};
+
 use crate::scene::sampler::Sampler;
+use crate::scene::{Axis, Drive, Spec};
 use crate::sink::csv::Text;
+use crate::sink::run_json;
 use crate::sink::table::Field;
 use crate::status::Status;
 
@@ -65,6 +68,19 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// As they stand in `run.json`; offsets in the unit of the drive `kind`.
+    pub fn described(&self, kind: Drive) -> Value {
+        let offset = if kind == Drive::Angle { "theta_offset_deg" } else { "delta_offset_mm" };
+        let mut v = json!({
+            "repeats": self.repeats, "noise_strain": self.noise, "seed": self.seed, "zero_every": self.zero_every,
+            "drift_strain_per_row": self.drift, "outliers": self.outliers, "saturate_strain": self.saturate,
+            "hysteresis": self.hysteresis, "factor": self.factor, "a_offset_mm": self.a_offset,
+            "signal": self.unit.column(),
+        });
+        v[offset] = self.drive_offset.into();
+        v
+    }
+
     /// Refuses values that mean nothing.
     ///
     /// # Errors
@@ -147,6 +163,29 @@ pub struct Counts {
     pub unsolved: u64,
     /// Taps with a deliberate fault.
     pub faults: u64,
+}
+
+impl Counts {
+    /// As they stand in `run.json`.
+    pub fn described(&self) -> Value {
+        json!({ "taps": self.taps, "zero_readings": self.zeros, "unsolved": self.unsolved, "faults": self.faults })
+    }
+}
+
+/// The `run.json` of synthetic measurements of `spec`: settings, counts, seconds.
+pub fn document(spec: &Spec, [settings, counts, seconds]: [&Value; 3]) -> Value {
+    run_json::document(
+        "simulate",
+        run_json::spec(spec),
+        json!({
+            "in_force": run_json::in_force(spec),
+            "warnings": spec.warnings,
+            "source": SOURCE,
+            "settings": settings,
+            "counts": counts,
+            "seconds": seconds,
+        }),
+    )
 }
 
 /// Simulates taps of `rig` at these distances and drives: for every distance, for every repeat, all drives in turn. `write`

@@ -1,4 +1,6 @@
-//! Rows as columns of values: what a Parquet file is made of, and what it is read into.
+//! Rows as columns of values: what a Parquet file is made of and read into, and what a program that calls this one takes instead of files.
+
+use std::collections::TryReserveError;
 
 use super::pack::{Packed, Packer, Unpacker};
 use super::table::Field;
@@ -97,6 +99,14 @@ impl Values {
         Ok(())
     }
 
+    fn reserve(&mut self, rows: usize) -> Result<(), TryReserveError> {
+        match self {
+            Self::Numbers(all) => all.try_reserve_exact(rows),
+            Self::Counts(all) => all.try_reserve_exact(rows),
+            Self::Words(all) => all.codes.try_reserve_exact(rows),
+        }
+    }
+
     /// Takes the rows `range` of `other`, which is of the same kind.
     fn extend(&mut self, other: &Self, range: std::ops::Range<usize>) -> Result<(), Error> {
         match (self, other) {
@@ -129,6 +139,17 @@ impl Columns {
     /// None yet, of the table of a sweep that has columns of these names.
     pub fn of(names: &[impl AsRef<str>]) -> Self {
         Self(names.iter().map(|name| Values::named(name.as_ref())).collect())
+    }
+
+    /// As [`Self::of`], with room for so many rows.
+    ///
+    /// # Errors
+    /// More rows than there is memory for.
+    pub fn with_room(names: &[impl AsRef<str>], rows: u64) -> Result<Self, Error> {
+        let large = || Error::Run(format!("a table of {rows} rows has no place in memory"));
+        let (n, mut all) = (usize::try_from(rows).map_err(|_| large())?, Self::of(names));
+        all.0.iter_mut().try_for_each(|column| column.reserve(n)).map_err(|_| large())?;
+        Ok(all)
     }
 
     /// Takes what there is and leaves nothing, of the same columns.

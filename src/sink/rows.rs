@@ -1,4 +1,4 @@
-//! Rows of a table on their way to its file, made away from it so that they can be made in parallel: text, or columns of values.
+//! Rows of a table on their way to its file or to memory, made away from it so that they can be made in parallel: text, or columns of values.
 
 use super::columns::Columns;
 use super::csv::Text;
@@ -32,12 +32,29 @@ impl TableFormat {
         }
     }
 
+    /// What rows are on their way there.
+    pub fn form(self) -> Form {
+        match self {
+            Self::Csv => Form::Text,
+            Self::Parquet => Form::Columns,
+        }
+    }
+
     /// The one that is in force in a spec; CSV where a study has none.
     pub fn of(spec: &crate::scene::Spec) -> Self {
         let value = spec.in_force.iter().find(|(key, ..)| key == "output.format");
         let word = value.map_or("csv", |(_, value, _)| value.trim_matches('"'));
         Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
     }
+}
+
+/// What rows are on their way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Lines of CSV.
+    Text,
+    /// Columns of values.
+    Columns,
 }
 
 /// Some rows.
@@ -51,10 +68,10 @@ pub enum Rows {
 
 impl Rows {
     /// None yet.
-    pub fn new(format: TableFormat) -> Self {
-        match format {
-            TableFormat::Csv => Self::Text(Text::default()),
-            TableFormat::Parquet => Self::Columns(Columns::default()),
+    pub fn new(form: Form) -> Self {
+        match form {
+            Form::Text => Self::Text(Text::default()),
+            Form::Columns => Self::Columns(Columns::default()),
         }
     }
 

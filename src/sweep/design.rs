@@ -1,4 +1,4 @@
-//! One design: two passes over its taps, then its rows as text.
+//! One design: two passes over its taps, then its rows.
 
 use super::select::Kept;
 use crate::design::Design;
@@ -7,7 +7,7 @@ use crate::evaluate::Outcome;
 use crate::profile::Profile;
 use crate::scene::{Per, Study};
 use crate::sink::{
-    rows::{Rows, TableFormat},
+    rows::{Form, Rows},
     run_json::Counts,
     table::{AtDistance, AtDrive, Table, TapRow, fields},
 };
@@ -26,8 +26,8 @@ pub(super) type Taps<'a> = dyn FnMut(&mut Visit<'_>) -> Result<(), Error> + 'a;
 pub(super) struct Wanted<'a> {
     /// Tables of which rows are asked.
     pub tables: &'a dyn Fn(Table) -> bool,
-    /// How rows are written.
-    pub format: TableFormat,
+    /// What rows are on their way.
+    pub form: Form,
     /// Drives whose taps are written; all without `top`.
     pub drives: Option<&'a [u32]>,
 }
@@ -62,7 +62,7 @@ pub(super) fn render(
     taps: &mut Taps<'_>,
     tuples: &mut dyn FnMut(Rows) -> Result<(), Error>,
 ) -> Result<Rendered, Error> {
-    let none = || Rows::new(wanted.format);
+    let none = || Rows::new(wanted.form);
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
     let elongation = reduced.elongation;
     taps(&mut |place, tap| {

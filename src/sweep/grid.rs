@@ -208,14 +208,14 @@ pub(super) fn small(
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
-    let (n_drives, format) = (layout.n_drives as usize, run.writers.format);
+    let (n_drives, form) = (layout.n_drives as usize, run.writers.form);
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
         let kept = drives(k);
         let mut texts = Vec::new();
         let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
         let rendered = with_axes(layout, &designs[d], profiles, |axes| {
-            let wanted = Wanted { tables: &|t| tables.contains(&t), format, drives: kept.as_deref() };
+            let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
             };
@@ -240,13 +240,13 @@ fn large(
     let study = run.study;
     let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
-    let (profiles, format) = (run.profiles(&design, rows(layout, &design[0], 0), None)?, run.writers.format);
+    let (profiles, form) = (run.profiles(&design, rows(layout, &design[0], 0), None)?, run.writers.form);
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let mut memory: Vec<Outcome> = Vec::new();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], &profiles, |axes| {
-        let wanted = Wanted { tables: &|t| tables.contains(&t), format, drives: kept.as_deref() };
+        let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             let place = |t: usize| (t / axes.n.1, t % axes.n.1);
             if memory.len() as u64 == block {

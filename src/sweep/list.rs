@@ -204,11 +204,11 @@ fn write_tuples(
         return Ok(());
     }
     let rows: Vec<usize> = (0..tuples.len()).filter(|&r| wanted(&tuples[r])).collect();
-    let format = run.writers.format;
+    let form = run.writers.form;
     run.place(rows.iter().map(|&r| Place::row(Table::Tuples, places[r], owners[r])))?;
     for part in rows.chunks(CHUNK as usize) {
         let made = |rows: &[usize]| {
-            let (mut text, mut values) = (Rows::new(format), Vec::new());
+            let (mut text, mut values) = (Rows::new(form), Vec::new());
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
                 let row = TapRow {

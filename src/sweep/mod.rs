@@ -8,6 +8,7 @@
 mod about;
 mod at;
 mod charted;
+mod collect;
 mod design;
 mod file;
 mod grid;
@@ -31,7 +32,7 @@ use crate::error::{Error, InputError};
 use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
-use crate::scene::{Space, Spec, Study, Tuple};
+use crate::scene::{Setup, Space, Spec, Study, Tuple};
 use crate::sink::{
     folder::{Folder, Left, Question, Written},
     pack::Unpacker,
@@ -40,6 +41,7 @@ use crate::sink::{
 };
 
 use about::About;
+pub use collect::collect;
 pub use keep::EVERY;
 use keep::Keeper;
 pub use parted::Place;
@@ -47,8 +49,8 @@ pub use probe::seconds;
 use running::Run;
 use select::Best;
 pub use select::Kept;
-pub use writers::PLACES;
 use writers::Writers;
+pub use writers::{PLACES, Tables};
 
 /// Rows that the summary shows.
 const HIGHLIGHTS: usize = 8;
@@ -126,12 +128,27 @@ pub fn run_needed(
     needed: &mut Needed,
 ) -> Result<Report, Error> {
     whole(target.shard)?;
+    until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
+        attempt(spec, plan, choice, target, progress, timed)
+    })
+}
+
+/// An attempt at a sweep by a model, of which rows may show that it does not do.
+type Attempt<'a, T> = dyn FnMut(&Spec, &Plan, (Clock, Option<&mut Needed>)) -> Result<Option<T>, Error> + 'a;
+
+/// Attempts, each with the plan of a fuller model, until one gives something.
+fn until_it_holds<T>(
+    spec: &mut Spec,
+    mut plan: Plan,
+    choice: &Choice,
+    needed: &mut Needed,
+    attempt: &mut Attempt<'_, T>,
+) -> Result<T, Error> {
     let before = choice.seconds + plan.seconds + needed.seconds[0];
     let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
-    let mut plan = plan;
     loop {
-        if let Some(report) = attempt(spec, &plan, choice, target, progress, (clock, Some(&mut *needed)))? {
-            return Ok(report);
+        if let Some(done) = attempt(spec, &plan, (clock, Some(&mut *needed)))? {
+            return Ok(done);
         }
         spec.study.setup = needed.setup().clone();
         plan = Plan::new(&spec.study, choice)?;
@@ -169,7 +186,7 @@ fn attempt(
     (clock, needed): (Clock, Option<&mut Needed>),
 ) -> Result<Option<Report>, Error> {
     let begun = Instant::now();
-    let full = needed.as_ref().filter(|n| !n.left().is_empty()).map(|n| n.full().clone());
+    let full = fuller(needed.as_deref());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
     let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
     let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
@@ -222,6 +239,11 @@ fn attempt(
     let Written { files, removed, .. } = folder.finish()?;
     let backend = choice.backend.clone();
     Ok(Some(Report { files, removed, counts, seconds, backend, highlights, ranked, model_error }))
+}
+
+/// The model of which effects are left off, where any are.
+fn fuller(needed: Option<&Needed>) -> Option<Setup> {
+    needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
 }
 
 /// What the rows kept say of a model with effects left off.

@@ -129,14 +129,14 @@ fn write(
     tuples: &[Tuple],
     rows: &[DriveRow],
 ) -> Result<(), Error> {
-    let (study, format) = (run.study, run.writers.format);
+    let (study, form) = (run.study, run.writers.form);
     let by = study.output.by;
     let unit = |t: &Tuple| match study.setup.estimate.convention {
         Convention::Mean => 1.0,
         Convention::Elongation => Design::new(&study.setup, *t).elongation(&study.setup).unwrap_or(1.0),
     };
     let piece = |(p, (tuples, rows)): (usize, (&[Tuple], &[DriveRow]))| {
-        let (mut out, mut values, mut best) = (Rows::new(format), Vec::new(), Best::new(HIGHLIGHTS));
+        let (mut out, mut values, mut best) = (Rows::new(form), Vec::new(), Best::new(HIGHLIGHTS));
         for (i, (design, row)) in tuples.iter().zip(rows).enumerate() {
             let unit = unit(design);
             let (rank, row, drive) = (row.rank(by, unit), row.figures(), design.drive);

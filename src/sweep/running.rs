@@ -198,6 +198,6 @@ impl<'a> Run<'a> {
 
     /// Rows for the tables.
     pub fn rows(&self) -> Rows {
-        Rows::new(self.writers.format)
+        Rows::new(self.writers.form)
     }
 }

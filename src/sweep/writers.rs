@@ -1,26 +1,36 @@
-//! The tables of a sweep while they are written.
+//! The tables of a sweep while they are written, or gathered in memory.
 
 use super::About;
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::Study;
+use crate::sink::columns::Columns;
 use crate::sink::folder::{Folder, Mark, Output};
 use crate::sink::pack::{Packed, Packer, Unpacker};
-use crate::sink::rows::{Rows, TableFormat};
+use crate::sink::rows::{Form, Rows};
 use crate::sink::sheet::{self, Sheet};
 use crate::sink::table::Table;
 
 /// Where each row of a part stands in the whole, for `merge`.
 pub const PLACES: &str = "places.bin";
 
-/// The open table files; `None` for a table that is not written.
+/// Where a table goes.
+enum Goal {
+    File(Box<Sheet>),
+    Memory(Columns),
+}
+
+/// Where the tables go; `None` for a table that nobody asked for.
 pub(super) struct Writers {
-    files: [Option<Sheet>; 3],
+    goals: [Option<Goal>; 3],
     /// Places of the rows of a part, where these do not follow from it.
     places: Option<Output>,
-    /// Of rows that are made for these files.
-    pub format: TableFormat,
+    /// Of rows that are made for them.
+    pub form: Form,
 }
+
+/// Tuples, designs and distances in memory; `None` for a table that was not asked for.
+pub type Tables = [Option<Columns>; 3];
 
 /// Which tables are written.
 fn wanted(study: &Study, plan: &Plan) -> [bool; 3] {
@@ -47,20 +57,31 @@ pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
 impl Writers {
     /// Writes nothing.
     pub fn none() -> Self {
-        Self { files: [None, None, None], places: None, format: TableFormat::Csv }
+        Self { goals: [const { None }; 3], places: None, form: Form::Text }
+    }
+
+    /// Gathers tables in memory, with room for all rows of `plan`.
+    pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
+        let mut goals = [const { None }; 3];
+        for table in Table::ALL.into_iter().filter(|table| wanted(study, plan)[*table as usize]) {
+            let rows = plan.rows[table as usize];
+            goals[table as usize] =
+                Some(Goal::Memory(Columns::with_room(&table.columns(&study.setup), rows)?));
+        }
+        Ok(Self { goals, places: None, form: Form::Columns })
     }
 
     /// New tables in `folder`.
     pub fn new(study: &Study, plan: &Plan, about: &About, folder: &mut Folder) -> Result<Self, Error> {
-        let mut files = [None, None, None];
-        for (table, file) in Table::ALL.into_iter().zip(&mut files) {
+        let mut goals = [const { None }; 3];
+        for (table, goal) in Table::ALL.into_iter().zip(&mut goals) {
             if wanted(study, plan)[table as usize] {
                 let columns = table.columns(&study.setup);
-                *file = Some(Sheet::new(folder, &about.sheet(table, &columns))?);
+                *goal = Some(Goal::File(Box::new(Sheet::new(folder, &about.sheet(table, &columns))?)));
             }
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
-        Ok(Self { files, places, format: about.format })
+        Ok(Self { goals, places, form: about.format.form() })
     }
 
     /// Those whose [`Self::pack`] is `state`; `None` where they are not what they were.
@@ -71,14 +92,14 @@ impl Writers {
         folder: &mut Folder,
         state: &mut Unpacker<'_>,
     ) -> Result<Option<Self>, Error> {
-        let mut files = [None, None, None];
-        for (table, file) in Table::ALL.into_iter().zip(&mut files) {
+        let mut goals = [const { None }; 3];
+        for (table, goal) in Table::ALL.into_iter().zip(&mut goals) {
             if wanted(study, plan)[table as usize] {
                 let columns = table.columns(&study.setup);
                 let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
                     return Ok(None);
                 };
-                *file = Some(sheet);
+                *goal = Some(Goal::File(Box::new(sheet)));
             }
         }
         let mut places = None;
@@ -89,30 +110,39 @@ impl Writers {
                 return Ok(None);
             }
         }
-        Ok(Some(Self { files, places, format: about.format }))
+        Ok(Some(Self { goals, places, form: about.format.form() }))
     }
 
     /// What [`Self::resume`] needs beside the files as they are now.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
-        self.files.iter_mut().flatten().try_for_each(|file| file.pack(to))?;
+        self.files().try_for_each(|file| file.pack(to))?;
         self.places.iter_mut().try_for_each(|file| file.mark().map(|mark| mark.pack(to)))
     }
 
     /// The files, to make them durable.
     pub fn handles(&mut self) -> Result<Vec<std::fs::File>, Error> {
-        let tables = self.files.iter_mut().flatten().map(|sheet| sheet.output().handle());
-        tables.chain(self.places.iter().map(Output::handle)).collect()
+        let tables = self.files().map(|sheet| sheet.output().handle()).collect::<Vec<_>>();
+        tables.into_iter().chain(self.places.iter().map(Output::handle)).collect()
+    }
+
+    fn files(&mut self) -> impl Iterator<Item = &mut Sheet> {
+        self.goals.iter_mut().flatten().filter_map(|goal| match goal {
+            Goal::File(sheet) => Some(&mut **sheet),
+            Goal::Memory(_) => None,
+        })
     }
 
     pub fn wants(&self, table: Table) -> bool {
-        self.files[table as usize].is_some()
+        self.goals[table as usize].is_some()
     }
 
     /// Appends rows to a table, if it is written.
     pub fn write(&mut self, table: Table, rows: Rows) -> Result<(), Error> {
-        match &mut self.files[table as usize] {
-            Some(sheet) => sheet.write(rows),
-            None => Ok(()),
+        match (&mut self.goals[table as usize], rows) {
+            (None, _) => Ok(()),
+            (Some(Goal::File(sheet)), rows) => sheet.write(rows),
+            (Some(Goal::Memory(all)), Rows::Columns(more)) => all.extend(&more, 0..more.len()),
+            (Some(Goal::Memory(_)), Rows::Text(_)) => Err(Error::Run("rows of another format".into())),
         }
     }
 
@@ -122,8 +152,19 @@ impl Writers {
     }
 
     pub fn close(self) -> Result<(), Error> {
-        self.files.into_iter().flatten().try_for_each(Sheet::close)?;
+        self.goals.into_iter().flatten().try_for_each(|goal| match goal {
+            Goal::File(sheet) => sheet.close(),
+            Goal::Memory(_) => Ok(()),
+        })?;
         self.places.into_iter().try_for_each(Output::close)
+    }
+
+    /// What was gathered in memory.
+    pub fn into_tables(self) -> Tables {
+        self.goals.map(|goal| match goal {
+            Some(Goal::Memory(columns)) => Some(columns),
+            _ => None,
+        })
     }
 }
 

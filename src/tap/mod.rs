@@ -16,17 +16,17 @@ use std::time::Instant;
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError};
 use crate::needed::Needed;
-use crate::optimise::run::no_axes;
+use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{Setup, Spec, Study, Theory};
+use crate::scene::{BackendChoice, RunOptions, Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
 
 pub use needed::{find_needed, needed};
-pub use write::{result, unit};
+pub use write::{document, result, table, unit};
 
 /// The curve at one drive.
 #[derive(Debug, Clone, Copy)]
@@ -105,6 +105,21 @@ pub struct Other {
     pub theory: Theory,
     /// The best drive that keeps the strain limit, or why there is none.
     pub optimum: Result<Sample, String>,
+}
+
+/// Where a best drive is looked for: what `options` ask for, else, for few taps, the CPU in f64.
+///
+/// # Errors
+/// A backend that the machine does not have.
+pub fn choice(options: &RunOptions) -> Result<Choice, Error> {
+    let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
+        && options.adapter.is_none();
+    if free && options.precision.is_none() && options.tolerance.is_none() {
+        let mut choice = precise(&RunOptions::default())?;
+        choice.backend.reason = "few taps".into();
+        return Ok(choice);
+    }
+    Choice::new(options)
 }
 
 /// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of

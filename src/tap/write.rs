@@ -68,14 +68,14 @@ pub fn result(study: &Study, report: &Report) -> Value {
     })
 }
 
-/// `tap.csv` and `run.json`.
-pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Error> {
-    let unit = k_unit(&spec.study);
-    let [mean, sd] = k_names(&spec.study.setup);
+/// The curve as `tap.csv`.
+pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
+    let unit = k_unit(study);
+    let [mean, sd] = k_names(&study.setup);
     let fail = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     text.header(&[
-        spec.study.setup.drive.column(),
+        study.setup.drive.column(),
         mean,
         sd,
         "bias_rms_mm",
@@ -96,6 +96,11 @@ pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Erro
         fields.push(Field::Status(row.status));
         text.row(&mut fields).map_err(fail)?;
     }
+    Ok(text.into_bytes())
+}
+
+/// The `run.json` of a best drive.
+pub fn document(spec: &Spec, report: &Report) -> Value {
     let mut body = json!({
         "in_force": run_json::in_force(spec),
         "warnings": spec.warnings,
@@ -107,11 +112,15 @@ pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Erro
     if let Some((told, _)) = &report.model_error {
         body["model_error"] = told.clone();
     }
-    let document = run_json::document("tap", run_json::spec(spec), body);
+    run_json::document("tap", run_json::spec(spec), body)
+}
+
+/// `tap.csv` and `run.json`.
+pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Error> {
     let mut file = folder.file("tap.csv")?;
-    file.write(&text.into_bytes())?;
+    file.write(&table(&spec.study, report)?)?;
     file.close()?;
-    folder.run_json(&document)
+    folder.run_json(&document(spec, report))
 }
 
 /// One sentence on what limits the optimum.

@@ -36,6 +36,16 @@ pub const SAMPLES: u32 = 1000;
 /// Random taps of a spec in a quick run.
 pub const QUICK_SAMPLES: u32 = 100;
 
+/// Random taps where nobody says how many: of a spec, or of each built-in configuration.
+pub fn samples(of_spec: bool, quick: bool) -> u32 {
+    match (of_spec, quick) {
+        (true, false) => SAMPLES,
+        (true, true) => QUICK_SAMPLES,
+        (false, false) => RANDOM,
+        (false, true) => QUICK,
+    }
+}
+
 /// Taps that are solved together, between two looks at the clock: a second's work of the reference on a slow core.
 const PART: usize = 256;
 

@@ -63,15 +63,23 @@ pub fn other_words(line: &Line) -> String {
 
 /// Writes `verify.csv`.
 pub fn write(folder: &mut Folder, lines: &[Line], backends: &[Backend]) -> Result<(), Error> {
+    let mut file = folder.file("verify.csv")?;
+    file.write(&table(lines, backends)?)?;
+    file.close()
+}
+
+/// The census as `verify.csv`.
+///
+/// # Errors
+/// None of a whole census.
+pub fn table(lines: &[Line], backends: &[Backend]) -> Result<Vec<u8>, Error> {
     let failed = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     text.header(&COLUMNS).map_err(failed)?;
     for line in lines {
         text.row(&mut fields(line, &backends[line.place])).map_err(failed)?;
     }
-    let mut file = folder.file("verify.csv")?;
-    file.write(&text.into_bytes())?;
-    file.close()
+    Ok(text.into_bytes())
 }
 
 fn fields(line: &Line, backend: &Backend) -> Vec<Field> {

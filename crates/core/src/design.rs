@@ -52,7 +52,10 @@ impl Design {
             let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
             let model = curve(if with_shear { shear } else { 0.0 });
             let theory = curve(if setup.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
-            Shared { taper, gauge, model, peak: Inverse::new(model).peak().1, theory: Inverse::new(theory) }
+            let of_model = Inverse::new(model);
+            let peak = of_model.peak().1;
+            let theory = if theory == model { of_model } else { Inverse::new(theory) };
+            Shared { taper, gauge, model, peak, theory }
         });
         Self { tuple, shared }
     }

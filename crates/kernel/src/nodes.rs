@@ -2,6 +2,8 @@
 //!
 //! All tables are computed here in f64 and go from here to the CPU kernels and, as literals, into the WGSL.
 
+use std::sync::OnceLock;
+
 /// Tables of an n-point rule.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
@@ -46,7 +48,16 @@ pub fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     (0..n).map(pair).unzip()
 }
 
+/// Points of the largest rule whose tables are kept.
+const MOST: usize = 64;
+
 impl Nodes {
+    /// As [`Self::new`], made once for all who ask: it takes as long as many taps.
+    pub fn of(n: usize) -> &'static Self {
+        static KEPT: [OnceLock<Nodes>; MOST + 1] = [const { OnceLock::new() }; MOST + 1];
+        KEPT[n].get_or_init(|| Self::new(n))
+    }
+
     /// Tables of the n-point rule, n ≥ 2.
     pub fn new(n: usize) -> Self {
         let (points, weights) = gauss(n);

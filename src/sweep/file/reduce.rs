@@ -15,7 +15,7 @@ use crate::scene::{Per, Study};
 use crate::sink::run_json::Counts;
 use crate::sink::{
     pack::{Packed, Packer, Unpacker},
-    rows::{Rows, TableFormat},
+    rows::{Form, Rows},
     table::{AtDrive, Table, TapRow, fields},
 };
 use crate::statistics::Told;
@@ -129,9 +129,9 @@ impl Reduced {
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
-        let format = run.writers.format;
+        let form = run.writers.form;
         let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
-            let mut part = Part::new(format);
+            let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
                 let told = Told::by(&profiles, k);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
@@ -200,9 +200,9 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
 }
 
 impl Part {
-    fn new(format: TableFormat) -> Self {
+    fn new(form: Form) -> Self {
         let (left, k, complete, firsts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (tuples, designs, counts) = (Rows::new(format), Rows::new(format), Counts::default());
+        let (tuples, designs, counts) = (Rows::new(form), Rows::new(form), Counts::default());
         Self { tuples, designs, firsts, counts, left, k, complete }
     }
 

@@ -49,9 +49,9 @@ pub(super) fn write_tuples(
             });
         }
         let profiles = profiles(run, groups, &designs, firsts.into_iter())?;
-        let format = run.writers.format;
+        let form = run.writers.form;
         let text = |taps: &[Tap]| -> Result<Rows, Error> {
-            let (mut text, mut values) = (Rows::new(format), Vec::new());
+            let (mut text, mut values) = (Rows::new(form), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);

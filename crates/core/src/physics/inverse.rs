@@ -11,7 +11,7 @@ use crate::scene::model::Drive;
 #[derive(Debug, Clone)]
 pub struct Inverse {
     curve: StrainCurve,
-    /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0).
+    /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0); none where the roots have a closed form.
     pieces: Vec<f64>,
     /// u and f at the peak.
     peak: (f64, f64),
@@ -38,32 +38,27 @@ impl Inverse {
         let [x1, x2] = curve.gauge;
         let lo = curve.taper.tau.max(0.0);
         let hi = if x1 > 0.0 { 1.0 / x1 } else { 1e9 / x2 };
-        let mut pieces = vec![lo];
-        let slope = |u: f64| curve.at_inverse(u).1;
         if plain(&curve) {
             let [b1, b2] = curve.b();
             let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
-            let peak = 0.5 * (s / t + curve.taper.tau);
-            if peak > lo && peak < hi {
-                pieces.push(peak);
-            }
-        } else {
-            // Quadratic spacing resolves the steep rise next to the apex.
-            let mid = 1.0 / x2;
-            let first = (0..SAMPLES).map(|i| lo + (mid - lo) * (i as f64 / SAMPLES as f64).powi(2));
-            let second = (0..=SAMPLES).map(|i| mid + (hi - mid) * (i as f64 / SAMPLES as f64).powi(3));
-            let grid: Vec<f64> = first.chain(second).collect();
-            for w in grid.windows(2) {
-                if slope(w[0]) > 0.0 && slope(w[1]) < 0.0 || slope(w[0]) < 0.0 && slope(w[1]) > 0.0 {
-                    pieces.push(bracketed(slope, w[0], w[1]));
-                }
+            let peak = Some(0.5 * (s / t + curve.taper.tau)).filter(|peak| *peak > lo && *peak < hi);
+            let peak = highest(&curve, lo, [Some(lo), peak, Some(hi)].into_iter().flatten());
+            return Self { curve, pieces: Vec::new(), peak };
+        }
+        let mut pieces = vec![lo];
+        let slope = |u: f64| curve.at_inverse(u).1;
+        // Quadratic spacing resolves the steep rise next to the apex.
+        let mid = 1.0 / x2;
+        let first = (0..SAMPLES).map(|i| lo + (mid - lo) * (i as f64 / SAMPLES as f64).powi(2));
+        let second = (0..=SAMPLES).map(|i| mid + (hi - mid) * (i as f64 / SAMPLES as f64).powi(3));
+        let grid: Vec<f64> = first.chain(second).collect();
+        for w in grid.windows(2) {
+            if slope(w[0]) > 0.0 && slope(w[1]) < 0.0 || slope(w[0]) < 0.0 && slope(w[1]) > 0.0 {
+                pieces.push(bracketed(slope, w[0], w[1]));
             }
         }
         pieces.push(hi);
-        let peak = pieces
-            .iter()
-            .map(|&u| (u, curve.at_inverse(u).0))
-            .fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        let peak = highest(&curve, lo, pieces.iter().copied());
         Self { curve, pieces, peak }
     }
 
@@ -131,6 +126,13 @@ impl Inverse {
             None => [near, None],
         }
     }
+}
+
+/// The place u among `places` at which `curve` is highest, and its value there; `lo` where it has none.
+fn highest(curve: &StrainCurve, lo: f64, places: impl Iterator<Item = f64>) -> (f64, f64) {
+    places
+        .map(|u| (u, curve.at_inverse(u).0))
+        .fold((lo, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best })
 }
 
 /// Whether the closed form of the quadratic applies.

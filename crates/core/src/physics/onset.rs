@@ -67,6 +67,9 @@ pub struct Onset {
 
 /// cos α and sin α of a slope.
 pub fn direction(slope: f64) -> (f64, f64) {
+    if slope == 0.0 {
+        return (1.0, slope);
+    }
     let c = 1.0 / slope.hypot(1.0);
     (c, slope * c)
 }

@@ -1,10 +1,7 @@
 //! Constants of a rule in the kernel's own precision.
 
 use super::super::pack::{Pack, Scalar};
-use crate::{
-    Chart, Rule,
-    nodes::{Nodes, gauss},
-};
+use crate::{Chart, Rule, nodes::Nodes};
 
 /// Tables of [`Nodes`], of the two series and of the section law.
 #[derive(Debug, Clone)]
@@ -55,16 +52,15 @@ impl<T: Scalar> Law<T> {
 impl<T: Scalar, const N: usize> Tables<T, N> {
     /// Tables of `rule`, which has N nodes, and of the section law of `chart`.
     pub fn new(rule: &Rule, chart: Option<&Chart>) -> Self {
-        let nodes = Nodes::new(N);
+        let (nodes, gauge) = (Nodes::of(N), Nodes::of(rule.gauge_points()));
         let row = |v: &[f64]| -> [T; N] { std::array::from_fn(|i| T::of(v[i])) };
-        let (points, weights) = gauss(rule.gauge_points());
         Self {
             count: rule.nodes,
             points: row(&nodes.points),
             weights: row(&nodes.weights),
             integral: std::array::from_fn(|i| row(&nodes.integral[i])),
             legendre: std::array::from_fn(|i| row(&nodes.legendre[i])),
-            gauge: points.iter().zip(&weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
+            gauge: gauge.points.iter().zip(&gauge.weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
             one_minus_cos: series(rule.terms, 2).into_iter().map(T::of).collect(),
             x_minus_sin: series(rule.terms, 3).into_iter().map(T::of).collect(),
             law: chart.map(Law::new),

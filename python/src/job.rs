@@ -1,0 +1,155 @@
+//! Long work on a thread of its own, without the interpreter's lock, so that Ctrl-C and callbacks are served while it runs.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use vibrissa::error::Error;
+use vibrissa::progress::Progress;
+
+use crate::error;
+
+/// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
+const GRACE: Duration = Duration::from_millis(1500);
+/// Between two looks at signals.
+const STEP: Duration = Duration::from_millis(50);
+/// As a main thread has it.
+const STACK: usize = 8 << 20;
+
+/// What comes from the work.
+enum News<N, T> {
+    Part(N),
+    End(Result<T, Error>),
+}
+
+/// What work came to, and the interrupt that it ended by, if one did.
+pub type Ended<T> = (T, Option<PyErr>);
+
+/// Does `work` with `threads` (all cores where nobody says), which is handed a flag that asks it to stop and a way to tell how far it is;
+/// `hear` is told, and says whether to go on. After an interrupt, work that ends by itself in time gives what it has.
+///
+/// # Errors
+/// Those of the work, of `hear`, and interrupts where the work gives nothing.
+pub fn run<N: Send + 'static, T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce(&AtomicBool, &mut dyn FnMut(N)) -> Result<T, Error> + Send + 'static,
+    mut hear: impl FnMut(N) -> PyResult<bool>,
+) -> PyResult<Ended<T>> {
+    let pool = threads.map(pool).transpose().map_err(|e| error::raise(py, e))?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let (tell, news) = channel();
+    let asked = Arc::clone(&stop);
+    let whole = move || {
+        let told = tell.clone();
+        let work = move || {
+            work(&asked, &mut |part| {
+                let _ = told.send(News::Part(part));
+            })
+        };
+        let end = match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        };
+        let _ = tell.send(News::End(end));
+    };
+    let worker = Builder::new().stack_size(STACK).spawn(whole);
+    let worker = worker.map_err(|e| error::run(py, &e.to_string()))?;
+    let mut interrupt: Option<(PyErr, Instant)> = None;
+    loop {
+        let mut heard = Ok(true);
+        // A receiver is waited for by one thread: this one.
+        let next = {
+            let news = Alone(&news);
+            py.detach(move || news.next())
+        };
+        match next {
+            Ok(News::Part(part)) if interrupt.is_none() => heard = hear(part),
+            Ok(News::Part(_)) | Err(RecvTimeoutError::Timeout) => {}
+            Ok(News::End(end)) => {
+                return match (end, interrupt) {
+                    (Ok(value), interrupt) => Ok((value, interrupt.map(|(e, _)| e))),
+                    (Err(_), Some((e, _))) => Err(e),
+                    (Err(e), None) => Err(error::raise(py, e)),
+                };
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                let why = worker.join().err().map(|panic| {
+                    let text = panic.downcast_ref::<String>().map(String::as_str);
+                    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("a thread ended").to_owned()
+                });
+                let why = why.unwrap_or_else(|| "a thread ended".to_owned());
+                return Err(error::run(py, &format!("this should not have happened: {why}")));
+            }
+        }
+        if interrupt.is_none() {
+            if let Err(e) =
+                heard.as_ref().map(drop).map_err(|e| e.clone_ref(py)).and_then(|()| py.check_signals())
+            {
+                stop.store(true, Ordering::Relaxed);
+                interrupt = Some((e, Instant::now()));
+            } else if matches!(heard, Ok(false)) {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        if let Some((e, _)) = interrupt.take_if(|(_, since)| since.elapsed() > GRACE) {
+            return Err(e);
+        }
+    }
+}
+
+/// What only the thread that made it waits for.
+struct Alone<'a, M>(&'a std::sync::mpsc::Receiver<M>);
+
+// SAFETY: `detach` runs its closure on the calling thread.
+unsafe impl<M> Send for Alone<'_, M> {}
+
+impl<M> Alone<'_, M> {
+    fn next(&self) -> Result<M, RecvTimeoutError> {
+        self.0.recv_timeout(STEP)
+    }
+}
+
+/// `n` threads, the same for all who ask for as many.
+///
+/// # Errors
+/// Threads that do not start.
+fn pool(n: usize) -> Result<Arc<ThreadPool>, Error> {
+    static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let pools = pools.get_or_insert_default();
+    if let Some(pool) = pools.get(&n) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(n).build().map_err(|e| Error::Run(e.to_string()))?;
+    Ok(Arc::clone(pools.entry(n).or_insert_with(|| Arc::new(pool))))
+}
+
+/// How far work is: taps done, of how many.
+pub type Far = (u64, u64);
+
+/// Hands on how far work is.
+pub struct Ahead<'a>(pub &'a mut dyn FnMut(Far));
+
+impl Progress for Ahead<'_> {
+    fn at(&mut self, done: u64, total: u64) {
+        (self.0)((done, total));
+    }
+}
+
+/// Calls `progress(done, total)`, if there is any.
+pub fn shown<'a, 'py>(
+    progress: Option<&'a Bound<'py, PyAny>>,
+) -> impl FnMut(Far) -> PyResult<bool> + use<'a, 'py> {
+    move |far| {
+        if let Some(progress) = progress {
+            progress.call1(far)?;
+        }
+        Ok(true)
+    }
+}

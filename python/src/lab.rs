@@ -1,0 +1,164 @@
+//! `vibrissa.calibrate` and `vibrissa.simulate`.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use pyo3::prelude::*;
+use serde_json::json;
+use vibrissa::calibrate::{self as lab, Options, coverage, output, report};
+use vibrissa::error::{Error, InputError};
+use vibrissa::locate::{self, locator::opener};
+use vibrissa::measure::{Data, Names, Rig, Unit};
+use vibrissa::scene::{Column, Drive};
+use vibrissa::simulate::{self as synthetic, Settings};
+use vibrissa::sink::folder::hash_all;
+use vibrissa::spec;
+
+use crate::job::{self, Far};
+use crate::search::named;
+use crate::spec::Asked;
+use crate::table::Table;
+
+/// What a user says of a calibration beside data and whisker.
+#[derive(FromPyObject)]
+pub struct Said {
+    theta: Option<f64>,
+    delta: Option<f64>,
+    columns: Option<String>,
+    group: Vec<f64>,
+    fit: Vec<String>,
+}
+
+/// Calibrates from `data`, the bytes of a CSV file that `label` names: tables, calibration.toml, run.json. The whisker is that of the spec in
+/// `path` with the sections of `text` over it; there need be none.
+#[pyfunction]
+#[pyo3(signature = (label, data, path, text, said))]
+#[allow(clippy::type_complexity)]
+pub fn calibrate(
+    py: Python<'_>,
+    label: String,
+    data: Vec<u8>,
+    path: Option<PathBuf>,
+    text: String,
+    said: Said,
+) -> PyResult<(Vec<(&'static str, Table)>, String, String)> {
+    let start = std::time::Instant::now();
+    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let columns = said.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+        let hash = hash_all(&mut data.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
+        let data = Data::parse_named(&label, &data, &columns)?;
+        let drive = said.theta.map(|_| Drive::Angle).or(said.delta.map(|_| Drive::Displacement));
+        let likely = data.drive.or(drive);
+        let (rig, spec) = match path.is_none() && text.is_empty() {
+            true if said.fit.is_empty() => Rig::of_data(&data, likely)?,
+            true => {
+                let error = InputError::new("there is no model to fit without a whisker").key("fit");
+                return Err(error
+                    .value(said.fit.join(","))
+                    .allowed("whisker, gauge and model, or a spec")
+                    .into());
+            }
+            false => {
+                let asked = Asked::new(path, text, "calibrate")?;
+                asked.read(|label, text, base| Rig::parse_with(label, text, base, likely))?
+            }
+        };
+        let kind = rig.setup.drive;
+        lab::same_drive(kind, drive)?;
+        let options = Options {
+            drive: said.theta.or(said.delta),
+            group: lab::widths(&said.group)?,
+            fit: report::named_parameters(&said.fit, kind)?,
+            run: spec.run.clone(),
+            hash: hash.clone(),
+        };
+        let found = lab::calibrate(&data, &rig, &options)?;
+        let locator =
+            locate::Locator::new(&found.calibration, "calibration.toml", None, &opener(&options.run))?;
+        let covered = coverage::coverage(&found, &locator);
+        let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+        let told = [&report::counts(&found, &data), &seconds, &report::result(&found, &rig, &covered)];
+        let document = report::document(&spec, &hash, (&data, &hash), told);
+        let tables = named(&output::tables(&found, &data, &locator)?)?;
+        Ok((tables, found.calibration.to_text(), document.to_string()))
+    };
+    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+    interrupt.map_or(Ok(found), Err)
+}
+
+/// What a rig adds to the model.
+#[derive(FromPyObject)]
+pub struct Added {
+    repeats: u64,
+    noise: Option<f64>,
+    seed: u64,
+    zero_every: Option<u64>,
+    drift: f64,
+    outliers: f64,
+    saturate: Option<f64>,
+    hysteresis: f64,
+    factor: f64,
+    drive_offset: f64,
+    a_offset: f64,
+    signal: String,
+}
+
+/// Synthetic measurements of the one whisker of a spec: the table, and run.json.
+#[pyfunction]
+pub fn simulate(
+    py: Python<'_>,
+    path: Option<PathBuf>,
+    text: String,
+    added: Added,
+) -> PyResult<(Table, String)> {
+    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let start = std::time::Instant::now();
+        let asked = Asked::new(path, text, "simulate")?;
+        let spec = asked.read(spec::parse)?;
+        let rig = Rig::of_spec(&spec, &asked.label)?;
+        let unit = Unit::of_column(&added.signal).ok_or_else(|| {
+            let known = Unit::ALL.map(Unit::column).join(", ");
+            InputError::new("there is no such signal").key("signal").value(&added.signal).allowed(known)
+        })?;
+        for (key, n) in [("repeats", Some(added.repeats)), ("zero_every", added.zero_every)] {
+            if n == Some(0) {
+                return Err(InputError::new("this number is too small")
+                    .key(key)
+                    .value(0)
+                    .allowed("≥ 1")
+                    .into());
+            }
+        }
+        let settings = Settings {
+            repeats: added.repeats,
+            noise: added.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
+            seed: added.seed,
+            zero_every: added.zero_every,
+            drift: added.drift,
+            outliers: added.outliers,
+            saturate: added.saturate,
+            hysteresis: added.hysteresis,
+            factor: added.factor,
+            drive_offset: added.drive_offset,
+            a_offset: added.a_offset,
+            unit,
+        };
+        settings.check()?;
+        let axes =
+            [Column::Distance, Column::Drive].map(|c| spec.study.space.axis(c).expect("a rig has axes"));
+        let method = opener(&spec.run)(&rig.setup.model)?;
+        let mut bytes = Vec::new();
+        let counts = synthetic::simulate(&rig, axes, &settings, method, &mut |some| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Run("interrupted".into()));
+            }
+            bytes.extend_from_slice(some);
+            Ok(())
+        })?;
+        let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+        let told = [&settings.described(rig.setup.drive), &counts.described(), &seconds];
+        Ok((Table::of_csv(&bytes)?, synthetic::document(&spec, told).to_string()))
+    };
+    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+    interrupt.map_or(Ok(found), Err)
+}

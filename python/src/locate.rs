@@ -1,0 +1,192 @@
+//! `vibrissa.Locator`.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use vibrissa::error::{Error, InputError};
+use vibrissa::estimator::{ALL, Estimator, named};
+use vibrissa::export::{Export, Language};
+use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, stream};
+use vibrissa::measure::Names;
+use vibrissa::scene::RunOptions;
+
+use crate::error::raise;
+use crate::job::{self, Far};
+use crate::table::Table;
+use crate::taps::bits;
+
+/// The estimator of this name.
+fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {
+    let Some(name) = name else { return Ok(None) };
+    let known = || ALL.map(|e| e.name()).join(", ");
+    let wrong =
+        || InputError::new("there is no such estimator").key("estimator").value(&name).allowed(known());
+    named(&name).map(Some).ok_or_else(|| wrong().into())
+}
+
+/// Distances of readings of one calibrated whisker.
+#[pyclass(frozen, module = "vibrissa._native")]
+pub struct Locator {
+    locator: Arc<locate::Locator>,
+    calibration: Calibration,
+    /// Zero readings among those that are answered one by one.
+    sequence: Mutex<Sequence>,
+    zero: Option<f64>,
+}
+
+#[pymethods]
+impl Locator {
+    /// Of the `text` of a calibration that `label` names.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        label: &str,
+        text: &str,
+        estimator: Option<String>,
+        zero: Option<f64>,
+        trust: bool,
+    ) -> PyResult<Self> {
+        let made = || -> Result<Self, Error> {
+            let asked = self::estimator(estimator)?;
+            let calibration = Calibration::parse(label, text, trust)?;
+            let locator = locate::Locator::new(&calibration, label, asked, &opener(&RunOptions::default()))?;
+            if let Some(bad) =
+                zero.filter(|z| !locator.unit.strain(*z, locator.rig.setup.gauge.factor).is_finite())
+            {
+                let error = InputError::new("this is no zero of such a signal").key("zero").value(bad);
+                return Err(error.allowed("a number in the unit of the signal").into());
+            }
+            let sequence = Mutex::new(Sequence::new(&locator, zero));
+            Ok(Self { locator: Arc::new(locator), calibration, sequence, zero })
+        };
+        made().map_err(|e| raise(py, e))
+    }
+
+    /// One reading: distance, sigma, status bits. With `follow` zero readings before it count.
+    #[pyo3(signature = (drive, value, follow, /))]
+    fn one(&self, drive: f64, value: f64, follow: bool) -> (f64, f64, u16) {
+        let Located { distance, sigma, status } = match follow {
+            true => {
+                let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
+                sequence.answer(&self.locator, drive, value)
+            }
+            false => Sequence::new(&self.locator, self.zero).answer(&self.locator, drive, value),
+        };
+        (distance, sigma, bits(status))
+    }
+
+    /// Readings in the order in which they were taken: distances, sigmas, status bits.
+    #[allow(clippy::type_complexity)]
+    fn many<'py>(
+        &self,
+        py: Python<'py>,
+        drive: PyReadonlyArray1<'py, f64>,
+        value: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (drives, values): (Vec<f64>, Vec<f64>) =
+            (drive.as_array().iter().copied().collect(), value.as_array().iter().copied().collect());
+        drop((drive, value));
+        let (locator, mut sequence) = (Arc::clone(&self.locator), Sequence::new(&self.locator, self.zero));
+        let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+            let n = drives.len();
+            let (mut a, mut sigma, mut status) = (vec![0.0; n], vec![0.0; n], vec![0; n]);
+            for (i, (drive, value)) in drives.iter().zip(&values).enumerate() {
+                if i % 1024 == 0 && stop.load(Ordering::Relaxed) {
+                    break;
+                }
+                let found = sequence.answer(&locator, *drive, *value);
+                (a[i], sigma[i], status[i]) = (found.distance, found.sigma, bits(found.status));
+            }
+            Ok((a, sigma, status))
+        };
+        let ((a, sigma, status), interrupt) = job::run(py, None, work, job::shown(None))?;
+        interrupt.map_or(Ok(()), Err)?;
+        let numbers = |all| PyArray1::from_vec(py, all).into_any();
+        Ok((numbers(a), numbers(sigma), PyArray1::from_vec(py, status).into_any()))
+    }
+
+    /// Readings of a CSV table: located.csv, and what should be known of them.
+    fn table(
+        &self,
+        py: Python<'_>,
+        label: String,
+        bytes: Vec<u8>,
+        columns: Option<String>,
+    ) -> PyResult<(Table, Vec<String>)> {
+        let (locator, said_zero) = (Arc::clone(&self.locator), self.zero);
+        let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+            let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+            let warnings = Mutex::new(Vec::new());
+            let warn =
+                |text: &str| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
+            let ask = stream::Ask {
+                columns: &columns,
+                zero: said_zero,
+                label: Some(&label),
+                keep: true,
+                warn: &warn,
+            };
+            let (zero, _) = stream::zeros(&locator, bytes.as_slice(), &ask)?;
+            let mut out = Vec::new();
+            let mut write = |some: &[u8], _: bool| {
+                out.extend_from_slice(some);
+                Ok(())
+            };
+            stream::answer(&locator, bytes.as_slice(), &ask, Some(zero), stop, &mut write)?;
+            let table = Table::of_csv(&out)?;
+            Ok((table, warnings.into_inner().unwrap_or_else(PoisonError::into_inner)))
+        };
+        let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+        interrupt.map_or(Ok(found), Err)
+    }
+
+    /// Name of the estimator in use.
+    #[getter]
+    fn estimator(&self) -> &'static str {
+        self.locator.estimator.name()
+    }
+
+    /// Column of the signal: strain, microstrain, bridge_mV_per_V or reading.
+    #[getter]
+    fn signal(&self) -> &'static str {
+        self.locator.unit.column()
+    }
+
+    /// Column of the drive.
+    #[getter]
+    fn drive(&self) -> &'static str {
+        self.locator.rig.setup.drive.column()
+    }
+
+    /// The only calibrated drive, if there is one.
+    #[getter]
+    fn only_drive(&self) -> Option<f64> {
+        self.locator.only_drive()
+    }
+
+    /// Standard deviation of one reading.
+    #[getter]
+    fn noise(&self) -> f64 {
+        self.locator.noise()
+    }
+
+    /// Signal expected of a tap at `a` mm by `drive`, on the side of `sign`; NaN where none is.
+    fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
+        self.locator.expected(a, drive, sign)
+    }
+
+    /// What answers readings as one file of C or Python.
+    fn export(&self, py: Python<'_>, language: &str) -> PyResult<String> {
+        let words = || Language::ALL.map(|l| l.0).join(", ");
+        let found = Language::ALL.into_iter().find(|l| l.0 == language);
+        let wrong =
+            || InputError::new("there is no such language").key("language").value(language).allowed(words());
+        let made = || -> Result<String, Error> {
+            let language = found.ok_or_else(wrong)?.1;
+            Ok(Export::new(&self.locator, &self.calibration)?.text(language))
+        };
+        made().map_err(|e| raise(py, e))
+    }
+}

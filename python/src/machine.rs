@@ -1,0 +1,105 @@
+//! `vibrissa.verify`, `vibrissa.devices` and `vibrissa.chart`.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use serde_json::json;
+use vibrissa::backend::{self, Backend, Choice};
+use vibrissa::chart::{self as charts, document};
+use vibrissa::error::{Error, InputError};
+use vibrissa::kernel::gpu;
+use vibrissa::scene::RunOptions;
+use vibrissa::spec;
+use vibrissa::verify::write::{self, Verified};
+use vibrissa::verify::{self as census, Case};
+
+use crate::error::raise;
+use crate::job::{self, Ahead, Far};
+use crate::spec::Asked;
+use crate::table::Table;
+
+/// What there is to compute on, as JSON; which of it the `[run]` of `text` takes.
+#[pyfunction]
+pub fn devices(py: Python<'_>) -> PyResult<String> {
+    let work = |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let mut all = backend::listed(&gpu::adapters());
+        all["auto"] = json!(Choice::new(&RunOptions::default())?.backend);
+        Ok(all.to_string())
+    };
+    job::run(py, None, work, job::shown(None)).map(|(all, _)| all)
+}
+
+/// Charts of a spec over its ranges, as JSON.
+#[pyfunction]
+pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<String> {
+    let read = || Asked::new(path, text, "chart")?.read(spec::parse);
+    let spec = read().map_err(|e| raise(py, e))?;
+    let threads = spec.run.threads;
+    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let tolerance = spec.run.tolerance.unwrap_or(charts::TOLERANCE);
+        let found = charts::of_study(&spec.study, tolerance)?;
+        Ok(document::document(&spec.study.setup, &found).to_string())
+    };
+    let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;
+    interrupt.map_or(Ok(found), Err)
+}
+
+/// Every backend against the reference: the census, run.json, and what is broken, if anything is.
+#[pyfunction]
+#[pyo3(signature = (path, text, quick, samples, seed, bound, progress = None))]
+#[allow(clippy::too_many_arguments)]
+pub fn verify<'py>(
+    py: Python<'py>,
+    path: Option<PathBuf>,
+    text: String,
+    quick: bool,
+    samples: Option<u32>,
+    seed: u64,
+    bound: Option<f64>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Table, String, bool)> {
+    if let Some(bad) = bound.filter(|b| !(*b > 0.0 && b.is_finite())) {
+        let error = InputError::new("a bound on an error must be a positive number").key("bound").value(bad);
+        return Err(raise(py, error.allowed("> 0").into()));
+    }
+    // Only `[run]`: the built-in configurations.
+    let built_in =
+        path.is_none() && text.parse::<toml::Table>().is_ok_and(|t| t.keys().all(|key| key == "run"));
+    let read = || -> Result<_, Error> {
+        let asked = Asked::new(path, text, "verify")?;
+        match built_in {
+            true => Ok((None, crate::taps::shared(&asked)?.run)),
+            false => asked.read(spec::parse).map(|spec| (Some(spec.clone()), spec.run)),
+        }
+    };
+    let (spec, options) = read().map_err(|e| raise(py, e))?;
+    let threads = options.threads;
+    let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+        let start = std::time::Instant::now();
+        let mut places = census::present(&options, bound)?;
+        let samples = samples.unwrap_or(census::samples(spec.is_some(), quick));
+        let cases = match &spec {
+            Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)?],
+            None => Case::built_in(samples, seed, quick),
+        };
+        let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
+        let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
+        let mut lines = Vec::new();
+        let done = census::run(&cases, &mut places, stop, &mut Ahead(tell), &mut |line| lines.push(line))?;
+        let verified = Verified {
+            spec: spec.as_ref(),
+            samples,
+            seed,
+            backends: &backends,
+            lines: &lines,
+            stopped: (done < taps).then_some([done, taps]),
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        let table = Table::of_csv(&write::table(&lines, &backends)?)?;
+        let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
+        Ok((table, write::document(&verified).to_string(), good))
+    };
+    let (found, interrupt) = job::run(py, threads, work, job::shown(progress))?;
+    interrupt.map_or(Ok(found), Err)
+}

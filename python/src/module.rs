@@ -1,0 +1,28 @@
+//! What `vibrissa._native` holds.
+
+use pyo3::prelude::*;
+
+/// Native part of vibrissa; use the package `vibrissa`.
+#[pymodule(gil_used = false)]
+mod _native {
+    #[pymodule_export]
+    use crate::lab::{calibrate, simulate};
+    #[pymodule_export]
+    use crate::locate::Locator;
+    #[pymodule_export]
+    use crate::machine::{chart, devices, verify};
+    #[pymodule_export]
+    use crate::search::{optimise, tap};
+    #[pymodule_export]
+    use crate::sweep::sweep;
+    #[pymodule_export]
+    use crate::table::Table;
+    #[pymodule_export]
+    use crate::taps::Taps;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

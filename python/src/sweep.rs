@@ -1,0 +1,108 @@
+//! `vibrissa.sweep`.
+
+use std::path::{Path, PathBuf};
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use vibrissa::backend::Choice;
+use vibrissa::error::Error;
+use vibrissa::needed::{Needed, Rows};
+use vibrissa::plan::Plan;
+use vibrissa::progress::Progress;
+use vibrissa::scene::{Column, Space, Spec, Tuple};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::Table as Of;
+use vibrissa::sweep::collect;
+use vibrissa::{files, spec};
+
+use crate::held::Given;
+use crate::job::{self, Ahead};
+use crate::spec::asked;
+use crate::table::Table;
+use crate::taps;
+
+/// Keys of `[run]` that say where files go, of which there are none.
+const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
+
+/// The values of `[run]` that are in force in `spec`, which was asked as `label`; those of files are none. The bound by which effects are left
+/// off, if there is one.
+///
+/// # Errors
+/// A bound by which nothing can be judged.
+pub fn settle(spec: &mut Spec, label: &str, choice: &Choice) -> Result<Option<f64>, Error> {
+    let bound = files::model_error(None, spec, choice).map_err(|e| match e {
+        Error::Input(e) => {
+            let line = e.line;
+            e.at(label, line).into()
+        }
+        other => other,
+    })?;
+    let options = spec.run.clone();
+    files::settle(spec, &options, &choice.backend, Path::new(""));
+    files::settle_model_error(spec, bound);
+    spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+    Ok(bound)
+}
+
+/// Sweeps the spec in `path` with the sections of `text` over it, or, with `listed`, these taps. The tables by name, None for one that was
+/// not asked for, and run.json.
+#[pyfunction]
+#[pyo3(signature = (path, text, name, listed = None, progress = None))]
+#[allow(clippy::type_complexity)]
+pub fn sweep<'py>(
+    py: Python<'py>,
+    path: Option<PathBuf>,
+    text: String,
+    name: &str,
+    listed: Option<(usize, [PyReadonlyArray1<'py, f64>; 7])>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Vec<(&'static str, Option<Table>)>, String)> {
+    let asked = asked(py, path, text, name)?;
+    let listed = listed.map(|(n, columns)| {
+        let given = Given::new(py, n, columns)?;
+        Ok::<_, PyErr>((0..n).into_par_iter().map(|i| given.tap(i)).collect())
+    });
+    let listed: Option<Vec<Tuple>> = listed.transpose()?;
+    let read = || match listed {
+        None => asked.read(spec::parse),
+        Some(tuples) => {
+            let mut spec = taps::shared(&asked)?;
+            let kind = spec.study.setup.drive;
+            spec.study.space = Space::List(tuples);
+            let of_tuples =
+                |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));
+            spec.in_force.retain(|(key, ..)| !of_tuples(key));
+            Ok(spec)
+        }
+    };
+    let mut spec = read().map_err(|e| crate::error::raise(py, e))?;
+    let threads = spec.run.threads;
+    let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
+        let choice = Choice::new(&spec.run)?;
+        let bound = settle(&mut spec, &asked.label, &choice)?;
+        let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
+        let mut needed = bound.map(fewer).transpose()?;
+        if let Some(needed) = &needed {
+            spec.study.setup = needed.setup().clone();
+        }
+        let (plan, steered) =
+            (Plan::new(&spec.study, &choice)?, (stop, &mut Ahead(tell) as &mut dyn Progress));
+        let (report, tables) = collect(&mut spec, plan, &choice, steered, needed.as_mut())?;
+        let model_error = report.model_error.as_ref();
+        let run = run_json::of_sweep(&spec, &report.backend, &report.counts, report.seconds, model_error);
+        let setup = &spec.study.setup;
+        let named = Of::ALL.into_iter().zip(tables).map(|(of, columns)| {
+            let table = columns.map(|columns| Table::new(&of.columns(setup), columns)).transpose()?;
+            Ok((of.name(), table))
+        });
+        Ok((named.collect::<Result<Vec<_>, Error>>()?, run.to_string()))
+    };
+    let (swept, interrupt) = job::run(py, threads, work, job::shown(progress))?;
+    interrupt.map_or(Ok(swept), Err)
+}
+
+/// Key of a column in a spec.
+fn key_of(column: Column, kind: vibrissa::scene::Drive) -> &'static str {
+    vibrissa::optimise::write::key(&vibrissa::scene::Setup { drive: kind, ..Default::default() }, column)
+}

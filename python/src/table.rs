@@ -1,0 +1,230 @@
+//! A table: columns that Arrow, numpy and data frames read where they lie.
+
+use std::ffi::CStr;
+use std::sync::Arc;
+
+use arrow_array::ffi::FFI_ArrowSchema;
+use arrow_array::ffi_stream::FFI_ArrowArrayStream;
+use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::{
+    Array, ArrayRef, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator, StringArray,
+};
+use arrow_buffer::{NullBuffer, ScalarBuffer};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
+use numpy::ndarray::ArrayView1;
+use numpy::{Element, PyArray1};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyCapsule, PyList};
+use vibrissa::error::Error;
+use vibrissa::measure::text::fields;
+use vibrissa::sink::columns::{Columns, Values, Words};
+
+/// Names of capsules, as the Arrow PyCapsule interface has them.
+const STREAM: &CStr = c"arrow_array_stream";
+const SCHEMA: &CStr = c"arrow_schema";
+
+/// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
+/// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
+/// (null in Arrow), a missing word None.
+#[pyclass(frozen, module = "vibrissa")]
+pub struct Table {
+    batch: RecordBatch,
+}
+
+impl Table {
+    /// Columns of the library under their `names`.
+    ///
+    /// # Errors
+    /// None of a whole table.
+    pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
+        let arrays: Vec<ArrayRef> = columns.0.into_iter().map(array).collect();
+        let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
+        let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
+        let batch = RecordBatch::try_new(Arc::new(schema), arrays).map_err(|e| Error::Run(e.to_string()))?;
+        Ok(Self { batch })
+    }
+
+    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty.
+    ///
+    /// # Errors
+    /// None of a table of the library.
+    pub fn of_csv(bytes: &[u8]) -> Result<Self, Error> {
+        let text = std::str::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?;
+        let mut lines = text.lines();
+        let header = fields(lines.next().unwrap_or_default(), ',');
+        let mut cells: Vec<Vec<String>> = vec![Vec::new(); header.len()];
+        for line in lines {
+            let row = fields(line, ',');
+            cells.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell.into_owned()));
+        }
+        let columns = header.iter().zip(&cells).map(|(name, cells)| column(name, cells)).collect();
+        let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
+        Self::new(&names, Columns(columns))
+    }
+
+    fn at(&self, name: &str) -> PyResult<&ArrayRef> {
+        self.batch.column_by_name(name).ok_or_else(|| {
+            let names: Vec<&str> =
+                self.batch.schema_ref().fields().iter().map(|f| f.name().as_str()).collect();
+            PyKeyError::new_err(format!("no column {name:?}; there are {}", names.join(", ")))
+        })
+    }
+}
+
+/// Columns that are of words even where none is in them.
+const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
+
+/// A column of a CSV table.
+fn column(name: &str, cells: &[String]) -> Values {
+    let number = |cell: &String| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
+    let numbers = || cells.iter().map(number).collect::<Option<Vec<f64>>>();
+    match (!OF_WORDS.contains(&name)).then(numbers).flatten() {
+        Some(numbers) => Values::Numbers(numbers),
+        None => {
+            let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
+            for cell in cells {
+                words.codes.push(*places.entry(cell).or_insert_with(|| {
+                    words.known.push(cell.clone());
+                    words.known.len() as u32 - 1
+                }));
+            }
+            Values::Words(words)
+        }
+    }
+}
+
+/// A column where it lies.
+fn array(values: Values) -> ArrayRef {
+    match values {
+        Values::Numbers(x) => {
+            let nulls =
+                x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
+            Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
+        }
+        // These collect in place.
+        Values::Counts(n) => {
+            let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
+            Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
+        }
+        Values::Words(Words { codes, known, .. }) => {
+            let mut words = known;
+            let missing = words.iter().position(String::is_empty).map(|at| {
+                words.remove(at);
+                at as u32
+            });
+            let place = |code: u32| match missing {
+                Some(missing) if code == missing => -1,
+                Some(missing) if code > missing => code.cast_signed() - 1,
+                _ => code.cast_signed(),
+            };
+            let codes: Vec<i32> = codes.into_iter().map(place).collect();
+            let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
+            let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
+            Arc::new(DictionaryArray::<Int32Type>::new(keys, Arc::new(StringArray::from(words))))
+        }
+    }
+}
+
+/// `values` as a numpy array that reads them where they lie, and keeps `of` alive.
+fn view<'py, T: Element>(of: &Bound<'py, Table>, values: &[T]) -> PyResult<Bound<'py, PyAny>> {
+    // SAFETY: the values belong to `of`, which is frozen and lives as long as the array; the array cannot be written to.
+    let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(values), of.clone().into_any()) };
+    array.call_method("setflags", (), Some(&[("write", false)].into_py_dict(of.py())?))?;
+    Ok(array.into_any())
+}
+
+#[pymethods]
+impl Table {
+    /// Names of the columns.
+    #[getter]
+    fn columns(&self) -> Vec<String> {
+        self.batch.schema_ref().fields().iter().map(|f| f.name().clone()).collect()
+    }
+
+    /// Rows.
+    fn __len__(&self) -> usize {
+        self.batch.num_rows()
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.batch.column_by_name(name).is_some()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Table of {} rows: {}>", self.batch.num_rows(), self.columns().join(", "))
+    }
+
+    /// A column as a numpy array: of numbers without a copy and read-only, of words as an array of objects.
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (py, column) = (slf.py(), slf.get().at(name)?);
+        if let Some(x) = column.as_any().downcast_ref::<PrimitiveArray<Float64Type>>() {
+            return view(slf, x.values());
+        }
+        if let Some(n) = column.as_any().downcast_ref::<PrimitiveArray<Int64Type>>() {
+            return view(slf, n.values());
+        }
+        let (codes, words) = Self::codes(slf, name)?;
+        py.import("vibrissa._frames")?.call_method1("words", (codes, words))
+    }
+
+    /// A column of words as its codes (int32, −1 where there is none; without a copy) and the different words.
+    fn codes<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyList>)> {
+        let column = slf.get().at(name)?;
+        let Some(words) = column.as_any().downcast_ref::<DictionaryArray<Int32Type>>() else {
+            return Err(PyKeyError::new_err(format!("{name:?} is a column of numbers")));
+        };
+        let all = words.values().as_any().downcast_ref::<StringArray>();
+        let all: Vec<&str> = all.into_iter().flatten().flatten().collect();
+        Ok((view(slf, words.keys().values())?, PyList::new(slf.py(), all)?))
+    }
+
+    /// Kind of each column: "number", "count" or "words".
+    fn kinds(&self) -> Vec<&'static str> {
+        let kind = |f: &Arc<Field>| match f.data_type() {
+            DataType::Float64 => "number",
+            DataType::Int64 => "count",
+            _ => "words",
+        };
+        self.batch.schema_ref().fields().iter().map(kind).collect()
+    }
+
+    /// A pandas DataFrame over the same memory (read-only; `.copy()` can be written to), words as categories.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("vibrissa._frames")?.call_method1("to_pandas", (slf,))
+    }
+
+    /// A polars DataFrame over the same memory.
+    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
+    }
+
+    /// A pyarrow Table over the same memory.
+    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pyarrow")?.call_method1("table", (slf,))
+    }
+
+    /// The Arrow PyCapsule interface: types of the columns.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
+        let schema =
+            FFI_ArrowSchema::try_from(self.batch.schema_ref().as_ref()).map_err(|e| failed(py, &e))?;
+        PyCapsule::new_with_value(py, schema, SCHEMA)
+    }
+
+    /// The Arrow PyCapsule interface: the columns. Another schema is not made; whoever asks for one must cast.
+    #[pyo3(signature = (requested_schema = None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        let _ = requested_schema;
+        let schema = self.batch.schema();
+        let batches = RecordBatchIterator::new([Ok(self.batch.clone())], schema);
+        PyCapsule::new_with_value(py, FFI_ArrowArrayStream::new(Box::new(batches)), STREAM)
+    }
+}
+
+fn failed(py: Python<'_>, e: &ArrowError) -> PyErr {
+    crate::error::run(py, &e.to_string())
+}

@@ -1,0 +1,258 @@
+//! Single taps: arrays in, arrays out.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rayon::prelude::*;
+use vibrissa::api::{Outcome, Tuple};
+use vibrissa::design::{Design, amount};
+use vibrissa::error::Error;
+use vibrissa::evaluate::Method;
+use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::{self, Effects};
+use vibrissa::physics::onset::Grip;
+use vibrissa::scene::{BackendChoice, RunOptions, Spec};
+use vibrissa::spec;
+use vibrissa::status::Status;
+
+use crate::error::raise;
+use crate::held::Given;
+use crate::job::{self, Far};
+use crate::spec::Asked;
+
+/// Taps that are solved on the thread that asks: they take less than a moment.
+const FEW: usize = 256;
+
+/// Taps between two looks at signals.
+const PART: usize = 1 << 17;
+
+/// A whisker with a tap on it, in place of what a spec of taps given by arrays does not say.
+pub const ANY: [&str; 2] = [
+    "[whisker]\nD = 10\nd = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 1\n",
+    "[whisker]\nD = 10\nd = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ndelta = 1\n",
+];
+
+/// The spec of taps given by arrays.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn shared(asked: &Asked) -> Result<Spec, Error> {
+    asked.read(|label, text, base| {
+        let table: toml::Table = text.parse().unwrap_or_default();
+        let drive = table.get("tap").and_then(|t| t.get("drive")).and_then(toml::Value::as_str);
+        spec::parse_with(label, text, base, ANY[usize::from(drive == Some("displacement"))])
+    })
+}
+
+/// A status as a number: a bit for each word, in the order of the words.
+pub fn bits(status: Status) -> u16 {
+    if status == Status::OK {
+        return 0;
+    }
+    Status::ALL.iter().enumerate().map(|(k, (word, _))| u16::from(status.has(*word)) << k).sum()
+}
+
+/// Solves taps of one model, as often as it is asked, from any thread.
+#[pyclass(frozen, module = "vibrissa._native")]
+pub struct Taps {
+    taps: Arc<vibrissa::api::Taps>,
+    threads: Option<usize>,
+}
+
+/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, words as bits, and whether it sticks.
+type Told = ([f64; 6], u16, bool);
+
+fn told(o: &Outcome) -> Told {
+    let numbers = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
+    (numbers, bits(o.status), o.sticking)
+}
+
+/// What is told of taps, by columns.
+struct Answers {
+    numbers: [Vec<f64>; 6],
+    status: Vec<u16>,
+    sticking: Vec<bool>,
+}
+
+impl Answers {
+    fn new(n: usize) -> Self {
+        let numbers = std::array::from_fn(|_| Vec::with_capacity(n));
+        Self { numbers, status: Vec::with_capacity(n), sticking: Vec::with_capacity(n) }
+    }
+
+    fn push(&mut self, some: &[Told]) {
+        for (k, column) in self.numbers.iter_mut().enumerate() {
+            column.extend(some.iter().map(|(numbers, ..)| numbers[k]));
+        }
+        self.status.extend(some.iter().map(|(_, status, _)| *status));
+        self.sticking.extend(some.iter().map(|(.., sticking)| *sticking));
+    }
+
+    fn into_arrays(self, py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
+        let numbers = self.numbers.into_iter().map(|column| PyArray1::from_vec(py, column).into_any());
+        let status = PyArray1::from_vec(py, self.status).into_any();
+        PyTuple::new(
+            py,
+            numbers.chain([status, PyArray1::from_vec(py, self.sticking).into_any()]).collect::<Vec<_>>(),
+        )
+    }
+}
+
+/// Asks `solve` for `n` taps in parts, each from one place on and so many, as long as `go_on` is happy with how many are done.
+fn parts(
+    n: usize,
+    mut solve: impl FnMut(usize, usize) -> Result<(), Error>,
+    mut go_on: impl FnMut(usize) -> bool,
+) -> Result<(), Error> {
+    let mut done = 0;
+    while done < n {
+        let more = PART.min(n - done);
+        solve(done, more)?;
+        done += more;
+        if !go_on(done) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+#[pymethods]
+impl Taps {
+    /// Of the model that `text`, sections of a spec, describes; on the CPU kernels where its `[run]` says nothing.
+    #[new]
+    fn new(py: Python<'_>, text: String) -> PyResult<Self> {
+        let made = || {
+            let spec = shared(&Asked::new(None, text, "strain")?)?;
+            let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
+            let options = RunOptions { backend: Some(backend), ..spec.run };
+            let taps = vibrissa::api::Taps::new(spec.study.setup, &options)?;
+            Ok(Self { taps: Arc::new(taps), threads: options.threads })
+        };
+        made().map_err(|e| raise(py, e))
+    }
+
+    /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks.
+    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, /))]
+    #[allow(non_snake_case, clippy::too_many_arguments, clippy::type_complexity)]
+    fn one(
+        &self,
+        py: Python<'_>,
+        D: f64,
+        d: f64,
+        L_a: f64,
+        x_ss: f64,
+        l: f64,
+        a: f64,
+        drive: f64,
+    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool)> {
+        let mut found = [([0.0; 6], 0, false)];
+        let solved = self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, drive }, told, &mut found);
+        solved.map_err(|e| raise(py, e))?;
+        let [([strain, linear, deviation, normal, tangential, arc], status, sticks)] = found;
+        Ok((strain, linear, deviation, normal, tangential, arc, status, sticks))
+    }
+
+    /// `n` taps from seven contiguous arrays of one or `n` values each; the numbers of [`Self::one`], each as an array. Only the strain
+    /// unless `full`.
+    #[pyo3(signature = (n, columns, full, progress = None))]
+    fn many<'py>(
+        &self,
+        py: Python<'py>,
+        n: usize,
+        columns: [PyReadonlyArray1<'py, f64>; 7],
+        full: bool,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let given = Given::new(py, n, columns)?;
+        let taps = Arc::clone(&self.taps);
+        let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
+            let (mut strains, mut answers) = (Vec::new(), Answers::new(if full { n } else { 0 }));
+            if full {
+                let mut some = Vec::new();
+                let one = |from: usize, more: usize| {
+                    some.resize(more, Told::default());
+                    taps.solve(|i| given.tap(from + i), told, &mut some)?;
+                    answers.push(&some);
+                    Ok(())
+                };
+                parts(n, one, go_on)?;
+            } else {
+                strains.resize(n, f64::NAN);
+                let strain = |o: &Outcome| o.strain;
+                let one = |from: usize, more: usize| {
+                    taps.solve(|i| given.tap(from + i), strain, &mut strains[from..from + more])
+                };
+                parts(n, one, go_on)?;
+            }
+            Ok((strains, answers))
+        };
+        let (strains, answers) = if n <= FEW {
+            solve(&mut |_| true).map_err(|e| raise(py, e))?
+        } else {
+            let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+                solve(&mut |done| {
+                    tell((done as u64, n as u64));
+                    !stop.load(Ordering::Relaxed)
+                })
+            };
+            let (answers, interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
+            interrupt.map_or(Ok(()), Err)?;
+            answers
+        };
+        match full {
+            true => answers.into_arrays(py),
+            false => PyTuple::new(py, [PyArray1::from_vec(py, strains)]),
+        }
+    }
+
+    /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,
+    /// with `engine`, by what the program solves taps with.
+    fn seconds(
+        &self,
+        py: Python<'_>,
+        n: usize,
+        columns: [PyReadonlyArray1<'_, f64>; 7],
+        engine: bool,
+        repeats: usize,
+    ) -> PyResult<f64> {
+        let given = Given::new(py, n, columns)?;
+        let setup = self.taps.setup();
+        let method = self.taps.method().map_err(|e| raise(py, e))?;
+        let Method::Fast { mut solver, rungs, tolerance } = method else { return Ok(f64::NAN) };
+        let framed = |i: usize| {
+            let t = given.tap(i);
+            let (grip, design) = (Grip::Slide(0.0), Design::new(setup, t));
+            let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+            let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
+            let amount = amount(setup.drive, t.drive);
+            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
+        };
+        let taps: Vec<_> = (0..n).into_par_iter().filter_map(framed).collect();
+        let effects = Effects::new(&setup.model, setup.gauge.side, false);
+        let (mut solutions, mut strains, start) = (Vec::new(), vec![0.0; n], Instant::now());
+        for _ in 0..repeats {
+            if engine {
+                self.taps.solve(|i| given.tap(i), |o| o.strain, &mut strains).map_err(|e| raise(py, e))?;
+                continue;
+            }
+            for some in taps.chunks(PART) {
+                let solved = kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions);
+                solved.map_err(|e| raise(py, e.into()))?;
+            }
+        }
+        Ok(start.elapsed().as_secs_f64())
+    }
+
+    /// Where taps are solved, as JSON.
+    fn backend(&self) -> String {
+        serde_json::json!(self.taps.backend()).to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Taps on {}>", self.taps.backend().name)
+    }
+}

@@ -1,0 +1,110 @@
+"""Exceptions name key, value and what is allowed; nothing else comes out."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import vibrissa
+
+WHISKER, GAUGE, TAP = dict(D=10, d=4, L_a=50), dict(x_ss=5, l=2), dict(a=[21, 30], theta=[1, 2])
+
+
+@pytest.mark.parametrize("sections, key, value, allowed", [
+    (dict(whisker={**WHISKER, "D": -1}), "whisker.D", "-1", "> 0 mm"),
+    (dict(whisker={**WHISKER, "D": np.nan}), "whisker.D", "nan", "> 0 mm"),
+    (dict(whisker={**WHISKER, "D": [1, np.inf]}), "whisker.D", "inf", "> 0 mm"),
+    (dict(whisker={**WHISKER, "D": "ten"}), "whisker.D", '"ten"', "> 0 mm"),
+    (dict(whisker={**WHISKER, "E": 3}), "whisker.E", "3", "D, d, L_a"),
+    (dict(tap={**TAP, "theta": 95}), "tap.theta", "95", "0 < theta < 90"),
+    (dict(tap={**TAP, "a": []}), "tap.a", "[]", "a list"),
+    (dict(model=dict(contact="sticky")), "model.contact", '"sticky"', "frictionless"),
+    (dict(model=dict(contact={"coulomb": 0.3})), "model.contact", None, "extension = true"),
+    (dict(run=dict(backend="cpu", tolerance=1e-12)), "run.tolerance", "1e-12", "precision"),
+    (dict(run=dict(adapter="no such card", backend="gpu")), "adapter", "no such card", None),
+    (dict(output=dict(by="beauty")), "output.by", '"beauty"', "K_sd"),
+    (dict(tap=dict(a=30)), "tap.theta", None, None),
+    (dict(whisker={**WHISKER, "D": object()}), "whisker.D", "object", "numbers"),
+    (dict(whisker={**WHISKER, "D": np.ones((2, 2))}), "whisker.D", "(2, 2)", "one-dimensional"),
+    (dict(whisker=3), "whisker", "3", "dict"),
+    (dict(whisker={**WHISKER, "D": 1j}), "whisker.D", "1j", "numbers"),
+    (dict(whisker={**WHISKER, "D": np.ma.masked_array([1.0, 2.0], [True, False])}), "whisker.D", None, "mask"),
+])
+def test_a_bad_key_is_named(sections, key, value, allowed):
+    with pytest.raises(vibrissa.InputError) as caught:
+        vibrissa.sweep(**{"whisker": WHISKER, "gauge": GAUGE, "tap": TAP, **sections})
+    e = caught.value
+    assert isinstance(e, ValueError) and isinstance(e, vibrissa.Error)
+    assert e.key == key and key in str(e)
+    assert value is None or value in str(e.value)
+    assert allowed is None or allowed in e.allowed and allowed in str(e)
+    assert e.line is None and "--" not in str(e)
+
+
+def test_a_file_is_named_with_its_line(tmp_path):
+    spec = tmp_path / "bad.toml"
+    spec.write_text("[whisker]\nD = 10\nd = -4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 2\n")
+    with pytest.raises(vibrissa.InputError) as caught:
+        vibrissa.sweep(spec)
+    assert (caught.value.file, caught.value.line, caught.value.key) == (str(spec), 3, "whisker.d")
+    with pytest.raises(vibrissa.InputError, match="no such spec file"):
+        vibrissa.sweep(tmp_path / "none.toml")
+    with pytest.raises(vibrissa.InputError, match="folder"):
+        vibrissa.sweep(tmp_path)
+    spec.write_text("[whisker\n")
+    for over in ({}, dict(whisker=WHISKER)):
+        with pytest.raises(vibrissa.InputError) as caught:
+            vibrissa.sweep(spec, **over)
+        assert caught.value.line == 1
+
+
+def test_keywords_go_before_a_file(root):
+    result = vibrissa.sweep(root / "sweeps/prototypes.toml", whisker=dict(d=5), tap=dict(theta=[2, 3]), run=dict(backend="cpu"))
+    assert set(result.designs["d_mm"]) == {5.0} and set(result.designs["theta_deg"]) == {2.0, 3.0} and len(result.distances) == 10
+    force = dict((e["key"], e["value"]) for e in result.run["in_force"])
+    assert force["whisker.d"] == "5" and force["run.backend"] == '"cpu"' and not any(key.startswith("run.out") for key in force)
+
+
+def test_other_errors():
+    bad = [
+        (lambda: vibrissa.strain(10, 4, 50, 5, 2, 30), "theta"),
+        (lambda: vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, delta=1.0), "delta"),
+        (lambda: vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, materiel=3), "model.materiel"),
+        (lambda: vibrissa.strain([1, 2], [1, 2, 3], 50, 5, 2, 30, 4.0), "shapes"),
+        (lambda: vibrissa.strain("10", 4, 50, 5, 2, 30, 4.0), "D"),
+        (lambda: vibrissa.tap(whisker=WHISKER, gauge=GAUGE, tap=dict(a=[30, 40]), objective="beauty"), "objective"),
+        (lambda: vibrissa.tap(whisker={**WHISKER, "d": [4, 5]}, gauge={**GAUGE, "noise_strain": 1e-5}, tap=dict(a=[30, 40])), "whisker.d"),
+        (lambda: vibrissa.simulate(whisker={**WHISKER, "d": [4, 5]}, gauge=GAUGE, tap=TAP), "whisker.d"),
+        (lambda: vibrissa.simulate(whisker=WHISKER, gauge=GAUGE, tap=TAP, outliers=2.0), "outliers"),
+        (lambda: vibrissa.simulate(whisker=WHISKER, gauge=GAUGE, tap=TAP, repeats=0), "repeats"),
+        (lambda: vibrissa.simulate(whisker=WHISKER, gauge=GAUGE, tap=TAP, signal="volts"), "signal"),
+        (lambda: vibrissa.calibrate({"a_mm": [1, 2], "theta_deg": [1], "strain": [1, 2]}), "data"),
+        (lambda: vibrissa.calibrate(7), "data"),
+        (lambda: vibrissa.calibrate({"a_mm": [21, 30], "strain": [0.1, 0.2]}, theta=4.0, fit=["hub"]), "fit"),
+        (lambda: vibrissa.calibrate({"a_mm": [21, 30], "strain": [0.1, 0.2]}, theta=4.0, group=-1), "group"),
+        (lambda: vibrissa.Locator("no such file"), "calibration"),
+        (lambda: vibrissa.verify(bound=-1), "bound"),
+        (lambda: vibrissa.chart(whisker=WHISKER, gauge=GAUGE, tap=TAP, model=dict(geometry="linear")), "model"),
+        (lambda: vibrissa.sweep(3.5), "spec"),
+        (lambda: vibrissa.sweep(whisker=WHISKER, gauge=GAUGE, tap=TAP, progress=7), "progress"),
+        (lambda: vibrissa.sweep(tuples={"D_mm": [1]}), "tuples"),
+        (lambda: vibrissa.sweep(whisker=WHISKER, tuples={"D_mm": [1]}), "whisker.D"),
+        (lambda: vibrissa.optimise(whisker=WHISKER, gauge=GAUGE, tap=TAP, optimise=dict(objective="sd", variables=dict(D=[12, 8]))), "optimise.variables.D"),
+    ]
+    for call, key in bad:
+        with pytest.raises(vibrissa.InputError) as caught:
+            call()
+        assert caught.value.key == key, str(caught.value)
+        assert "--" not in str(caught.value)
+
+
+def test_limits_that_no_design_keeps():
+    with pytest.raises(vibrissa.InputError, match="limit"):
+        vibrissa.optimise(whisker=dict(L_a=50, D=10, d=4), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=[21, 30]), run=dict(backend="cpu"),
+                          optimise=dict(objective="distance", variables=dict(theta=[5, 6]), limits=dict(strain=1e-6)))
+
+
+def test_exceptions_keep_what_they_carry():
+    with pytest.raises(vibrissa.InputError) as caught:
+        vibrissa.strain(10, 4, 50, 5, 2, 30, "x")
+    assert "theta" in repr(caught.value) and pickle.dumps(str(caught.value))

@@ -1,0 +1,79 @@
+"""Types, docstrings and stubs."""
+
+import ast
+import doctest
+import inspect
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import vibrissa
+from vibrissa import _native, _taps
+
+COMMANDS = ["calibrate", "chart", "devices", "optimise", "pareto", "simulate", "strain", "sweep", "tap", "verify"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_says_what_there_is_to_know(name):
+    function = getattr(vibrissa, name)
+    text = inspect.getdoc(function)
+    parameters = [p for p in inspect.signature(function).parameters if p not in ("spec", "sections", "model")]
+    missing = [p for p in parameters if p not in text]
+    assert not missing, f"help of {name} does not name {missing}"
+    if name in ("sweep", "strain"):
+        for word in ("Args:", "Returns:", "Raises:", "Source:", "mm", "degrees", "InputError"):
+            assert word in text, f"{name}: {word}"
+
+
+def test_everything_public_is_documented():
+    for name in vibrissa.__all__:
+        thing = getattr(vibrissa, name)
+        if name != "__version__":
+            assert inspect.getdoc(thing), name
+        if inspect.isclass(thing):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    assert inspect.getdoc(value), f"{name}.{member}"
+
+
+def test_examples_in_docstrings():
+    failed, tried = doctest.testmod(_taps)
+    assert tried > 0 and not failed
+
+
+def test_types(tmp_path):
+    package = str(next(iter(vibrissa.__path__)))
+    use = tmp_path / "use.py"
+    use.write_text(
+        "import vibrissa\n"
+        "tap: vibrissa.Tap = vibrissa.strain(10, 4, 50, 5, 2, [21.0, 30.0], 4.0, full=True)\n"
+        "result: vibrissa.Sweep = vibrissa.sweep('spec.toml', run=dict(backend='cpu'))\n"
+        "rows: int = len(result.designs) if result.designs is not None else 0\n"
+        "vibrissa.sweep(whiskers=3)\n")
+    done = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--config-file", "", "--ignore-missing-imports", package, str(use)], capture_output=True, text=True, cwd=tmp_path)
+    lines = [line for line in done.stdout.splitlines() if ": error:" in line]
+    assert len(lines) == 1 and "whiskers" in lines[0], done.stdout + done.stderr
+
+
+def test_stubs_name_what_is_there():
+    """What the stubs of the native part declare is what it has, with the same parameters."""
+    tree = ast.parse((pathlib.Path(next(iter(vibrissa.__path__))) / "_native.pyi").read_text())
+    declared = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    assert set(declared) == {name for name in vars(_native) if not name.startswith("_")}
+    for name, node in declared.items():
+        thing = getattr(_native, name)
+        if isinstance(node, ast.FunctionDef):
+            assert [a.arg for a in node.args.args] == list(inspect.signature(thing).parameters), name
+        else:
+            members = {m.name for m in node.body if isinstance(m, ast.FunctionDef)} - {"__init__"}
+            assert members == {m for m in vars(thing) if not m.startswith("__") or m in members and m != "__new__"}, name
+    assert _native.__version__ == vibrissa.__version__
+
+
+def test_status_words():
+    both = vibrissa.Status.slipped_off | vibrissa.Status.ambiguous
+    assert both.words == "slipped_off+ambiguous" and vibrissa.Status(0).words == "ok"
+    assert vibrissa.status_words(np.array([[0, 144]])).tolist() == [["ok", "slipped_off+ambiguous"]]

@@ -1,0 +1,89 @@
+"""What users run: the README's lines, the notebooks, the examples, the figures."""
+
+import importlib.util
+import pathlib
+import re
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import nbformat
+import numpy as np
+import pytest
+from nbclient import NotebookClient
+
+import vibrissa
+
+HERE = pathlib.Path(__file__).resolve().parents[1]
+CPU = dict(backend="cpu")
+
+
+@pytest.mark.parametrize("page", ["README.md", "python/README.md", "docs/python.md"])
+def test_lines_of_a_page(page, root, monkeypatch):
+    """Indented lines that begin with `import vibrissa` run as they stand."""
+    text = (root / page).read_text()
+    blocks = re.findall(r"(?:^    .*\n)+", text, flags=re.MULTILINE)
+    blocks = [re.sub(r"^    ", "", b, flags=re.MULTILINE) for b in blocks if b.lstrip().startswith("import vibrissa")]
+    assert blocks
+    monkeypatch.chdir(root)
+    for block in blocks:
+        exec(compile(block, page, "exec"), {})
+
+
+@pytest.mark.parametrize("name", ["figures", "calibration"])
+def test_notebook(name):
+    notebook = nbformat.read(HERE / "notebooks" / f"{name}.ipynb", as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "notebooks are kept without outputs"
+    NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": HERE / "notebooks"}}).execute()
+    pictures = [out for cell in notebook.cells for out in cell.get("outputs", []) if "image/png" in out.get("data", {})]
+    assert pictures
+
+
+@pytest.mark.parametrize("name, least", [("scipy_search", 0.999), ("optuna_search", 0.999)])
+def test_example(name, least):
+    spec = importlib.util.spec_from_file_location(name, HERE / "examples" / f"{name}.py")
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    theirs, own = example.main()
+    # The library's own search finds at least as good a design, and theirs is near it.
+    assert own <= theirs / least and theirs < 1.5 * own, (theirs, own)
+
+
+def test_figures_draw_what_the_tables_hold():
+    result = vibrissa.sweep(whisker=dict(D=10, d=[4, 7], L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=[21, 30, 48], theta=[1, 4, 9]), run=CPU)
+    designs, tuples = result.designs, result.tuples
+    lines = result.plot("sd").get_lines()
+    assert len(lines) == 2
+    for line, d in zip(lines, (4.0, 7.0)):
+        np.testing.assert_array_equal(line.get_ydata(), designs["K_sd"][designs["d_mm"] == d])
+        np.testing.assert_array_equal(line.get_xdata(), [1, 4, 9])
+        assert line.get_label() == f"d = {d:g} mm"
+    second = tuples["d_mm"] == 7.0
+    for line, theta in zip(result.plot("K", design=1).get_lines(), (1, 4, 9)):
+        np.testing.assert_array_equal(line.get_ydata(), tuples["K"][second & (tuples["theta_deg"] == theta)])
+    ax = result.plot("distance", drives=[4, 9])
+    np.testing.assert_array_equal(ax.get_lines()[1].get_ydata(), tuples["distance_mm"][~second & (tuples["theta_deg"] == 4)])
+    assert "â" in ax.get_ylabel() and "mm" in ax.get_xlabel()
+    np.testing.assert_array_equal(result.plot("strain").get_lines()[0].get_ydata(), tuples["strain"][~second & (tuples["a_mm"] == 21)])
+    labels = [line.get_label() for line in result.plot("error").get_lines()]
+    assert labels == ["bias", "noise", "total"]
+    for kind, key in (("beauty", "kind"), ("K", "design")):
+        with pytest.raises(vibrissa.InputError) as caught:
+            result.plot(kind, design=9)
+        assert caught.value.key == key
+    plt.close("all")
+
+
+def test_figures_of_the_other_results(root):
+    best = vibrissa.tap(root / "sweeps/best-tap.toml")
+    mark = best.plot().get_lines()[-1]
+    assert mark.get_xdata()[0] == best.optimum["theta_deg"] and mark.get_ydata()[0] == best.optimum["total_rms_mm"]
+    calibration = vibrissa.calibrate(root / "examples/prototype-d10.csv", root / "examples/prototype-d10.toml")
+    assert any(line.get_label() == "suspect" for line in calibration.plot().get_lines())
+    front = vibrissa.pareto(root / "sweeps/pareto.toml", run=CPU, optimise=dict(budget=dict(evaluations=600)))
+    np.testing.assert_array_equal(front.plot().get_lines()[0].get_xdata(), front.front["K_sd"])
+    search = vibrissa.optimise(root / "sweeps/design.toml", run=CPU, optimise=dict(budget=dict(evaluations=300)))
+    np.testing.assert_array_equal(search.plot().get_lines()[0].get_ydata(), search.history["total_rms_mm"])
+    plt.close("all")

@@ -1,0 +1,36 @@
+"""Vibrissa sweeps, optimises and calibrates tapered soft whisker sensors: which geometry, gauge and tap angle tell distance best.
+
+Arrays in, arrays out::
+
+    import vibrissa
+    vibrissa.strain(10, 4, 50, 5, 2, a=[21, 30, 48], theta=4.0)       # D, d, L_a, x_ss, l, a in mm, degrees
+    result = vibrissa.sweep("sweeps/prototypes.toml")                 # or whisker=dict(…), gauge=…, tap=…
+    result.designs.to_pandas()
+
+Functions have the names of the program's commands, keywords those of a spec's sections; units are mm, degrees, MPa, N. Tables are
+Arrow (:class:`Table`); errors are :class:`InputError` with ``key``, ``value``, ``allowed``. All of it runs without the interpreter's
+lock and ends within two seconds of Ctrl-C. Not modelled: dynamics, viscoelasticity, gravity (README).
+"""
+
+from __future__ import annotations
+
+import os as _os
+
+# Mesa's device selection complains on stderr where there is no desktop session.
+if "XDG_RUNTIME_DIR" not in _os.environ:
+    _os.environ.setdefault("NODEVICE_SELECT", "1")
+
+from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
+from ._errors import Error, InputError, Interrupted, RunError
+from ._lab import calibrate, simulate
+from ._locate import Located, Locator
+from ._native import Table, __version__
+from ._results import BestTap, Calibration, Search, Simulation, Sweep, Verification
+from ._spec import axis, samples
+from ._taps import Status, Tap, status_words, strain
+
+__all__ = [
+    "BestTap", "Calibration", "Error", "InputError", "Interrupted", "Located", "Locator", "RunError", "Search", "Simulation", "Status",
+    "Step", "Sweep", "Table", "Tap", "Verification", "__version__", "axis", "calibrate", "chart", "devices", "optimise", "pareto",
+    "samples", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
+]

@@ -1,0 +1,260 @@
+"""The commands: one function each, with the sections of a spec as keywords."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _native
+from ._errors import InputError, Interrupted
+from ._progress import Progress, shown
+from ._results import BestTap, Search, Sweep, Verification
+from ._spec import Section, Spec, _short, plain, resolve
+from ._taps import _UNITS, columns as broadcast
+
+# Place of a warning about keywords, which have none.
+_OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
+_TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
+_OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "theta", "delta")}
+
+
+def _warn(run: dict[str, Any]) -> None:
+    """Things worth telling that are no errors."""
+    for text in run.get("warnings") or ():
+        warnings.warn(_OF_KEYWORDS.sub("", text), stacklevel=3)
+
+
+def _name(spec: Spec, name: str | None, command: str) -> str:
+    if name is not None and not isinstance(name, str):
+        raise InputError("a name is a word", key="name", value=_short(name), allowed="str")
+    return plain("name", name or command)
+
+
+def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
+    """Taps given one by one: their number, and seven columns."""
+    if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
+        return None
+    for section, keys in _OF_TUPLES.items():
+        written = [key for key in keys if key in (sections.get(section) or {})]
+        if written:
+            raise InputError("this comes from the tuples; remove one of the two", key=f"{section}.{written[0]}")
+    displaced = (sections.get("tap") or {}).get("drive") == "displacement"
+    wanted = {**_TUPLES, **({"delta_mm": "delta"} if displaced else {"theta_deg": "theta"})}
+    given: dict[str, Any] = {}
+    for column, key in wanted.items():
+        try:
+            given[key] = tuples[column]
+        except (KeyError, IndexError, TypeError, ValueError):
+            raise InputError(f"column {column} is missing", key="tuples", allowed=", ".join(wanted)) from None
+    shape, n, flat = broadcast(given, _UNITS)
+    if len(shape) > 1:
+        raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {shape}")
+    for key, values in zip(given, flat):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=_UNITS[key])
+    return n, flat
+
+
+def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+          model: Section | None = None, estimate: Section | None = None, output: Section | None = None,
+          run: Section | None = None, tuples: Any = None, name: str | None = None, progress: Progress = None) -> Sweep:
+    """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
+
+    A value is a number, a list, a numpy array, a range, :func:`axis`, or :func:`samples`; all are crossed, the last fastest, in
+    the order D, d, L_a, x_ss, l, a, theta. Units are mm, degrees, MPa, N. Nothing is written.
+
+    >>> result = sweep(whisker=dict(D=10, d=[4, 7, 10], L_a=50), gauge=dict(x_ss=5, l=2),
+    ...                tap=dict(a=range(21, 49, 3), theta=[0.5, *range(1, 11)]))
+    >>> result.designs.to_pandas()           # doctest: +SKIP
+    >>> result.plot("sd")                    # doctest: +SKIP
+
+    Args:
+        spec: path of a spec, or a dict of its sections; keywords go before what it says.
+        whisker: ``D``, ``d``, ``L_a``; ``hub``.
+        gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``.
+        tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``.
+        model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``.
+        estimate: ``theory``, ``convention``, ``range``, ``K``.
+        output: ``tuples``, ``designs``, ``distances`` (which tables), ``top``, ``by``, ``per`` (the best rows only).
+        run: ``backend`` ("auto": a hardware adapter, else a software one, else the CPU kernels), ``adapter``, ``precision``,
+            ``tolerance``, ``threads``, ``model_error`` (effects that change strain less are left off).
+        tuples: taps one by one instead of axes: a DataFrame or dict with D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm and theta_deg
+            (delta_mm), or ``{"file": path}``.
+        name: name of the result in ``run``.
+        progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
+
+    Returns:
+        :class:`Sweep`: tables ``tuples``, ``designs``, ``distances``, and ``run``. Every row asked for is there; a failed one
+        says why in ``status``.
+
+    Raises:
+        InputError: with ``key``, ``value`` and ``allowed``, where a key or value cannot be used.
+        RunError: tables that do not fit into memory, a device that fails.
+        KeyboardInterrupt: within two seconds of Ctrl-C.
+
+    Source: docs/model.md (Nguyen, Ngo, Nguyen and Ho, corrected and extended); every key: docs/reference.md.
+    """
+    sections: dict[str, Section | None] = {
+        "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
+    listed = _listed(tuples, sections)
+    if listed is None:
+        sections["tuples"] = tuples
+    path, text = resolve(spec, sections)
+    with shown(progress) as tell:
+        result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
+    _warn(result.run)
+    return result
+
+
+def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+        model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
+        objective: str = "distance") -> BestTap:
+    """The best tap angle of one whisker over its distances, and what limits it.
+
+    Args:
+        spec, whisker, gauge, tap, model, estimate, run: as of :func:`sweep`, one whisker; the interval is that of ``tap["theta"]``
+            (0.1 to 10 degrees if left out). Computed on the CPU in f64 unless ``run`` says otherwise.
+        objective: ``"distance"`` makes total_rms_mm small (bias and noise; needs ``gauge["noise_strain"]``), ``"sd"`` K_sd.
+
+    Returns:
+        :class:`BestTap`.
+
+    Raises:
+        InputError: several whiskers, a strain limit that no angle keeps, no complete row.
+
+    Source: docs/search.md.
+    """
+    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
+    path, text = resolve(spec, sections)
+    if not isinstance(objective, str):
+        raise InputError("unknown word", key="objective", value=_short(objective), allowed='"distance", "sd"')
+    result = BestTap(*_native.tap(path, text, objective))
+    _warn(result.run)
+    return result
+
+
+class Step(NamedTuple):
+    """How far a search is."""
+
+    evaluations: int
+    """Designs evaluated so far, each over all its distances."""
+    left: int | None
+    """How many the budget still allows."""
+    start: int
+    """Number of the start, from 0."""
+    stage: str
+    """``"swarm"`` or ``"polish"``."""
+    design: tuple[float, float, float, float, float, float]
+    """The best so far: D, d, L_a, x_ss, l (mm) and the drive (degrees or mm)."""
+    value: float
+    """The objective there."""
+    feasible: bool
+    """Whether it keeps the limits."""
+
+
+def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+             model: Section | None = None, estimate: Section | None = None, optimise: Section | None = None,
+             run: Section | None = None, name: str | None = None, callback: Callable[[Step], object] | None = None) -> Search:
+    """Searches the design that tells distance best within the limits of a rig.
+
+    Args:
+        spec, whisker, gauge, tap, model, estimate, run: as of :func:`sweep`; what is varied may be left out of its section.
+        optimise: ``objective`` ("sd", "distance", "weighted", "pareto"), ``variables`` (dict(D=[8, 12], theta=[0.5, 10], …)),
+            ``limits`` (strain, force_N, unambiguous, tip_not_wider), ``weights``, ``robust``, ``seed``,
+            ``budget`` (dict(evaluations=…, seconds=…)).
+        name: name of the result in ``run``.
+        callback: called with each :class:`Step`; a true result ends the search with the best so far.
+
+    Returns:
+        :class:`Search`.
+
+    Raises:
+        InputError: what cannot be searched, limits that no design keeps.
+        RunError: a search that ends before a design keeps the limits.
+        Interrupted: a KeyboardInterrupt; its ``result`` holds the best so far.
+
+    Source: docs/search.md.
+    """
+    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "optimise": optimise, "run": run}
+    path, text = resolve(spec, sections)
+    if callback is not None and not callable(callback):
+        raise InputError("this cannot be called", key="callback", value=_short(callback), allowed="a function of a Step")
+    hear = None if callback is None else lambda *told: callback(Step(*told))
+    tables, best, document_, interrupt = _native.optimise(path, text, _name(spec, name, "optimise"), hear)
+    result = Search(tables, best, document_)
+    if isinstance(interrupt, KeyboardInterrupt):
+        raise Interrupted(result) from None
+    if interrupt is not None:
+        raise interrupt
+    _warn(result.run)
+    return result
+
+
+# The keyword of its section hides the function.
+_optimise = optimise
+
+
+def pareto(spec: Spec = None, *, optimise: Section | None = None, **sections: Any) -> Search:
+    """The trade-off between the spread of K and the total error of the distance: :func:`optimise` with the objective ``"pareto"``.
+
+    ``result.front`` holds the designs none of which is better than another in both.
+    """
+    return _optimise(spec, optimise={**(optimise or {}), "objective": "pareto"}, **sections)
+
+
+def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None, seed: int = 1, bound: float | None = None,
+           run: Section | None = None, progress: Progress = None, **sections: Section) -> Verification:
+    """Every backend of this machine against the f64 reference: hard cases and random taps of every configuration, or taps of a spec.
+
+    Args:
+        spec, **sections: as of :func:`sweep`; left out: the built-in configurations.
+        quick: few taps, seconds instead of half a minute.
+        samples: random taps; seed: their seed.
+        bound: largest relative strain error that passes.
+        run: ``backend``, ``precision``, … that are verified; all by default.
+        progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
+
+    Returns:
+        :class:`Verification`, true where no bound is broken. Source: docs/verify.md.
+    """
+    path, text = resolve(spec, {**sections, "run": run})
+    with shown(progress) as tell:
+        return Verification(*_native.verify(path, text, quick, samples, seed, bound, tell))
+
+
+def devices() -> dict[str, Any]:
+    """Adapters, the CPU, and which of them ``backend="auto"`` takes, and why."""
+    found: dict[str, Any] = json.loads(_native.devices())
+    return found
+
+
+def chart(spec: Spec = None, **sections: Section) -> dict[str, Any]:
+    """Charts of a model over the ranges of a spec, one for each distance (64 at most): sparse Chebyshev series that pages and robots read.
+
+    Args:
+        spec, **sections: as of :func:`sweep`; ``run["tolerance"]`` bounds the strain error (1e-5).
+
+    Returns:
+        the document of ``vibrissa chart`` (docs/chart.md).
+
+    Raises:
+        InputError: a list of tuples, too many distances, a model without a chart.
+    """
+    path, text = resolve(spec, sections)
+    found: dict[str, Any] = json.loads(_native.chart(path, text))
+    return found
+
+
+def spec_text(spec: Spec = None, **sections: Section) -> str:
+    """The text of a spec that the program takes for these keywords: ``vibrissa sweep`` gives the same tables from it."""
+    path, text = resolve(spec, sections)
+    if path is not None:
+        raise InputError("a file has its text already", key="spec", value=os.fspath(path), allowed="a dict of sections, or keywords")
+    return text

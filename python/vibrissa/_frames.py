@@ -1,0 +1,81 @@
+"""Tables to and from numpy and data frames."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._errors import InputError
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ._native import Table
+
+
+def words(codes: NDArray[np.int32], all_words: list[str]) -> NDArray[np.object_]:
+    """Words by their codes, None where there is none."""
+    return np.array([*all_words, None], dtype=object)[codes]
+
+
+def to_pandas(table: Table) -> pandas.DataFrame:
+    """Columns of numbers are those of the table, not copies; words become categories."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {}
+    for name, kind in zip(table.columns, table.kinds()):
+        if kind == "words":
+            codes, categories = table.codes(name)
+            columns[name] = pd.Categorical.from_codes(codes, pd.Index(categories, dtype=object))
+        else:
+            columns[name] = table[name]
+    return pd.DataFrame(columns, copy=False)
+
+
+def _cell(value: Any) -> str:
+    if value is None or value != value:
+        return ""
+    text = repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text
+
+
+def _of_columns(columns: Mapping[str, Any]) -> bytes:
+    arrays = {str(name): np.atleast_1d(np.asarray(column)) for name, column in columns.items()}
+    lengths = {len(a) for a in arrays.values()}
+    if len(lengths) > 1 or any(a.ndim > 1 for a in arrays.values()):
+        shapes = ", ".join(f"{name}: {a.shape}" for name, a in arrays.items())
+        raise InputError("columns must be of one length", key="data", value=shapes)
+    out = io.StringIO()
+    out.write(",".join(_cell(name) for name in arrays) + "\n")
+    for row in zip(*(a.tolist() for a in arrays.values())):
+        out.write(",".join(map(_cell, row)) + "\n")
+    return out.getvalue().encode()
+
+
+def csv(data: Any, what: str) -> tuple[str, bytes]:
+    """Name and bytes of a table of measurements: a path, a data frame (pandas, polars), or a mapping of names to columns."""
+    if isinstance(data, (str, os.PathLike)):
+        path = os.fspath(data)
+        try:
+            with open(path, "rb") as file:
+                return str(path), file.read()
+        except (OSError, ValueError) as e:
+            why = e.strerror if isinstance(e, OSError) else "this is no path"
+            raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
+    if isinstance(data, Mapping):
+        return "data", _of_columns(data)
+    if hasattr(data, "to_csv"):
+        return "data", data.to_csv(index=False).encode()
+    if hasattr(data, "write_csv"):
+        return "data", data.write_csv().encode()
+    if hasattr(data, "column_names"):
+        return "data", _of_columns({name: data[name].to_numpy() for name in data.column_names})
+    if hasattr(data, "columns") and hasattr(data, "kinds"):
+        return "data", _of_columns({name: data[name] for name in data.columns})
+    kind = type(data).__name__
+    raise InputError(f"{kind} is no table", key="data", allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns")

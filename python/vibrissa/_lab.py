@@ -1,0 +1,103 @@
+"""Calibration and synthetic measurements, with the sections of a spec as keywords."""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import warnings
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._commands import _warn
+from ._errors import InputError
+from ._frames import csv
+from ._locate import roles
+from ._results import Calibration, Simulation
+from ._spec import Section, Spec, resolve
+
+
+def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+              model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
+              theta: float | None = None, delta: float | None = None, columns: dict[str, str] | str | None = None,
+              group: float | tuple[float, float] | None = None, fit: tuple[str, ...] | list[str] = ()) -> Calibration:
+    """Calibrates a whisker from measured signals: K table, estimators compared on distances left out, suspect rows named.
+
+    Args:
+        data: DataFrame (pandas, polars), pyarrow Table, dict of columns or path of a CSV file, with ``a_mm``, ``theta_deg`` (or
+            ``delta_mm``) and one of ``strain``, ``microstrain``, ``bridge_mV_per_V``, ``reading``. Rows with drive 0 are zero readings.
+        spec, whisker, gauge, tap, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
+            that need nothing but the data.
+        theta, delta: the drive of every row, where no column says.
+        columns: columns under other names, ``dict(a="dist", theta="angle", reading="ch3")``.
+        group: distances (mm) and drives within this of each other are one; one width, or two.
+        fit: parameters of the model to fit, too: ``a_offset``, ``hub``, ``nu``, ``mu``, ``C01/C10``.
+
+    Returns:
+        :class:`Calibration`; its ``locator()`` answers readings.
+
+    Raises:
+        InputError: data that no calibration can come from.
+
+    Source: docs/calibration.md.
+    """
+    label, table = csv(data, "data")
+    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
+    path, text = resolve(spec, sections)
+    widths = [] if group is None else [float(w) for w in np.atleast_1d(np.asarray(group, dtype=float))]
+    said = types.SimpleNamespace(theta=theta, delta=delta, columns=roles(columns), group=widths, fit=list(fit))
+    if theta is not None and delta is not None:
+        raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
+    result = Calibration(*_native.calibrate(label, table, path, text, said))
+    _warn(result.run)
+    for text in result.warnings:
+        warnings.warn(text, stacklevel=2)
+    return result
+
+
+@dataclasses.dataclass(frozen=True)
+class _Added:
+    repeats: int
+    noise: float | None
+    seed: int
+    zero_every: int | None
+    drift: float
+    outliers: float
+    saturate: float | None
+    hysteresis: float
+    factor: float
+    drive_offset: float
+    a_offset: float
+    signal: str
+
+
+def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+             model: Section | None = None, run: Section | None = None, repeats: int = 1, noise: float | None = None, seed: int = 1,
+             zero_every: int | None = None, drift: float = 0.0, outliers: float = 0.0, saturate: float | None = None,
+             hysteresis: float = 0.0, factor: float = 1.0, drive_offset: float = 0.0, a_offset: float = 0.0,
+             signal: str = "strain") -> Simulation:
+    """Synthetic measurements of one whisker from the exact model: what :func:`calibrate` reads. They are no evidence about a real sensor.
+
+    Args:
+        spec, whisker, gauge, tap, model, run: as of :func:`sweep`, one whisker.
+        repeats: taps of each distance and drive.
+        noise: standard deviation of one reading, strain; ``gauge["noise_strain"]`` by default.
+        seed: of everything random.
+        zero_every: a zero reading before every so many taps.
+        drift: of the zero, strain per row.
+        outliers: share of taps that are wrong, 0 … 1.
+        saturate: |strain| at which the sensor stops.
+        hysteresis: share of the last tap's strain that is still there, 0 … 1.
+        factor: signal per strain.
+        drive_offset, a_offset: tapped by this much more than the label says, degrees or mm, and mm.
+        signal: ``"strain"``, ``"microstrain"``, ``"bridge_mV_per_V"`` or ``"reading"``.
+
+    Returns:
+        :class:`Simulation`.
+    """
+    path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "run": run})
+    added = _Added(repeats, noise, seed, zero_every, drift, outliers, saturate, hysteresis, factor, drive_offset, a_offset, signal)
+    result = Simulation(*_native.simulate(path, text, added))
+    _warn(result.run)
+    return result

@@ -1,0 +1,137 @@
+"""Readings to distances."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple, Union
+
+from . import _native
+from ._errors import InputError
+from ._frames import csv
+from ._results import Calibration
+from ._spec import plain
+from ._taps import _SCALARS, Status, columns
+
+
+class Located(NamedTuple):
+    """Distances; each a number, or an array of the common shape. NaN where there is none: ``status`` says why."""
+
+    distance_mm: Any
+    """Contact distance, mm."""
+    sigma_mm: Any
+    """One standard deviation, mm: noise of a reading, of the calibration, bias on distances left out."""
+    status: Any
+    """Bits of :class:`vibrissa.Status`."""
+
+
+class Locator:
+    """Distances of readings of one calibrated whisker, as ``vibrissa locate`` tells them.
+
+    Args:
+        calibration: a :class:`vibrissa.Calibration`, or the path of a calibration.toml.
+        estimator: ``"paper"``, ``"timoshenko"``, ``"exact"``, ``"curve"`` or ``"table"``; the one that won by default.
+        zero: what the sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too.
+        trust: use a file that was edited by hand.
+
+    Raises:
+        InputError: a file that cannot be used, an estimator that the calibration does not hold.
+    """
+
+    def __init__(self, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None,
+                 zero: float | None = None, trust: bool = False) -> None:
+        if isinstance(calibration, Calibration):
+            label, text = "calibration.toml", calibration.text
+        else:
+            label, data = csv(calibration, "calibration") if isinstance(calibration, (str, os.PathLike)) else ("", b"")
+            if not label:
+                raise InputError("this is no calibration", key="calibration", allowed="a path, or what calibrate gave")
+            try:
+                text = data.decode()
+            except UnicodeDecodeError:
+                raise InputError("this is no calibration: it is not UTF-8 text", file=label) from None
+        self._args = (label, text, estimator, zero, trust)
+        self._native = _native.Locator(*self._args)
+
+    @property
+    def estimator(self) -> str:
+        """Name of the estimator in use."""
+        return self._native.estimator
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of one reading: strain, or the unit of the reading."""
+        return self._native.noise
+
+    def __repr__(self) -> str:
+        return f"<Locator by {self.estimator}: {self._native.drive}, {self._native.signal}>"
+
+    def locate(self, drive: Any, reading: Any = None) -> Located:
+        """Distances of readings.
+
+        Args:
+            drive: tap angle, degrees (or displacement, mm), number or array; left out where there is only one.
+            reading: signal in the unit of the calibration (strain, microstrain, mV/V, or what the sensor shows).
+
+        Returns:
+            :class:`Located` of floats, or of arrays of the common shape. In arrays, readings with drive 0 are those of the zero
+            and serve those after them.
+
+        Raises:
+            InputError: what is no number, shapes that do not broadcast.
+        """
+        if reading is None:
+            drive, reading = self._only(), drive
+        if {type(drive), type(reading)} <= _SCALARS:
+            distance, sigma, status = self._native.one(drive, reading, False)
+            return Located(distance, sigma, Status(status))
+        shape, n, flat = columns({"drive": drive, "reading": reading}, {"drive": "numbers, degrees or mm", "reading": "numbers"})
+        drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
+        found = [x.reshape(shape) for x in self._native.many(drives, readings)]
+        return Located(*(found if shape else [x[()] for x in found]))
+
+    __call__ = locate
+
+    def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
+        """Answers readings one by one, each a (drive, reading) or, where there is only one drive, a reading. Zero readings among them
+        (drive 0) serve those after them."""
+        native = _native.Locator(*self._args)
+        for item in readings:
+            try:
+                drive, reading = item if isinstance(item, (tuple, list)) else (self._only(), item)
+                distance, sigma, status = native.one(float(drive), float(reading), True)
+            except (TypeError, ValueError) as e:
+                if isinstance(e, InputError):
+                    raise
+                raise InputError("this is no reading", key="readings", value=repr(item), allowed="(drive, reading), or a reading") from None
+            yield Located(distance, sigma, Status(status))
+
+    def table(self, readings: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
+        """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status."""
+        label, data = csv(readings, "readings")
+        found, told = self._native.table(label, data, roles(columns))
+        for text in told:
+            warnings.warn(text, stacklevel=2)
+        return found
+
+    def expected(self, a: float, drive: float, sign: float = 1.0) -> float:
+        """Signal expected of a tap at ``a`` mm, on the side of ``sign``; NaN where none is."""
+        return self._native.expected(a, drive, sign)
+
+    def export(self, language: str) -> str:
+        """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
+        return self._native.export(language)
+
+    def _only(self) -> float:
+        only = self._native.only_drive
+        if only is None:
+            raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._native.drive} of each reading")
+        return only
+
+
+def roles(columns: dict[str, str] | str | None) -> str | None:
+    """Columns under other names, as the library reads them."""
+    if isinstance(columns, dict):
+        columns = ",".join(f"{role}={name}" for role, name in columns.items())
+    return None if columns is None else plain("columns", columns)

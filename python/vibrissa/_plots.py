@@ -1,0 +1,230 @@
+"""Figures from the tables of results, with matplotlib where it is there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._errors import InputError
+from ._native import Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ._results import BestTap, Calibration, Search, Sweep
+
+# Okabe and Ito's colours, which colour-blind readers tell apart.
+_COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
+_DESIGN = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"]
+_MARKS = "osD^vP*"
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as e:
+        raise ImportError("plots need matplotlib: pip install matplotlib") from e
+    return plt.subplots(figsize=(5.2, 3.8), layout="constrained")[1]
+
+
+def _drive(table: Table) -> tuple[str, str]:
+    """Column of the drive, and its label."""
+    return ("theta_deg", "tap angle θ (°)") if "theta_deg" in table else ("delta_mm", "displacement δ (mm)")
+
+
+def _unit(table: Table, name: str) -> tuple[str, str]:
+    """Column of a figure of K, and its label."""
+    return (name, name) if name in table else (f"{name}_mm", f"{name} (mm)")
+
+
+def _whiskers(table: Table) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """The different whiskers in row order, and the number of the whisker of each row."""
+    rows = np.column_stack([table[c] for c in _DESIGN])
+    different, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=int)
+    rank[order] = np.arange(len(order))
+    return different[order], rank[number.reshape(-1)]
+
+
+def _name(whiskers: np.ndarray[Any, Any], number: int) -> str:
+    """What tells a whisker from the others."""
+    varied = [k for k in range(len(_DESIGN)) if len(np.unique(whiskers[:, k])) > 1] or [0, 1]
+    symbols = ["D", "d", "L_a", "x_ss", "l"]
+    return ", ".join(f"{symbols[k]} = {whiskers[number, k]:g}" for k in varied) + " mm"
+
+
+def _needs(table: Table | None, name: str, kind: str) -> Table:
+    if table is None:
+        raise InputError(f"this figure is of the table {name}, which was not asked for", key="kind", value=kind, allowed=f"output=dict({name}=True)")
+    return table
+
+
+def _shown(values: np.ndarray[Any, Any], most: int) -> np.ndarray[Any, Any]:
+    """At most so many of the different values, evenly from the first to the last."""
+    different = np.unique(values)
+    return different if len(different) <= most else different[np.linspace(0, len(different) - 1, most).round().astype(int)]
+
+
+def _lines(keys: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Iterator[tuple[int, float, np.ndarray[Any, Any]]]:
+    for k, value in enumerate(wanted):
+        yield k, value, np.flatnonzero(keys == value)
+
+
+def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: Any = None) -> Axes:
+    """Figs. 5 to 8 of the paper, and the error against the drive."""
+    kinds: dict[str, Any] = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
+    if kind not in kinds:
+        raise InputError("there is no such figure", key="kind", value=kind, allowed=", ".join(kinds))
+    if kind == "sd":
+        return _sd(_needs(result.designs, "designs", kind), _axes(ax))
+    name = "designs" if kind == "error" else "tuples"
+    table = _needs(getattr(result, name), name, kind)
+    whiskers, number = _whiskers(table)
+    if not 0 <= design < len(whiskers):
+        raise InputError("there is no such whisker", key="design", value=design, allowed=f"0 … {len(whiskers) - 1}")
+    rows = np.flatnonzero(number == design)
+    column, label = _drive(table)
+    of = table[column][rows]
+    wanted = _shown(of, 5) if drives is None else np.atleast_1d(np.asarray(drives, dtype=float))
+    ax = _axes(ax)
+    if kind == "strain":
+        _strain(table, rows, ax)
+    elif kind == "error":
+        _error(table, rows, ax)
+    else:
+        kinds[kind](table, rows, ax, of, wanted)
+    ax.set_title(_name(whiskers, design), fontsize="medium")
+    return ax
+
+
+def _strain(table: Table, rows: np.ndarray[Any, Any], ax: Axes) -> Axes:
+    """Strain against the drive at a few distances, exact beside linear."""
+    column, label = _drive(table)
+    a = table["a_mm"][rows]
+    for k, value, at in _lines(a, _shown(a, 4)):
+        x = table[column][rows[at]]
+        order = np.argsort(x)
+        ax.plot(x[order], table["strain"][rows[at]][order], color=_COLOURS[k], label=f"a = {value:g} mm")
+        ax.plot(x[order], table["strain_linear"][rows[at]][order], color=_COLOURS[k], linestyle="--", linewidth=0.9)
+    ax.plot([], [], color="grey", linestyle="--", linewidth=0.9, label="linear theory θ f(a)")
+    ax.set(xlabel=label, ylabel="strain ε")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _k(table: Table, rows: np.ndarray[Any, Any], ax: Axes, of: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Axes:
+    """K against the distance, a line for each drive."""
+    name, label = _unit(table, "K")
+    for k, value, at in _lines(of, wanted):
+        ax.plot(table["a_mm"][rows[at]], table[name][rows[at]], color=_COLOURS[k % 7], marker=_MARKS[k % 7], markersize=4,
+                label=f"{'θ' if 'theta_deg' in table else 'δ'} = {value:g}{'°' if 'theta_deg' in table else ' mm'}")
+    ax.set(xlabel="contact distance a (mm)", ylabel=label)
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _distance(table: Table, rows: np.ndarray[Any, Any], ax: Axes, of: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Axes:
+    """Estimated against true distance, a mark for each drive."""
+    a = table["a_mm"][rows]
+    ax.plot([a.min(), a.max()], [a.min(), a.max()], color="grey", linewidth=0.9, label="true")
+    for k, value, at in _lines(of, wanted):
+        ax.plot(a[at], table["distance_mm"][rows[at]], color=_COLOURS[k % 7], marker=_MARKS[k % 7], markersize=4, linestyle="none",
+                label=f"{'θ' if 'theta_deg' in table else 'δ'} = {value:g}{'°' if 'theta_deg' in table else ' mm'}")
+    ax.set(xlabel="contact distance a (mm)", ylabel="estimated distance â (mm)")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _sd(table: Table, ax: Axes) -> Axes:
+    """Spread of K against the drive, a line for each whisker."""
+    column, label = _drive(table)
+    name, of_k = _unit(table, "K_sd")
+    whiskers, number = _whiskers(table)
+    for design in _shown(number, 7):
+        rows = np.flatnonzero(number == design)
+        order = np.argsort(table[column][rows])
+        k = int(design) % 7
+        ax.plot(table[column][rows][order], table[name][rows][order], color=_COLOURS[k], marker=_MARKS[k], markersize=4, label=_name(whiskers, int(design)))
+    ax.set(xlabel=label, ylabel=of_k, yscale="log")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _error(table: Table, rows: np.ndarray[Any, Any], ax: Axes) -> Axes:
+    """Bias, noise and total against the drive."""
+    column, _ = _drive(table)
+    _errors(table[column][rows], [table[c][rows] for c in ("error_rms_mm", "noise_rms_mm", "total_rms_mm")], ax)
+    ax.set_xlabel(_drive(table)[1])
+    return ax
+
+
+def _errors(drive: np.ndarray[Any, Any], parts: list[np.ndarray[Any, Any]], ax: Axes) -> None:
+    order = np.argsort(drive)
+    for values, name, style, k in zip(parts, ("bias", "noise", "total"), ("--", ":", "-"), (1, 2, 0)):
+        if np.nanmax(values, initial=0.0) > 0:
+            ax.plot(drive[order], values[order], linestyle=style, color=_COLOURS[k], label=name)
+    ax.set(ylabel="error of the distance, rms (mm)", yscale="log")
+    ax.legend(fontsize="small")
+
+
+def best_tap(result: BestTap, ax: Axes | None) -> Axes:
+    """Error against the drive with its optimum."""
+    ax, curve = _axes(ax), result.curve
+    column, label = _drive(curve)
+    if np.isfinite(curve["total_rms_mm"]).any():
+        _errors(curve[column], [curve[c] for c in ("bias_rms_mm", "noise_rms_mm", "total_rms_mm")], ax)
+        y = result.optimum["total_rms_mm"]
+    else:
+        name, of_k = _unit(curve, "K_sd")
+        ax.plot(curve[column], curve[name], color=_COLOURS[0])
+        ax.set(ylabel=of_k, yscale="log")
+        y = result.optimum[name]
+    x = result.optimum[column]
+    ax.plot([x], [y], "o", color=_COLOURS[6], label=f"best: {x:.3g}{'°' if column == 'theta_deg' else ' mm'}")
+    ax.set_xlabel(label)
+    ax.legend(fontsize="small")
+    return ax
+
+
+def search(result: Search, ax: Axes | None) -> Axes:
+    """The front, or the way of a search."""
+    ax = _axes(ax)
+    if result.front is not None:
+        name, of_k = _unit(result.front, "K_sd")
+        ax.plot(result.front[name], result.front["total_rms_mm"], ".", color=_COLOURS[0], label="front")
+        ax.plot([result.best[name]], [result.best["total_rms_mm"]], "o", color=_COLOURS[1], label="least total")
+        ax.set(xlabel=of_k, ylabel="total_rms_mm", xscale="log")
+    else:
+        objective = result.run["result"]["objective"]
+        column = {"sd": _unit(result.history, "K_sd")[0], "distance": "total_rms_mm"}.get(objective, "weighted")
+        ax.step(result.history["evaluations"], result.history[column], where="post", color=_COLOURS[0], label=f"best {column}")
+        ax.set(xlabel="evaluations", ylabel=column, yscale="log")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def calibration(result: Calibration, ax: Axes | None) -> Axes:
+    """Data over what the winner expects of them."""
+    ax, rows = _axes(ax), result.rows
+    signal = "strain" if "strain" in rows else "reading"
+    column = "theta_deg" if "theta_deg" in rows else "delta_mm"
+    tap = np.isfinite(rows["expected"])
+    used = rows["use"] == "used"
+    drive = rows[column]
+    for k, value, at in _lines(np.where(tap & used, drive, np.nan), _shown(drive[tap & used], 5)):
+        a = rows["a_mm"][at]
+        order = np.argsort(a)
+        name = f"{'θ' if column == 'theta_deg' else 'δ'} = {value:g}{'°' if column == 'theta_deg' else ' mm'}"
+        ax.plot(a[order], rows["expected"][at][order], color=_COLOURS[k], linewidth=0.9)
+        ax.plot(a, rows[signal][at], _MARKS[k], color=_COLOURS[k], markersize=3, label=name)
+    suspect = tap & (rows["use"] == "suspect")
+    if suspect.any():
+        ax.plot(rows["a_mm"][suspect], rows[signal][suspect], "x", color="black", label="suspect")
+    ax.set(xlabel="contact distance a (mm)", ylabel=signal, title=f"{result.estimator}, data and fit")
+    ax.legend(fontsize="small")
+    return ax

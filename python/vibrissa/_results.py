@@ -1,0 +1,200 @@
+"""What commands give: tables, and the rest as a dict."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+from ._native import Table
+
+if TYPE_CHECKING:
+    import matplotlib.axes
+
+    from ._locate import Locator
+
+
+class _Result:
+    """Tables as attributes, and ``run``: what ran, on what, how long, with every value in force (as run.json, docs/reference.md)."""
+
+    run: dict[str, Any]
+
+    def __init__(self, run: str) -> None:
+        self.run = json.loads(run)
+
+    def _tables(self) -> dict[str, Table]:
+        return {name: value for name, value in vars(self).items() if isinstance(value, Table)}
+
+    def __repr__(self) -> str:
+        tables = ", ".join(f"{name} ({len(table)})" for name, table in self._tables().items())
+        return f"<{type(self).__name__}: {tables}>"
+
+
+class Sweep(_Result):
+    """Result of :func:`vibrissa.sweep`.
+
+    Attributes:
+        tuples: a row is a tap (strain, K, estimated distance, forces, status).
+        designs: a row is a whisker at one drive, over its distances (K_mean, K_sd, bias, noise, total).
+        distances: a row is a whisker at one distance, over its drives.
+        run: values in force, backend, counts per status, seconds.
+
+    A table that was not asked for is None.
+    """
+
+    tuples: Table | None
+    designs: Table | None
+    distances: Table | None
+
+    def __init__(self, tables: list[tuple[str, Table | None]], run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.tuples, self.designs, self.distances = (named.get(n) for n in ("tuples", "designs", "distances"))
+
+    def to_pandas(self, table: str = "designs") -> Any:
+        """One of the tables as a DataFrame over the same memory: ``"tuples"``, ``"designs"`` or ``"distances"``."""
+        found = self._tables().get(table)
+        if found is None:
+            raise KeyError(f"no table {table!r}; there are {', '.join(self._tables()) or 'none'}")
+        return found.to_pandas()
+
+    def plot(self, kind: str = "sd", ax: matplotlib.axes.Axes | None = None, **options: Any) -> matplotlib.axes.Axes:
+        """A figure of the paper from these tables; needs matplotlib.
+
+        Args:
+            kind: ``"strain"`` (Fig. 5: strain against the drive, exact beside linear), ``"K"`` (Fig. 6: K against the distance),
+                ``"sd"`` (Fig. 7: spread of K against the drive), ``"distance"`` (Fig. 8: estimated against true distance),
+                ``"error"`` (bias, noise and total against the drive).
+            ax: where to draw; a new figure by default.
+            **options: ``design`` (number of the whisker, in row order) for "strain", "K", "distance" and "error"; ``drives`` to show.
+        """
+        from ._plots import sweep
+
+        return sweep(self, kind, ax, **options)
+
+
+class BestTap(_Result):
+    """Result of :func:`vibrissa.tap`.
+
+    Attributes:
+        curve: a row is a drive (K_mean, K_sd, bias, noise and total of the distance, largest strain).
+        optimum, unconstrained: the best drive within the strain limit, and whatever the strain.
+        limited_by: ``bias``, ``noise``, ``strain_limit``, ``bound`` or ``complete_rows``; ``why`` says it in a sentence.
+        at_bound: whether the optimum is an end of the interval.
+        other: what the other estimator would give.
+    """
+
+    def __init__(self, curve: Table, run: str) -> None:
+        super().__init__(run)
+        self.curve = curve
+        result = self.run["result"]
+        self.optimum: dict[str, Any] = result["optimum"]
+        self.unconstrained: dict[str, Any] = result["unconstrained"]
+        self.limited_by: str = result["limited_by"]
+        self.why: str = result["why"]
+        self.at_bound: bool = result["at_bound"]
+        self.other: dict[str, Any] | None = result["other"]
+
+    def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+        """Bias, noise and total against the drive, the optimum marked; needs matplotlib."""
+        from ._plots import best_tap
+
+        return best_tap(self, ax)
+
+
+class Search(_Result):
+    """Result of :func:`vibrissa.optimise` and :func:`vibrissa.pareto`.
+
+    Attributes:
+        best: the best design at its drive, its figures and status (a row of ``designs``).
+        value: the objective there; ``why`` says what limits it, ``ended_by`` why the search ended.
+        front: the trade-off front, a row is a design; None unless the objective is ``pareto``.
+        history: the best after each step.
+        sensitivity: elasticities and Sobol' indices of each parameter.
+        best_spec: the best design as the text of a spec that :func:`vibrissa.sweep` runs.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], best_spec: str, run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.history, self.sensitivity = named["history"], named["sensitivity"]
+        self.front: Table | None = named.get("pareto")
+        self.best_spec = best_spec
+        result = self.run["result"]
+        self.best: dict[str, Any] = result["best"]
+        self.value: float = result["value"]
+        self.why: str = result["why"]
+        self.ended_by: str = result["ended_by"]
+
+    def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+        """The front, the best design marked, or without one the best value against evaluations; needs matplotlib."""
+        from ._plots import search
+
+        return search(self, ax)
+
+
+class Calibration(_Result):
+    """Result of :func:`vibrissa.calibrate`.
+
+    Attributes:
+        text: the calibration as a file that ``vibrissa locate`` and :class:`vibrissa.Locator` read; :meth:`save` writes it.
+        estimator: the one that won on distances left out.
+        K_table: a row is a distance at a drive; designs, distances: over the distances of a drive, over the drives of a distance.
+        rows: every row of the data with its residual, used or suspect, and the reason.
+        result: noise, zero, sides, estimators compared, coverage of σ.
+        warnings: what to know before trusting it.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], text: str, run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.K_table, self.designs, self.distances, self.rows = (named[n] for n in ("K_table", "designs", "distances", "rows"))
+        self.text = text
+        self.result: dict[str, Any] = self.run["result"]
+        self.estimator: str = self.result["estimator"]
+        self.warnings: list[str] = self.result["warnings"]
+
+    def locator(self, estimator: str | None = None, zero: float | None = None) -> Locator:
+        """What answers readings of this whisker; see :class:`vibrissa.Locator`."""
+        from ._locate import Locator
+
+        return Locator(self, estimator=estimator, zero=zero)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes ``text`` to ``path``, whole or not at all."""
+        part = f"{os.fspath(path)}.part"
+        with open(part, "w", encoding="utf-8", newline="\n") as file:
+            file.write(self.text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+
+    def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+        """Measured signals over what the winner expects, suspects marked; needs matplotlib."""
+        from ._plots import calibration
+
+        return calibration(self, ax)
+
+
+class Verification(_Result):
+    """Result of :func:`vibrissa.verify`: the census of strain errors, a row is a configuration on a backend. True where no bound is broken."""
+
+    def __init__(self, census: Table, run: str, ok: bool) -> None:
+        super().__init__(run)
+        self.census = census
+        self.ok = ok
+
+    def __bool__(self) -> bool:
+        return self.ok
+
+
+class Simulation(_Result):
+    """Result of :func:`vibrissa.simulate`: ``measurements``, a row is a tap or a zero reading."""
+
+    def __init__(self, measurements: Table, run: str) -> None:
+        super().__init__(run)
+        self.measurements = measurements
+
+    def to_pandas(self) -> Any:
+        """``measurements`` as a DataFrame."""
+        return self.measurements.to_pandas()

@@ -1,0 +1,118 @@
+"""Keywords and mappings as the text of a spec (TOML), which the library reads like any other."""
+
+from __future__ import annotations
+
+import numbers
+import os
+import re
+from collections.abc import Mapping
+from typing import Any, Union
+
+import numpy as np
+
+from ._errors import InputError
+
+Section = Mapping[str, Any]
+Spec = Union[str, "os.PathLike[str]", Mapping[str, Section], None]
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_ESCAPES = {**{i: f"\\u{i:04x}" for i in (*range(32), 127)}, ord('"'): '\\"', ord("\\"): "\\\\"}
+
+
+def axis(start: float, stop: float, *, steps: int | None = None, step: float | None = None, scale: str = "linear") -> dict[str, Any]:
+    """An even (``scale="linear"``) or logarithmic (``"log"``) axis from ``start`` to ``stop``, both ends included.
+
+    Args:
+        start, stop: ends, in the unit of the key it is given to (mm, degrees).
+        steps: number of points; or
+        step: their distance; ``stop`` is a point when a step falls on it.
+    """
+    given = {"steps": steps, "step": step, "scale": None if scale == "linear" else scale}
+    return {"from": start, "to": stop, **{k: v for k, v in given.items() if v is not None}}
+
+
+def samples(low: float, high: float, n: int, *, sampler: str = "sobol", seed: int = 0, scale: str = "linear") -> dict[str, Any]:
+    """``n`` points between ``low`` and ``high``, ``"sobol"`` (Owen-scrambled) or ``"random"``. Sampled axes of one spec share their points."""
+    given = {"min": low, "max": high, "samples": n, "sampler": sampler, "seed": seed}
+    return given if scale == "linear" else {**given, "scale": scale}
+
+
+def _text(key: str, value: Any) -> str:
+    """``value`` as TOML on one line; ``key`` names it in complaints."""
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f'"{plain(key, value).translate(_ESCAPES)}"'
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Real):
+        return repr(float(value))
+    if isinstance(value, os.PathLike):
+        return _text(key, os.fspath(value))
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_name(k)} = {_text(f'{key}.{k}', v)}" for k, v in value.items() if v is not None) + " }"
+    if isinstance(value, (list, tuple, range)):
+        return "[" + ", ".join(_text(key, v) for v in value) + "]"
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise InputError("masked values are no numbers", key=key, allowed="an array without a mask")
+    if hasattr(value, "__array__") and not isinstance(value, type):
+        array = np.asarray(value)
+        if array.ndim > 1:
+            raise InputError(f"an axis has one dimension, not {array.ndim}", key=key, value=f"array of shape {array.shape}", allowed="a one-dimensional array")
+        return _text(key, array.tolist())
+    kind = type(value).__name__
+    raise InputError(f"{kind} is nothing that a spec holds", key=key, value=_short(value), allowed="numbers, words, true or false, lists, ranges, numpy arrays, dicts")
+
+
+def plain(key: str, text: str) -> str:
+    """``text``, if it is one: halves of characters are none."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError("this is no text: it holds half of a character", key=key, value=ascii(text), allowed="Unicode text") from None
+    return text
+
+
+def _short(value: Any) -> str:
+    text = repr(value).encode(errors="replace").decode()
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+def _name(key: Any) -> str:
+    if not isinstance(key, str):
+        raise InputError("a key must be a word", key=_short(key), allowed="str")
+    return key if _BARE.fullmatch(key) else _text("spec", key)
+
+
+def document(sections: Mapping[str, Section | None]) -> str:
+    """``sections`` as the text of a spec; None, as a section or a value, is not there."""
+    lines = []
+    for name, section in sections.items():
+        if section is None:
+            continue
+        if not isinstance(section, Mapping):
+            if name == "format":
+                lines.insert(0, f"format = {_text(name, section)}")
+                continue
+            raise InputError("a section is a dict of its keys", key=name, value=_short(section), allowed=f"{name}=dict(…)")
+        lines.append(f"[{_name(name)}]")
+        lines += [f"{_name(key)} = {_text(f'{name}.{key}', value)}" for key, value in section.items() if value is not None]
+    return "\n".join([*lines, ""]) if lines else ""
+
+
+def resolve(spec: Spec, sections: Mapping[str, Section | None]) -> tuple[str | None, str]:
+    """Path of a spec, if one is named, and the text of what goes over it."""
+    if isinstance(spec, Mapping):
+        merged: dict[str, Any] = dict(spec)
+        for name, section in sections.items():
+            if section is not None:
+                old = merged.get(name)
+                merged[name] = {**old, **section} if isinstance(old, Mapping) and isinstance(section, Mapping) else section
+        return None, document(merged)
+    if spec is None:
+        return None, document(sections)
+    try:
+        os.fsencode(spec)
+        return os.fsdecode(spec), document(sections)
+    except (TypeError, UnicodeError):
+        raise InputError("this is no spec", key="spec", value=_short(spec), allowed="a path, a dict of sections, or nothing") from None

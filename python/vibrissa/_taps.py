@@ -1,0 +1,209 @@
+"""Single taps: numbers and arrays in, numbers and arrays out."""
+
+from __future__ import annotations
+
+import enum
+import numbers
+from typing import Any, Literal, NamedTuple, Union, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._errors import InputError
+from ._progress import Progress, shown
+from ._spec import _short, document
+
+Number = Union[float, NDArray[np.float64]]
+
+
+class Status(enum.IntFlag):
+    """What there is to say of a tap or a distance; 0 is ok. The words of the column ``status`` (docs/reference.md) as bits."""
+
+    ok = 0
+    invalid_geometry = 1
+    no_strain = 2
+    not_converged = 4
+    material_limit = 8
+    slipped_off = 16
+    strain_limit = 32
+    no_root = 64
+    ambiguous = 128
+    outside_calibration = 256
+    bad_input = 512
+
+    @property
+    def words(self) -> str:
+        """``"ok"``, or words joined by +, as tables have them."""
+        return "+".join(s.name or "" for s in Status if s and s in self) or "ok"
+
+
+def status_words(status: ArrayLike) -> NDArray[np.object_]:
+    """Status bits as the words of tables, element by element."""
+    bits = np.asarray(status)
+    different, place = np.unique(bits, return_inverse=True)
+    return np.array([Status(int(s)).words for s in different], dtype=object)[place].reshape(bits.shape)
+
+
+class Tap(NamedTuple):
+    """What taps give; each a number, or an array of the common shape. NaN where there is no value: ``status`` says why."""
+
+    strain: Any
+    """Mean strain of the gauge, positive for tension."""
+    strain_linear: Any
+    """The same by the theory of the estimate, ±θ f (model.md §4.1)."""
+    K_deviation: Any
+    """K − 1 at full relative precision (21)."""
+    normal_force_N: Any
+    """Contact force across the whisker P, N."""
+    tangential_force_N: Any
+    """Contact force along the whisker T, N."""
+    contact_arc_mm: Any
+    """Arc length of the contact c, mm."""
+    status: Any
+    """Bits of :class:`Status`."""
+    sticks: Any
+    """Whether the contact sticks."""
+
+    @property
+    def K(self) -> Any:
+        """strain_linear/strain (20)."""
+        return 1.0 + self.K_deviation
+
+
+_SECTION = {
+    "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "theory": "estimate",
+    "backend": "run", "adapter": "run", "precision": "run", "tolerance": "run", "threads": "run",
+}
+_SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
+_NAMES = ("D", "d", "L_a", "x_ss", "l", "a", "theta")
+_solvers: dict[str, _native.Taps] = {}
+_MOST_SOLVERS = 64
+
+
+def _solver(model: dict[str, Any], displaced: bool) -> _native.Taps:
+    """What solves taps of this model: made once."""
+    text = ""
+    if model or displaced:
+        sections: dict[str, dict[str, Any]] = {}
+        for key, value in model.items():
+            sections.setdefault(_SECTION.get(key, "model"), {})[key] = value
+        if displaced:
+            sections["tap"] = {"drive": "displacement"}
+        text = document(sections)
+    found = _solvers.get(text)
+    if found is None:
+        if len(_solvers) >= _MOST_SOLVERS:
+            _solvers.clear()
+        found = _solvers[text] = _native.Taps(text)
+    return found
+
+
+def number_array(name: str, value: Any, unit: str) -> NDArray[np.float64]:
+    """``value`` as an array of float64; complaints name the argument."""
+    if isinstance(value, np.ma.MaskedArray):
+        value = np.ma.filled(value.astype(np.float64), np.nan)
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError) as e:
+        raise InputError(f"this is no array of numbers: {e}", key=name, value=_short(value), allowed=unit) from None
+    if array.dtype.kind == "O":
+        real = all(isinstance(x, numbers.Real) and not isinstance(x, (bool, np.bool_)) for x in array.flat)
+        if not real:
+            raise InputError("some of these objects are no numbers", key=name, value=_short(value), allowed=unit)
+        try:
+            return array.astype(np.float64)
+        except (OverflowError, TypeError, ValueError) as e:
+            raise InputError(f"some of these objects are no numbers: {e}", key=name, value=_short(value), allowed=unit) from None
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{array.dtype} is no type of numbers", key=name, value=_short(value), allowed=unit)
+    return array.astype(np.float64, copy=False)
+
+
+def columns(given: dict[str, Any], units: dict[str, str]) -> tuple[tuple[int, ...], int, list[NDArray[np.float64]]]:
+    """The common shape of all arguments, its size, and each as a contiguous array of that many values, or of one."""
+    arrays = {name: number_array(name, value, units[name]) for name, value in given.items()}
+    try:
+        shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items() if a.ndim)
+        raise InputError("these shapes do not broadcast", key="shapes", value=shapes, allowed="shapes that numpy broadcasts together") from None
+    flat = []
+    for a in arrays.values():
+        if a.size != 1:
+            a = np.broadcast_to(a, shape)
+        flat.append(np.ascontiguousarray(a, dtype=np.float64).reshape(-1))
+    return shape, int(np.prod(shape, dtype=np.int64)), flat
+
+
+_UNITS = {
+    "D": "numbers > 0, mm", "d": "numbers > 0, mm", "L_a": "numbers > 0, mm", "x_ss": "numbers ≥ 0, mm", "l": "numbers > 0, mm",
+    "a": "numbers > 0 and ≤ L_a, mm", "theta": "numbers > 0 and < 90, degrees", "delta": "numbers > 0, mm",
+}
+
+
+@overload
+def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
+           delta: ArrayLike | None = None, full: Literal[False] = False, progress: Progress = None, **model: Any) -> Any: ...
+@overload
+def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
+           delta: ArrayLike | None = None, full: Literal[True], progress: Progress = None, **model: Any) -> Tap: ...
+def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *,
+           delta: Any = None, full: bool = False, progress: Progress = None, **model: Any) -> Any:
+    """Mean strain of the gauge when a whisker taps an object.
+
+    Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape.
+
+    Args:
+        D, d: diameter at base and tip, mm, > 0.
+        L_a: length, mm, > 0.
+        x_ss, l: place of the gauge's near end (≥ 0) and length of its grid (> 0), mm; x_ss + l ≤ L_a.
+        a: contact distance, mm, 0 < a ≤ L_a.
+        theta: tap angle, degrees, 0 < θ < 90; or
+        delta: displacement of the object, mm.
+        full: return a :class:`Tap` with forces, contact, K and ``status`` beside the strain.
+        progress: True (a bar, if tqdm is installed) or a function of (taps done, taps).
+        **model: keys of a spec's [model] (``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``,
+            ``contact``, ``material={"neo-hookean": 3.2}``), and ``hub``, ``side``, ``strain_limit``, ``theory``,
+            ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f32"), ``tolerance`` (1e-5 in f32), ``threads``.
+
+    Returns:
+        float, ndarray of float64, or :class:`Tap`. A tap that has no value (outside the domain, slipped off with ``status``,
+        not converged) is NaN; ``full=True`` says why.
+
+    Raises:
+        InputError: what is no number, shapes that do not broadcast, a key or value of the model that is not allowed.
+        RunError: a device that fails.
+
+    Source: the geometrically exact rod of docs/model.md §3; K by (20), (21).
+
+    >>> round(strain(10, 4, 50, 5, 2, 30, 4.0), 5)
+    0.02233
+    """
+    if theta is None:
+        if delta is None:
+            raise InputError("the drive is missing", key="theta", allowed="theta (degrees) or delta (mm)")
+        name, drive = "delta", delta
+    elif delta is not None:
+        raise InputError("a tap has one drive", key="delta", allowed="theta (degrees) or delta (mm), not both")
+    else:
+        name, drive = "theta", theta
+    solver = _solver(model, name == "delta")
+    if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive)} <= _SCALARS:
+        try:
+            one = solver.one(D, d, L_a, x_ss, l, a, drive)
+        except OverflowError as e:
+            raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
+        return Tap(*one[:6], Status(one[6]), one[7]) if full else one[0]
+    given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
+    shape, n, flat = columns(given, _UNITS)
+    if n == 0:
+        empty = np.empty(shape)
+        words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
+        return Tap(empty, empty, empty, empty, empty, empty, words, sticks) if full else empty
+    with shown(progress) as tell:
+        found = solver.many(n, flat, full, tell)
+    shaped: list[Any] = [x.reshape(shape) for x in found]
+    if not shape:
+        shaped = [x[()] for x in shaped]
+    return Tap(*shaped) if full else shaped[0]

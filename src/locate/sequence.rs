@@ -1,0 +1,42 @@
+//! Readings one by one, as numbers: what a robot or an array of them asks.
+
+use super::tare::Tare;
+use super::{Located, Locator};
+use crate::status::Status;
+
+/// A drive that was not recorded.
+const UNRECORDED: f64 = 1.0;
+
+/// Readings in the order in which they were taken: zero readings among them serve those after them.
+#[derive(Debug, Clone)]
+pub struct Sequence {
+    tare: Tare,
+    follows: bool,
+}
+
+impl Sequence {
+    /// Of readings for `locator`, above `zero` if it is known, both in the unit of the calibration.
+    pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
+        let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
+        Self { tare: Tare::new(locator, zero.map(signal)), follows: false }
+    }
+
+    /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
+    pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
+        let factor = locator.rig.setup.gauge.factor;
+        let signal = locator.unit.strain(value, factor);
+        let finite = drive.is_finite() && signal.is_finite();
+        let rests = finite && locator.rests(drive);
+        let follows = std::mem::replace(&mut self.follows, rests);
+        if rests {
+            let _ = self.tare.see(locator, signal, follows);
+            return Located::nothing(Status::NO_STRAIN);
+        }
+        if !finite {
+            return Located::nothing(Status::BAD_INPUT);
+        }
+        let drive = if locator.drive_recorded { drive } else { UNRECORDED };
+        let (zero, share) = self.tare.at(0).unwrap_or((0.0, 0.0));
+        locator.locate_above(drive, locator.unit.above(signal, zero, factor), 0.0, share)
+    }
+}

@@ -1,0 +1,71 @@
+//! A sweep whose tables stay in memory.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::writers::{Tables, Writers};
+use super::{Before, Checked, Clock, Report, Run, checked, fuller, routes, until_it_holds};
+use crate::backend::Choice;
+use crate::error::Error;
+use crate::needed::Needed;
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::scene::Spec;
+use crate::sink::run_json::Seconds;
+
+/// Does what `plan`, of `spec` on `choice`, says, and gives the tables that it asks for; nothing is written, and a stopped one cannot go on. With
+/// `needed` by the model that it says, which is in `spec`, or by the fuller one that the rows kept turn out to need.
+///
+/// # Errors
+/// Tables for which there is no memory; a backend that fails; `stop`, set from outside.
+pub fn collect(
+    spec: &mut Spec,
+    plan: Plan,
+    choice: &Choice,
+    (stop, progress): (&AtomicBool, &mut dyn Progress),
+    needed: Option<&mut Needed>,
+) -> Result<(Report, Tables), Error> {
+    let Some(needed) = needed else {
+        let clock = Clock { start: Instant::now(), before: choice.seconds + plan.seconds, chart: plan.chart };
+        let done = attempt(spec, &plan, choice, (stop, progress), (clock, None))?;
+        return Ok(done.expect("without a model to check every sweep is done"));
+    };
+    until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
+        attempt(spec, plan, choice, (stop, progress), timed)
+    })
+}
+
+/// One sweep; `None` where its kept rows show that its model does not do.
+fn attempt(
+    spec: &Spec,
+    plan: &Plan,
+    choice: &Choice,
+    (stop, progress): (&AtomicBool, &mut dyn Progress),
+    (clock, needed): (Clock, Option<&mut Needed>),
+) -> Result<Option<(Report, Tables)>, Error> {
+    let begun = Instant::now();
+    let (study, full) = (&spec.study, fuller(needed.as_deref()));
+    let method = choice.open(&study.setup.model)?;
+    let open = begun.elapsed().as_secs_f64() + choice.seconds;
+    let before = Before::nothing(Writers::in_memory(study, plan)?);
+    let mut run = Run::new((study, plan), method, before, (stop, progress));
+    let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
+    run.evaluator = run.evaluator.guarded(guard);
+    routes(&mut run, spec)?;
+    let Checked::Holds(model_error) = checked(&run, needed)? else { return Ok(None) };
+    let Run { writers, counts, best, solve, .. } = run;
+    let (ranked, total) = (counts.complete.unwrap_or(best.offered), clock.start.elapsed().as_secs_f64());
+    let seconds =
+        Seconds { total: total + clock.before, open, chart: clock.chart, solve: solve.as_secs_f64() };
+    let report = Report {
+        files: Vec::new(),
+        removed: Vec::new(),
+        counts,
+        seconds,
+        backend: choice.backend.clone(),
+        highlights: best.into_rows(),
+        ranked,
+        model_error,
+    };
+    Ok(Some((report, writers.into_tables())))
+}
