@@ -8,7 +8,7 @@ use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::run::precise;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{BackendChoice, RunOptions, Spec};
+use vibrissa::scene::{BackendChoice, RunOptions, Setup, Spec};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -34,7 +34,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let choice = choose(&options)?;
+    let choice = choose(&options, &spec.study.setup)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
     let bound = needed::bound(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
@@ -97,7 +97,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
 }
 
 /// What was asked for, or the CPU in f64.
-fn choose(options: &RunOptions) -> Result<Choice, Error> {
+fn choose(options: &RunOptions, setup: &Setup) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
@@ -105,7 +105,7 @@ fn choose(options: &RunOptions) -> Result<Choice, Error> {
         choice.backend.reason = "few taps".into();
         return Ok(choice);
     }
-    Choice::new(options)
+    Choice::for_taps(options, setup)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {
