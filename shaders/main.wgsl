@@ -3,6 +3,8 @@
 struct Batch {
     // Taps in this batch; invocations beyond do nothing.
     count: u32,
+    // Number of the batch; it is in the seal of every answer.
+    stamp: u32,
 }
 
 @group(0) @binding(0) var<uniform> batch: Batch;
@@ -12,6 +14,6 @@ struct Batch {
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < batch.count {
-        solutions[id.x] = solve(taps[id.x]);
+        solutions[id.x] = seal(solve(taps[id.x]), id.x, batch.stamp);
     }
 }

@@ -6,7 +6,8 @@ struct Job {
     count: u32,
     stride: u32,
     bound: f32,
-    unused: u32,
+    // Number of the batch, in the upper bits of every entry of the lists.
+    stamp: u32,
     // Digits of the first design, one per factor.
     first: array<vec4<u32>, 2>,
 }
@@ -46,18 +47,28 @@ fn bounds(value: f32, slope: f32, beta: f32, lo: f32, hi: f32) -> vec3<f32> {
     return vec3<f32>(low, min(high, peak), peak);
 }
 
+// Notes that design `i` must be solved tap by tap; 1.
+fn list_hard(i: u32) -> u32 {
+    hard[atomicAdd(&tally[1], 1u)] = job.stamp | i;
+    return 1u;
+}
+
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var words = Words();
+    // Designs gone through, and those of them that go to the list of hard ones here.
+    var seen = 0u;
+    var left = 0u;
     for (var i = id.x; i < job.count; i += job.stride) {
+        seen += 1u;
         let w = whisker(i);
         let c = case_of(w);
         if c == 2u {
             words.invalid += NA * DRIVES;
         } else if c == 1u {
-            hard[atomicAdd(&tally[1], 1u)] = i;
+            left += list_hard(i);
         } else {
-            design(i, w, &words);
+            left += design(i, w, &words);
         }
     }
     atomicAdd(&tally[2], words.ok);
@@ -67,4 +78,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     atomicAdd(&tally[6], words.ambiguous);
     atomicAdd(&tally[7], words.invalid);
     atomicAdd(&tally[8], words.complete);
+    atomicAdd(&tally[9], seen);
+    let counts = array<u32, 8>(
+        left, words.ok, words.slipped, words.strain, words.rootless, words.ambiguous, words.invalid, words.complete
+    );
+    var sum = 0u;
+    for (var k = 0u; k < 8u; k++) {
+        sum += WEIGHTS[k] * counts[k];
+    }
+    atomicAdd(&tally[10], sum);
 }

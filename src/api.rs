@@ -48,7 +48,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// # Errors
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
-    let choice = Choice::new(options)?;
+    let choice = Choice::for_taps(options, &study.setup)?;
     let (plan, never) = (Plan::new(study, &choice)?, AtomicBool::new(false));
     let target = Target { force: options.force == Some(true), ..Target::new(out, &never) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)
@@ -59,5 +59,5 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 /// # Errors
 /// No drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
-    tap::find(study, ends, objective, &Choice::new(&RunOptions::default())?)
+    tap::find(study, ends, objective, &Choice::for_taps(&RunOptions::default(), &study.setup)?)
 }

@@ -38,7 +38,7 @@ pub fn tap(
     let (mut spec, ends) = read.map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
-        let choice = best_tap::choice(&spec.run)?;
+        let choice = best_tap::choice(&spec.run, &spec.study.setup)?;
         let report = match settle(&mut spec, &asked.label, &choice)? {
             Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, bound)?,
             None => best_tap::find(&spec.study, ends, objective, &choice)?,
@@ -81,7 +81,7 @@ pub fn optimise<'py>(
     let (mut spec, wanted) = asked.read(spec::parse_search).map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Told)| {
-        let choice = Choice::new(&spec.run)?;
+        let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let needed = bound.map(|e| search::run::needed(&spec, &wanted, e)).transpose()?;
         let (options, watch) = (spec.run.clone(), &mut Steps(tell));

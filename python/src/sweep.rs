@@ -79,7 +79,7 @@ pub fn sweep<'py>(
     let mut spec = read().map_err(|e| crate::error::raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
-        let choice = Choice::new(&spec.run)?;
+        let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
         let mut needed = bound.map(fewer).transpose()?;

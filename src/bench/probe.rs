@@ -68,8 +68,12 @@ impl Solver for Probe {
         Ok(())
     }
 
-    fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         self.inner.ranking(scope, layout)
+    }
+
+    fn failed(&mut self, why: &SolveError) {
+        self.inner.failed(why);
     }
 
     fn batch_limit(&self) -> usize {

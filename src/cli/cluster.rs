@@ -34,7 +34,7 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
     let options = args.common.over(&spec.run);
     reply::in_json(options.json == Some(true));
     if spec::model_error(&spec)?.is_some() {
-        vibrissa::sweep::whole(Some(Shard { index: 1, of: args.shards }))?;
+        vibrissa::sweep::whole(Some(Shard { index: 1, of: args.shards }), &spec.study)?;
     }
     // What is computed here is nothing; on which machine, the scripts leave open.
     let choice = Choice::new(&RunOptions {

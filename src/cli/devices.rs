@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::{Choice, listed};
 use vibrissa::error::Error;
 use vibrissa::kernel::{cpu::Cpu, gpu};
-use vibrissa::scene::RunOptions;
+use vibrissa::scene::{RunOptions, Setup};
 
 use super::args::Common;
 use super::reply::Reply;
@@ -15,7 +15,7 @@ use super::reply::Reply;
 pub fn run(common: &Common) -> Result<Reply, Error> {
     let adapters = gpu::adapters();
     let options = RunOptions { backend: None, ..common.over(&RunOptions::default()) };
-    let choice = Choice::new(&options)?;
+    let choice = Choice::for_taps(&options, &Setup::default())?;
     let mut text = String::new();
     for a in &adapters {
         let kind = if a.software { "software" } else { "hardware" };
@@ -40,6 +40,12 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
     let b = &choice.backend;
     let name = b.adapter.as_deref().unwrap_or("CPU kernels");
     let _ = writeln!(text, "--backend auto takes: {name} ({})", b.reason);
+
+    let device = b.device.get();
+    if device.self_checked_kernels > 0 {
+        let when = if device.self_checked_before > 0 { "in an earlier run" } else { "now" };
+        let _ = writeln!(text, "self-check passed {when} (docs/devices.md)");
+    }
 
     Ok(Reply {
         text,

@@ -45,7 +45,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::new(&options)?;
+    let choice = Choice::for_taps(&options, &spec.study.setup)?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
     files::settle_model_error(&mut spec, bound);

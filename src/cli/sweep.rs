@@ -42,10 +42,10 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::new(&options)?;
+    let choice = Choice::for_taps(&options, &spec.study.setup)?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     if bound.is_some() {
-        vibrissa::sweep::whole(args.shard)?;
+        vibrissa::sweep::whole(args.shard, &spec.study)?;
     }
     let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
     let mut needed = bound.map(fewer).transpose()?;

@@ -193,10 +193,21 @@ impl<'a> Evaluator<'a> {
     }
 
     /// What ranks the designs of `scope` on the solver's own device, where it has one.
-    pub fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        match &self.method {
+    pub fn ranking(
+        &mut self,
+        scope: &Scope,
+        layout: &Layout,
+    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        match &mut self.method {
             Method::Fast { solver, .. } => solver.ranking(scope, layout),
             Method::Reference => Ok(None),
+        }
+    }
+
+    /// Tells the solver that its device failed while it ranked.
+    pub fn failed(&mut self, why: &SolveError) {
+        if let Method::Fast { solver, .. } = &mut self.method {
+            solver.failed(why);
         }
     }
 

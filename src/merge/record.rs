@@ -64,15 +64,23 @@ pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64,
     let counts = counts(parts, rows);
     run["in_force"] = in_force(&parts[0], out);
     if let Some(run) = run.as_object_mut() {
-        for key in ["shard", "resumed", "files", "asked", "name"] {
+        for key in ["shard", "resumed", "files", "asked", "name", "handed_over"] {
             run.shift_remove(key);
         }
+    }
+    // What one device did is told with its part.
+    if let Some(backend) = run["backend"].as_object_mut() {
+        backend.shift_remove("device");
     }
     if !run["material_fit"].is_null() {
         let key = "largest_gauge_strain";
         run["material_fit"][key] = largest(parts, |run| &run["material_fit"][key]);
         let within = |part: &Part| part.run["material_fit"]["within_data_range"] != Value::Bool(false);
         run["material_fit"]["within_data_range"] = parts.iter().all(within).into();
+    }
+    if !run["model_error"].is_null() {
+        run["model_error"]["taps_by_full_model"] =
+            sum(parts, |run| &run["model_error"]["taps_by_full_model"]);
     }
     let mut seconds: Value = ["open", "solve"]
         .iter()
@@ -94,6 +102,7 @@ pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64,
             "taps": part.run["counts"]["taps"],
             "seconds": part.run["seconds"]["total"],
             "files": part.run["files"],
+            "handed_over": part.run["handed_over"],
         })
     };
     run["parts"] = parts.iter().map(one).collect();

@@ -13,7 +13,7 @@ use crate::chart::{
     ranker::Ranker,
 };
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::Tuple;
@@ -24,6 +24,9 @@ use crate::status::Status;
 
 /// Designs between two looks at the clock and at the bound.
 const GROUP: u64 = 1 << 16;
+
+/// Times that a device which fails is opened.
+const TRIES: u32 = 2;
 
 /// Designs of one work item.
 const GRAIN: usize = 512;
@@ -43,12 +46,22 @@ pub(super) fn run(
             (run.designs.start, Found::default(), Best::new(top))
         }
     };
-    let device = device(run, ranker, layout)?;
     let mut search = Search { layout, ranker, from, all, best };
-    match device {
-        Some(device) => search.on_device(run, device)?,
-        None => search.on_host(run)?,
+    let mut tries = 0;
+    while tries < TRIES
+        && let Some(device) = device(run, ranker, layout)?
+    {
+        match search.on_device(run, device) {
+            // It goes on after the last batch that came back.
+            Err(Error::Solve(why @ SolveError::Device(_))) => run.evaluator.failed(&why),
+            other => {
+                other?;
+                break;
+            }
+        }
+        tries += 1;
     }
+    search.on_host(run)?;
     let Search { mut all, mut best, .. } = search;
     note(&mut run.counts, &all.words);
     bound(&mut all, ranker.keep());
@@ -82,7 +95,7 @@ pub(super) fn note(counts: &mut Counts, words: &Words) {
 
 /// What ranks on the backend's own device, where it can.
 pub(super) fn device(
-    run: &Run<'_>,
+    run: &mut Run<'_>,
     ranker: &Ranker,
     layout: &Layout,
 ) -> Result<Option<Box<dyn Ranking>>, Error> {

@@ -73,17 +73,20 @@ impl Run<'_> {
         (done, of, what): (u64, u64, &str),
         route: impl FnOnce(&mut Packer<'_>),
     ) -> Result<(), Error> {
+        self.handed.note((done, of, what));
         let (stop, mended) = (self.stop.load(Ordering::Relaxed), self.mended());
         let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) else { return Ok(()) };
         let begun = Instant::now();
         let seconds = keeper.before + keeper.start.elapsed().as_secs_f64();
         let head = Head::new(&keeper.identity, format!("{done} of {of} {what}"), seconds);
         let (writers, counts, best, solve) = (&mut self.writers, &self.counts, &self.best, self.solve);
+        let handed = &self.handed;
         let files = writers.handles()?;
         let kept = keeper.folder.keep(&head, files, stop, |to| {
             counts.pack(to);
             best.pack(to);
             (solve.as_secs_f64(), mended).pack(to);
+            handed.pack(to);
             writers.pack(to)?;
             route(to);
             Ok(())

@@ -12,6 +12,7 @@ mod collect;
 mod design;
 mod file;
 mod grid;
+mod handed;
 mod keep;
 mod list;
 mod needed;
@@ -29,19 +30,21 @@ use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError};
+use crate::evaluate::Outcome;
 use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
 use crate::scene::{Setup, Space, Spec, Study, Tuple};
 use crate::sink::{
-    folder::{Folder, Left, Question, Written},
-    pack::Unpacker,
+    folder::{Folder, Left, Mark, Question, Written},
+    pack::{Packed, Unpacker},
     run_json::{self, Counts, Seconds},
     shard::Shard,
 };
 
 use about::About;
 pub use collect::collect;
+use handed::Handed;
 pub use keep::EVERY;
 use keep::Keeper;
 pub use parted::Place;
@@ -127,7 +130,7 @@ pub fn run_needed(
     progress: &mut dyn Progress,
     needed: &mut Needed,
 ) -> Result<Report, Error> {
-    whole(target.shard)?;
+    whole(target.shard, &spec.study)?;
     until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
         attempt(spec, plan, choice, target, progress, timed)
     })
@@ -156,14 +159,16 @@ fn until_it_holds<T>(
     }
 }
 
-/// Fails for a part of a sweep.
+/// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
+/// the whole keeps.
 ///
 /// # Errors
-/// With a model error no part is done on its own.
-pub fn whole(shard: Option<Shard>) -> Result<(), InputError> {
-    let Some(shard) = shard else { return Ok(()) };
-    let why = "with a model error effects are left off over the whole sweep, checked on the rows that the whole keeps, which no part knows";
-    let allowed = "the whole without --shard, or parts without --model-error and [run] model_error";
+/// With a model error no part of a ranked sweep is done on its own.
+pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
+    let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
+    let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
+    let allowed =
+        "the whole without --shard, parts without top, or parts without --model-error and [run] model_error";
     Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
 }
 
@@ -212,11 +217,15 @@ fn attempt(
     let keeper = Keeper::new(folder, &about.identity, every, (begun, seconds));
     let mut run = Run::new((study, plan), method, before, (target.stop, progress));
     (run.designs, run.keeper, run.part) = (about.designs.clone(), Some(keeper), about.places);
+    run.handed = run.handed.on(choice.backend.device.clone());
     run.taps = plan.taps_of(target.shard);
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
-    let Run { writers, counts, best, solve, keeper, .. } = run;
+    if let Some(kept) = run.counts.kept {
+        run.handed.note((kept, kept, "kept rows"));
+    }
+    let Run { writers, counts, best, solve, keeper, handed, .. } = run;
     let Some(keeper) = keeper else { return Err(keep::damaged()) };
     let ranked = counts.complete.unwrap_or(best.offered);
     let highlights = best.into_rows();
@@ -228,6 +237,9 @@ fn attempt(
     let total = clock.start.elapsed().as_secs_f64() + clock.before + keeper.before;
     let seconds = Seconds { total, open, chart: clock.chart, solve: solve.as_secs_f64() };
     let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, model_error.as_ref());
+    if let Some(rows) = handed.told() {
+        document["handed_over"] = rows;
+    }
     if let Some(head) = &resumed {
         document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }
@@ -289,6 +301,7 @@ struct Before {
     solve: Duration,
     /// Taps that the full model solved in place of one with effects left off.
     mended: u64,
+    handed: Handed,
     /// What its route packed.
     state: Option<Vec<u8>>,
 }
@@ -296,7 +309,8 @@ struct Before {
 impl Before {
     fn nothing(writers: Writers) -> Self {
         let (counts, best) = (Counts::default(), Best::new(HIGHLIGHTS));
-        Self { writers, counts, best, solve: Duration::ZERO, mended: 0, state: None }
+        let handed = Handed::default();
+        Self { writers, counts, best, solve: Duration::ZERO, mended: 0, handed, state: None }
     }
 
     /// From what it `left`; `None` where that is not whole and is given up by `force`.
@@ -309,20 +323,37 @@ impl Before {
         force: bool,
     ) -> Result<Option<Self>, Error> {
         let mut state = Unpacker(&left.state);
-        let head: Option<(Counts, Best, f64, u64)> = state.take();
+        let head: Option<(Counts, Best, (f64, u64, Handed))> = state.take();
         let writers = match head {
             Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
             None => None,
         };
         match head.zip(writers) {
-            Some(((counts, best, solve, mended), writers)) => {
+            Some(((counts, best, (solve, mended, handed)), writers)) => {
                 let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
-                Ok(Some(Self { writers, counts, best, solve, mended, state: Some(state.0.to_vec()) }))
+                let state = Some(state.0.to_vec());
+                Ok(Some(Self { writers, counts, best, solve, mended, handed, state }))
             }
             None if force => folder.begin_anew().map(|()| None),
             None => Err(keep::damaged()),
         }
     }
+}
+
+/// What of `state` can be read as a part of the state of a stopped sweep; for tests of the reading.
+#[doc(hidden)]
+pub fn readable(state: &[u8]) -> [bool; 5] {
+    fn reads<T: Packed>(mut state: Unpacker<'_>) -> bool {
+        state.take::<T>().is_some()
+    }
+    let state = Unpacker(state);
+    [
+        reads::<(Counts, Best, (f64, u64, Handed))>(state),
+        reads::<at::At>(state),
+        reads::<Vec<Outcome>>(state),
+        reads::<Mark>(state),
+        reads::<Vec<(Tuple, Option<String>)>>(state),
+    ]
 }
 
 /// Everything that makes two designs of a tuple file the same.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Before;
+use super::handed::Handed;
 use super::keep::{self, Keeper};
 use super::parted::Place;
 use super::select::Best;
@@ -32,6 +33,8 @@ pub(super) struct Run<'a> {
     pub solve: Duration,
     /// Taps that earlier runs left to the full model.
     pub mended: u64,
+    /// Rows that a device has not answered itself.
+    pub handed: Handed,
     pub plan: &'a Plan,
     pub stop: &'a AtomicBool,
     pub progress: &'a mut dyn Progress,
@@ -55,7 +58,7 @@ impl<'a> Run<'a> {
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
-        let Before { writers, counts, best, solve, mended, state } = before;
+        let Before { writers, counts, best, solve, mended, handed, state } = before;
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
             study,
@@ -66,6 +69,7 @@ impl<'a> Run<'a> {
             kept: Vec::new(),
             solve,
             mended,
+            handed,
             plan,
             stop,
             progress,

@@ -111,7 +111,7 @@ pub struct Other {
 ///
 /// # Errors
 /// A backend that the machine does not have.
-pub fn choice(options: &RunOptions) -> Result<Choice, Error> {
+pub fn choice(options: &RunOptions, setup: &Setup) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
@@ -119,7 +119,7 @@ pub fn choice(options: &RunOptions) -> Result<Choice, Error> {
         choice.backend.reason = "few taps".into();
         return Ok(choice);
     }
-    Choice::new(options)
+    Choice::for_taps(options, setup)
 }
 
 /// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of

@@ -24,6 +24,7 @@ mod inputs;
 mod journal;
 mod kept;
 mod lab;
+mod liars;
 mod linear;
 mod locate;
 mod model_error;

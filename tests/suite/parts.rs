@@ -295,3 +295,28 @@ fn what_does_not_belong_together_is_refused() {
         assert!(ran.stderr.contains("--shard"), "{bad}: {}", ran.stderr);
     }
 }
+
+/// What a model error leaves off is a function of the whole spec, so parts leave off the same; where `top` keeps rows no part knows those.
+#[test]
+fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
+    let text = SPEC.replace("d = [4, 7]", "d = [4, 5, 6, 7]") + "[model]\nshear = true\nextension = true\n";
+    let desk = Desk::new(&text);
+    let asked = ["--model-error", "0.01", "--quiet"];
+    desk.sweep(&[&asked[..], &["--out", "whole"]].concat()).exits(0);
+    let left = |run: &Value| run["model_error"]["left_off"].clone();
+    let whole = desk.whole("whole");
+    assert!(left(&whole).as_array().is_some_and(|all| !all.is_empty()), "{whole}");
+    for part in ["1/3", "2/3", "3/3"] {
+        desk.sweep(&[&asked[..], &["--out", "cut", "--shard", part]].concat()).exits(0);
+    }
+    desk.run(&["merge", "cut", "--quiet"]).exits(0);
+    assert!(tables(&desk.path("whole")) == tables(&desk.path("cut")));
+    let merged = desk.whole("cut");
+    assert_eq!(
+        (left(&merged), &merged["model_error"]["taps_by_full_model"]),
+        (left(&whole), &whole["model_error"]["taps_by_full_model"])
+    );
+    desk.write("spec.toml", text + "[output]\ntop = 2\nby = \"K_sd\"\n");
+    let refused = desk.sweep(&[&asked[..], &["--out", "ranked", "--shard", "1/3"]].concat()).exits(2);
+    assert!(refused.stderr.contains("which no part knows"), "{}", refused.stderr);
+}

@@ -135,14 +135,17 @@ pub trait Solver: Send {
     }
 
     /// What ranks the designs of `scope` on this backend's own device; `None` where it has none, or the scope does not fit on it.
-    fn ranking(&self, _scope: &Scope, _layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, _scope: &Scope, _layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         Ok(None)
     }
+
+    /// Takes note that its device failed while it ranked, as `why` says; it is opened again when it is needed next.
+    fn failed(&mut self, _why: &SolveError) {}
 }
 
 /// Share of the tolerance above which a tap's own error estimate sends it to the next rung. Where the force does not act
 /// across the centreline, estimates are up to three times too small: contacts with friction next to the gauge.
-fn trusted(effects: &Effects) -> f64 {
+pub(crate) fn trusted(effects: &Effects) -> f64 {
     match effects {
         effects if effects.offset => 0.3,
         effects if !effects.plain() => 0.6,
@@ -177,8 +180,9 @@ pub fn solve(
     let begin = solver.begin(&effects, rungs);
     let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
     for (step, rung) in climbed.enumerate() {
-        // A material that has ended has ended in any precision.
-        let open = |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended());
+        // A material that has ended has ended in any precision; what never came is left to the reference.
+        let open =
+            |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended() || s.unwritten());
         let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
         if step > 0 && hard.is_empty() {
             continue;

@@ -131,9 +131,20 @@ impl Solution<f64> {
 
     /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
     /// beyond a fold of the path, or with a fibre next to the end of its law.
+    /// So is an answer that never came.
     pub fn unsure(&self) -> bool {
-        self.error == HOPELESS && self.load <= 1.0 + EDGE || (self.load - 1.0).abs() <= EDGE
+        self.unwritten()
+            || self.error == HOPELESS && self.load <= 1.0 + EDGE
+            || (self.load - 1.0).abs() <= EDGE
     }
+
+    /// Whether no answer came back.
+    pub fn unwritten(&self) -> bool {
+        self.error == f64::MAX
+    }
+
+    /// A tap whose answer a device has not written, or not as it should be; the reference is asked.
+    pub const UNWRITTEN: Self = Self { error: f64::MAX, ..Self::FAILED };
 
     /// A tap that has no solution.
     pub const FAILED: Self = Self {

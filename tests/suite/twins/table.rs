@@ -384,8 +384,11 @@ pub const TWINS: &[Twin] = &[
 ];
 
 /// Functions of WGSL without a twin.
-pub const WGSL_ONLY: [(&str, &str); 8] = [
+pub const WGSL_ONLY: [(&str, &str); 11] = [
     ("main", "hands taps, or designs, to invocations"),
+    ("seal", "the host takes the seal off again: its own test in gpu/seal.rs"),
+    ("mix_bits", "a step of the seal"),
+    ("list_hard", "notes a design for the host"),
     ("weigh", "Σ weights_i y_i: `dot` with the weights of `Nodes`, which are its numbers"),
     ("integrate", "the same with its integral, row by row"),
     ("coefficients", "the same with its polynomials"),

@@ -1,5 +1,8 @@
 //! Which adapters there are and which one to take.
 
+use std::sync::Arc;
+
+use super::lie::Lie;
 use vibrissa_core::error::SolveError;
 
 /// An adapter and what a user wants to know of it.
@@ -22,6 +25,8 @@ pub struct Adapter {
     pub max_workgroups: u32,
     /// Features of interest that are present.
     pub features: Vec<&'static str>,
+    /// What it does wrong on purpose, in tests.
+    pub(super) lie: Option<Arc<Lie>>,
 }
 
 impl Adapter {
@@ -43,8 +48,15 @@ impl Adapter {
             max_binding: limits.max_storage_buffer_binding_size,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
             features: named.iter().filter(|(f, _)| has.contains(*f)).map(|(_, n)| *n).collect(),
+            lie: None,
             inner,
         }
+    }
+
+    /// An adapter that lies.
+    #[doc(hidden)]
+    pub fn lying(self, lie: Arc<Lie>) -> Self {
+        Self { lie: Some(lie), ..self }
     }
 
     /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.

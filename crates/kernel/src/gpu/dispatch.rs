@@ -1,10 +1,18 @@
 //! Upload, dispatch, read-back.
+//!
+//! Every answer comes back sealed ([`seal`]): with a check of its bits, its place and its batch in the number of sweeps. One that was not
+//! written, that is of another batch or place, or of which a bit has turned since it was computed, is found by its seal.
 
 use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use super::ranking::Ranker;
 use super::{
     adapter::Adapter,
+    fault::Fault,
+    lie::Kind,
+    seal::Seal,
     shader::{Variant, WORKGROUP, validate},
 };
 use crate::smooth::{Ranking, Scope};
@@ -16,6 +24,9 @@ use vibrissa_core::scene::Precision;
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
 
+/// Bound on the time of a dispatch: thousands of times what it takes, and more than a slow machine needs to compile a kernel.
+pub(super) const PATIENCE: Duration = Duration::from_secs(60);
+
 /// A device with its compiled pipelines and buffers.
 #[derive(Debug)]
 pub struct Gpu {
@@ -24,8 +35,22 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     /// By WGSL text.
-    pipelines: HashMap<String, wgpu::ComputePipeline>,
+    pipelines: HashMap<Arc<str>, wgpu::ComputePipeline>,
     buffers: Option<Buffers>,
+    /// Dispatches so far.
+    stamp: u32,
+    /// What the driver said that nothing else has asked for.
+    mishap: Mishap,
+}
+
+/// What a driver says on its own.
+type Mishap = Arc<Mutex<Option<Fault>>>;
+
+/// A kernel compiled for a device.
+#[derive(Debug, Clone)]
+pub(super) struct Kernel {
+    pub text: Arc<str>,
+    pipeline: wgpu::ComputePipeline,
 }
 
 #[derive(Debug)]
@@ -42,7 +67,28 @@ impl Gpu {
     /// Opens `adapter`; fails where `precision` is f64 and its shaders have none.
     pub fn new(adapter: Adapter, precision: Precision) -> Result<Self, SolveError> {
         let (device, queue) = adapter.open(precision == Precision::F64)?;
-        Ok(Self { adapter, precision, device, queue, pipelines: HashMap::new(), buffers: None })
+        let mishap = Mishap::default();
+        let heard = Arc::clone(&mishap);
+        let hear = move |fault| {
+            heard.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(fault);
+        };
+        let lost = hear.clone();
+        device.set_device_lost_callback(move |_, words| lost(Fault::Lost(words)));
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| match e {
+            wgpu::Error::OutOfMemory { .. } => hear(Fault::Memory),
+            other => hear(Fault::Lost(other.to_string())),
+        }));
+        let (pipelines, buffers, stamp) = (HashMap::new(), None, 0);
+        Ok(Self { adapter, precision, device, queue, pipelines, buffers, stamp, mishap })
+    }
+
+    /// Fails with what the driver has said on its own.
+    pub(super) fn heard(&self) -> Result<(), Fault> {
+        heard(&self.mishap)
+    }
+
+    pub(super) fn mishap(&self) -> Mishap {
+        Arc::clone(&self.mishap)
     }
 
     /// The adapter in use.
@@ -76,15 +122,18 @@ impl Gpu {
         }
     }
 
-    /// The pipeline of `variant`, compiled on first use.
-    fn pipeline(&mut self, variant: &Variant<'_>) -> Result<wgpu::ComputePipeline, SolveError> {
+    /// The kernel of `job`, compiled on first use.
+    pub(super) fn kernel(&mut self, job: &Job<'_>) -> Result<Kernel, Fault> {
+        let variant = Variant { job: *job, precision: self.precision };
         let (name, wgsl) = (variant.name(), variant.wgsl());
-        if let Some(found) = self.pipelines.get(&wgsl) {
-            return Ok(found.clone());
+        if let Some((text, pipeline)) = self.pipelines.get_key_value(wgsl.as_str()) {
+            return Ok(Kernel { text: Arc::clone(text), pipeline: pipeline.clone() });
         }
         let pipeline = self.compile(&name, &wgsl)?;
-        self.pipelines.insert(wgsl, pipeline.clone());
-        Ok(pipeline)
+        self.heard()?;
+        let text: Arc<str> = wgsl.into();
+        self.pipelines.insert(Arc::clone(&text), pipeline.clone());
+        Ok(Kernel { text, pipeline })
     }
 
     /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
@@ -112,10 +161,12 @@ impl Gpu {
     }
 
     /// Buffers for `count` taps, made anew where the last are too small.
-    fn reserve(&mut self, count: usize) -> &Buffers {
+    fn reserve(&mut self, count: usize) -> Result<(), Fault> {
         let word = self.word();
         if self.buffers.as_ref().is_none_or(|b| b.capacity < count) {
             let capacity = count.next_power_of_two().min(self.batch_limit()).max(count);
+            // Room for the larger ones is made of that of the smaller.
+            self.buffers = None;
             let buffer = |label, bytes: usize, usage| {
                 self.device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(label),
@@ -126,20 +177,116 @@ impl Gpu {
             };
             use wgpu::BufferUsages as U;
             let (taps, solutions) = (capacity * word * TAP_WORDS, capacity * word * SOLUTION_WORDS);
-            self.buffers = Some(Buffers {
+            let made = Buffers {
                 capacity,
                 batch: buffer("batch", 16, U::UNIFORM | U::COPY_DST),
                 taps: buffer("taps", taps, U::STORAGE | U::COPY_DST),
                 solutions: buffer("solutions", solutions, U::STORAGE | U::COPY_SRC),
                 readback: buffer("readback", solutions, U::MAP_READ | U::COPY_DST),
-            });
+            };
+            self.heard()?;
+            self.buffers = Some(made);
         }
-        self.buffers.as_ref().expect("made above")
+        Ok(())
+    }
+
+    /// Solves `taps`, no more than [`Solver::batch_limit`] and not none, into the same places of `out`; how many answers were not
+    /// written. In their places stands [`Solution::UNWRITTEN`].
+    pub(super) fn batch(
+        &mut self,
+        kernel: &Kernel,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<usize, Fault> {
+        out.clear();
+        let (precision, count, word) = (self.precision, taps.len(), self.word());
+        let lie = self.adapter.lie.clone();
+        let told = lie.as_ref().and_then(|lie| lie.next());
+        if matches!(told, Some(Kind::Room(room)) if count > room) {
+            return Err(Fault::Memory);
+        }
+        self.reserve(count)?;
+        self.stamp = self.stamp.wrapping_add(1);
+        let buffers = self.buffers.as_ref().expect("reserved");
+        self.queue.write_buffer(&buffers.batch, 0, bytemuck::bytes_of(&[count as u32, self.stamp, 0, 0]));
+        let spoiled = |i: usize, t: &Tap<f64>| match told {
+            Some(Kind::Wrong) => t.map(|x| 1.01 * x),
+            Some(Kind::NotANumber(every)) if i.is_multiple_of(every) => Tap { angle: f64::NAN, ..*t },
+            _ => *t,
+        };
+        match precision {
+            Precision::F32 => {
+                let narrow = |(i, t)| spoiled(i, t).map(|x| x as f32);
+                let narrow: Vec<Tap<f32>> = taps.iter().enumerate().map(narrow).collect();
+                self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&narrow));
+            }
+            Precision::F64 if told.is_none() => {
+                self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(taps));
+            }
+            Precision::F64 => {
+                let all: Vec<Tap<f64>> = taps.iter().enumerate().map(|(i, t)| spoiled(i, t)).collect();
+                self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&all));
+            }
+        }
+        let bind = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("taps"),
+            layout: &kernel.pipeline.get_bind_group_layout(0),
+            entries: &[entry(0, &buffers.batch), entry(1, &buffers.taps), entry(2, &buffers.solutions)],
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&kernel.pipeline);
+            pass.set_bind_group(0, &bind, &[]);
+            pass.dispatch_workgroups((count as u32).div_ceil(WORKGROUP), 1, 1);
+        }
+        let bytes = (count * SOLUTION_WORDS * word) as u64;
+        encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
+        if told == Some(Kind::Lose) {
+            self.device.destroy();
+        }
+        let at = self.queue.submit([encoder.finish()]);
+        let patience = if told == Some(Kind::Hang) { Duration::ZERO } else { PATIENCE };
+        wait(&self.device, (&buffers.readback, bytes), at, patience, &self.mishap)?;
+        let view = buffers.readback.get_mapped_range(0..bytes).map_err(lost)?;
+        let stamp = self.stamp;
+        let unwritten = match lie {
+            None => unseal(precision, &view, stamp, out),
+            Some(lie) => {
+                let mut copy = view.to_vec();
+                lie.spoil(told, &mut copy, WORKGROUP as usize * SOLUTION_WORDS * word);
+                unseal(precision, &copy, stamp, out)
+            }
+        };
+        drop(view);
+        buffers.readback.unmap();
+        Ok(unwritten)
     }
 }
 
 const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;
 const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
+
+/// Appends the solutions in `bytes` without their seals; how many of them are not sealed as they should be.
+fn unseal(precision: Precision, bytes: &[u8], stamp: u32, out: &mut Vec<Solution<f64>>) -> usize {
+    let mut unwritten = 0;
+    let mut all = |sealed: Option<Solution<f64>>| {
+        unwritten += usize::from(sealed.is_none());
+        out.push(sealed.unwrap_or(Solution::UNWRITTEN));
+    };
+    // A copy of what was mapped need not lie as its numbers do.
+    match precision {
+        Precision::F32 => (0..).zip(bytes.chunks_exact(4 * SOLUTION_WORDS)).for_each(|(i, s)| {
+            let s: Solution<f32> = bytemuck::pod_read_unaligned(s);
+            all(s.unseal(i, stamp).map(|s| s.map(f64::from)));
+        }),
+        Precision::F64 => (0..).zip(bytes.chunks_exact(8 * SOLUTION_WORDS)).for_each(|(i, s)| {
+            let s: Solution<f64> = bytemuck::pod_read_unaligned(s);
+            all(s.unseal(i, stamp));
+        }),
+    }
+    unwritten
+}
 
 impl Solver for Gpu {
     fn solve(
@@ -152,38 +299,14 @@ impl Solver for Gpu {
         if taps.is_empty() {
             return Ok(());
         }
-        let (precision, count) = (self.precision, taps.len());
-        let pipeline = self.pipeline(&Variant { job: *job, precision })?;
-        self.reserve(count);
-        let buffers = self.buffers.as_ref().expect("reserved");
-        self.queue.write_buffer(&buffers.batch, 0, bytemuck::bytes_of(&[count as u32, 0, 0, 0]));
-        match precision {
-            Precision::F32 => {
-                let narrow: Vec<Tap<f32>> = taps.iter().map(|t| t.map(|x| x as f32)).collect();
-                self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&narrow));
-            }
-            Precision::F64 => self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(taps)),
+        let kernel = self.kernel(job)?;
+        match self.batch(&kernel, taps, out)? {
+            0 => Ok(()),
+            n => Err(Fault::Damaged(n, taps.len()).into()),
         }
-        let bind = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("taps"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[entry(0, &buffers.batch), entry(1, &buffers.taps), entry(2, &buffers.solutions)],
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups((count as u32).div_ceil(WORKGROUP), 1, 1);
-        }
-        let bytes = (count * SOLUTION_WORDS * self.word()) as u64;
-        encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
-        self.queue.submit([encoder.finish()]);
-        read(&self.device, &buffers.readback, bytes, precision, out)
-            .map_err(|e| SolveError::Device(format!("{}: {e}", self.adapter.name)))
     }
 
-    fn ranking(&self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         Ok(Ranker::new(self, scope, layout)?.map(|ranker| Box::new(ranker) as Box<dyn Ranking>))
     }
 
@@ -195,31 +318,35 @@ impl Solver for Gpu {
     }
 }
 
-/// Waits for the device and appends what `readback` holds.
-fn read(
+fn heard(mishap: &Mishap) -> Result<(), Fault> {
+    mishap.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
+}
+
+/// A fault that the driver tells in its own words.
+pub(super) fn lost(why: impl std::fmt::Display) -> Fault {
+    Fault::Lost(why.to_string())
+}
+
+/// Waits until the submission `at` is done and the first `bytes` of `readback` are mapped, not longer than `patience`.
+pub(super) fn wait(
     device: &wgpu::Device,
-    readback: &wgpu::Buffer,
-    bytes: u64,
-    precision: Precision,
-    out: &mut Vec<Solution<f64>>,
-) -> Result<(), SolveError> {
+    (readback, bytes): (&wgpu::Buffer, u64),
+    at: wgpu::SubmissionIndex,
+    patience: Duration,
+    mishap: &Mishap,
+) -> Result<(), Fault> {
     let (send, receive) = std::sync::mpsc::channel();
     readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
         let _ = send.send(r);
     });
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(SolveError::device)?;
-    receive.recv().map_err(SolveError::device)?.map_err(SolveError::device)?;
-    {
-        let view = readback.get_mapped_range(0..bytes).map_err(SolveError::device)?;
-        match precision {
-            Precision::F32 => {
-                out.extend(bytemuck::cast_slice::<u8, Solution<f32>>(&view).iter().map(|s| s.map(f64::from)))
-            }
-            Precision::F64 => out.extend_from_slice(bytemuck::cast_slice(&view)),
-        }
-    }
-    readback.unmap();
-    Ok(())
+    let waiting = wgpu::PollType::Wait { submission_index: Some(at), timeout: Some(patience) };
+    let polled = device.poll(waiting);
+    heard(mishap)?;
+    match polled {
+        Err(wgpu::PollError::Timeout) => return Err(Fault::Late(patience)),
+        other => other.map_err(lost)?,
+    };
+    receive.try_recv().map_err(lost)?.map_err(lost)
 }
 
 pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {

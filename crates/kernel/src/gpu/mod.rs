@@ -1,11 +1,20 @@
 //! GPU backend: the WGSL kernels through wgpu, on hardware or on software Vulkan. All of wgpu lives in this folder.
 
 mod adapter;
+mod check;
 mod dispatch;
+mod fault;
+#[doc(hidden)]
+pub mod lie;
 mod peak;
 pub mod ranking;
+mod seal;
 pub mod shader;
+mod watched;
 
 pub use adapter::{Adapter, adapters, pick};
+pub use check::Passed;
 pub use dispatch::Gpu;
+pub use fault::{Fault, Log, Told};
 pub use peak::Peaks;
+pub use watched::{Verdicts, Watched};

@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use super::seal;
 use crate::{
     Chart, Effects, Job, Rule, Solution, Tap,
     cpu::{pack::Scalar, series},
@@ -41,6 +42,7 @@ impl Variant<'_> {
             include_str!("../../../../shaders/sweep.wgsl"),
             include_str!("../../../../shaders/newton.wgsl"),
             include_str!("../../../../shaders/gauge.wgsl"),
+            &seal::wgsl(self.precision == Precision::F32),
             main,
         ]
         .join("\n")

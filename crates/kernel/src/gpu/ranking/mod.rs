@@ -1,15 +1,24 @@
 //! Ranking on a GPU: tuples made, reduced and selected there; only counts, the designs that have a row below the bound and those that
 //! must be solved tap by tap come back. The host lists the rows of the former. Batches overlap: the next one runs while the last is read.
+//!
+//! A batch brings its number back, the designs that it went through, and a sum of its counts; entries of its lists carry its number too. So
+//! one that did not run, ran in part, or is that of an earlier batch is found.
 
 // Index loops read like the shader's.
 #![allow(clippy::needless_range_loop)]
 
+mod check;
 mod shader;
 mod tuples;
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use crate::gpu::{Gpu, shader::validate};
+use crate::gpu::Gpu;
+use crate::gpu::dispatch::{PATIENCE, lost, wait};
+use crate::gpu::fault::Fault;
+use crate::gpu::lie::{Kind, Lie};
 use crate::smooth::lanes::Words;
 use crate::smooth::{Batch, Ranking, Scope};
 use shader::WORKGROUP;
@@ -35,6 +44,12 @@ const DEPTH: usize = 2;
 /// Counters at the head of the tally.
 const COUNTERS: usize = 16;
 
+/// Bits of a place in a batch; the others of an entry are those of the batch's number.
+const PLACE_BITS: u32 = MOST.ilog2();
+
+/// Weights of the counts of a batch in their sum.
+const WEIGHTS: [u32; 8] = [1, 3, 5, 7, 11, 13, 17, 19];
+
 /// A device with the pipeline of one scope.
 pub struct Ranker {
     device: wgpu::Device,
@@ -43,8 +58,21 @@ pub struct Ranker {
     tables: wgpu::Buffer,
     lengths: Vec<u32>,
     slots: Vec<Slot>,
-    flying: VecDeque<(usize, std::ops::Range<u64>)>,
+    flying: VecDeque<Flight>,
     most: u64,
+    /// Batches so far.
+    stamp: u32,
+    mishap: Arc<Mutex<Option<Fault>>>,
+    lie: Option<Arc<Lie>>,
+}
+
+/// A batch under way.
+struct Flight {
+    slot: usize,
+    range: std::ops::Range<u64>,
+    stamp: u32,
+    at: wgpu::SubmissionIndex,
+    told: Option<Kind>,
 }
 
 /// Buffers of one batch in flight.
@@ -62,26 +90,21 @@ fn most(block: u64) -> u64 {
 }
 
 impl Ranker {
-    /// The pipeline of `scope` over `layout` on the device of `gpu`; `None` where the scope does not fit a device.
+    /// The pipeline of `scope` over `layout` on the device of `gpu`, which has passed its self-check; `None` where the scope does not fit a
+    /// device.
+    ///
+    /// # Errors
+    /// A device that fails, or ranks otherwise than the CPU.
     pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, SolveError> {
+        let Some(mut ranker) = Self::unchecked(gpu, scope, layout)? else { return Ok(None) };
+        check::check(&mut ranker, scope, layout)?;
+        Ok(Some(ranker))
+    }
+
+    fn unchecked(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, SolveError> {
         let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
         let (device, queue) = gpu.handles();
-        validate("smooth", &shader.wgsl)?;
-        let source = wgpu::ShaderModuleDescriptor {
-            label: Some("smooth"),
-            source: wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into()),
-        };
-        // SAFETY: the text is ours and validated; its loops are bounded, its indices below the lengths of what they index.
-        let module =
-            unsafe { device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked()) };
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("smooth"),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let pipeline = gpu.compile("smooth", &shader.wgsl)?;
         let buffer = |bytes: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
@@ -94,7 +117,8 @@ impl Ranker {
         let tables = buffer(4 * shader.tables.len() as u64, U::STORAGE | U::COPY_DST);
         queue.write_buffer(&tables, 0, bytemuck::cast_slice(&shader.tables));
         let most = most(layout.block());
-        let list = 4 * most.max(COUNTERS as u64);
+        // One entry more tells whether a list is longer than its count says.
+        let list = 4 * (most + 1).max(COUNTERS as u64);
         let slot = |_| Slot {
             job: buffer(48, U::UNIFORM | U::COPY_DST),
             tally: buffer(4 * COUNTERS as u64, U::STORAGE | U::COPY_SRC | U::COPY_DST),
@@ -102,24 +126,44 @@ impl Ranker {
             hard: buffer(list, U::STORAGE | U::COPY_SRC),
             readback: buffer(list, U::MAP_READ | U::COPY_DST),
         };
+        let slots = (0..DEPTH).map(slot).collect();
+        gpu.heard()?;
         Ok(Some(Self {
             pipeline,
             tables,
             lengths: shader.lengths,
-            slots: (0..DEPTH).map(slot).collect(),
+            slots,
             flying: VecDeque::new(),
             most,
+            stamp: 0,
+            mishap: gpu.mishap(),
+            lie: gpu.adapter().lie.clone(),
             device,
             queue,
         }))
     }
 
-    fn collect(&self, at: usize, range: std::ops::Range<u64>) -> Result<Batch, SolveError> {
-        let slot = &self.slots[at];
-        let tally = self.read(&slot.readback, COUNTERS)?;
-        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete] = tally[..9] else {
-            return Err(SolveError::device("the tally is too short"));
+    /// Waits for the oldest batch, of which there is one.
+    fn next_batch(&mut self) -> Result<Batch, Fault> {
+        let flight = self.flying.pop_front().expect("a batch is under way");
+        self.collect(&flight)
+    }
+
+    fn collect(&self, flight: &Flight) -> Result<Batch, Fault> {
+        let (slot, range) = (&self.slots[flight.slot], flight.range.clone());
+        let tally = self.read(slot, COUNTERS, flight)?;
+        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete, seen, sum] =
+            tally[..11]
+        else {
+            return Err(lost("the tally is too short"));
         };
+        let count = (range.end - range.start) as usize;
+        let counts = [hard, ok, slipped, strain, rootless, ambiguous, invalid, complete];
+        let right = counts.iter().zip(WEIGHTS).fold(0u32, |sum, (n, w)| sum.wrapping_add(n.wrapping_mul(w)));
+        let whole = tally[COUNTERS - 1] == flight.stamp && seen as usize == count && sum == right;
+        if !whole || best.max(hard) as usize > count {
+            return Err(Fault::Damaged(count, count));
+        }
         let word = u64::from;
         let words = Words {
             ok: word(ok),
@@ -129,46 +173,49 @@ impl Ranker {
             ambiguous: word(ambiguous),
             invalid: word(invalid),
         };
-        let list = |from: &wgpu::Buffer, count: u32| -> Result<Vec<u64>, SolveError> {
-            let mut ks: Vec<u64> =
-                self.copy(slot, from, count as usize)?.into_iter().map(|i| range.start + word(i)).collect();
+        let list = |from: &wgpu::Buffer, n: u32| -> Result<Vec<u64>, Fault> {
+            let mut entries = self.copy(slot, from, n as usize + 1, flight)?;
+            let own = |entry: u32| entry >> PLACE_BITS == flight.stamp;
+            let beyond = entries.pop().is_some_and(own);
+            let mut ks: Vec<u64> = entries.iter().map(|e| word(e & ((1 << PLACE_BITS) - 1))).collect();
             ks.sort_unstable();
-            Ok(ks)
+            ks.dedup();
+            let inside = ks.last().is_none_or(|k| *k < count as u64);
+            if beyond || !inside || ks.len() < entries.len() || !entries.iter().all(|e| own(*e)) {
+                return Err(Fault::Damaged(entries.len(), count));
+            }
+            Ok(ks.into_iter().map(|i| range.start + i).collect())
         };
         let (best, hard) = (list(&slot.best, best)?, list(&slot.hard, hard)?);
         Ok(Batch { range, complete: word(complete), words, best, hard })
     }
 
     /// The first `count` words of a buffer of `slot`.
-    fn copy(&self, slot: &Slot, from: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, SolveError> {
-        if count == 0 {
-            return Ok(Vec::new());
-        }
+    fn copy(
+        &self,
+        slot: &Slot,
+        from: &wgpu::Buffer,
+        count: usize,
+        flight: &Flight,
+    ) -> Result<Vec<u32>, Fault> {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(from, 0, &slot.readback, 0, 4 * count as u64);
-        self.queue.submit([encoder.finish()]);
-        self.read(&slot.readback, count)
+        let at = self.queue.submit([encoder.finish()]);
+        self.read(slot, count, &Flight { at, range: flight.range.clone(), ..*flight })
     }
 
-    fn read(&self, readback: &wgpu::Buffer, count: usize) -> Result<Vec<u32>, SolveError> {
+    fn read(&self, slot: &Slot, count: usize, flight: &Flight) -> Result<Vec<u32>, Fault> {
         let bytes = 4 * count as u64;
-        let (send, receive) = std::sync::mpsc::channel();
-        readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
-            let _ = send.send(r);
-        });
-        loop {
-            self.device.poll(wgpu::PollType::Poll).map_err(SolveError::device)?;
-            match receive.recv_timeout(std::time::Duration::from_micros(200)) {
-                Ok(done) => break done.map_err(SolveError::device)?,
-                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
-                Err(e) => return Err(SolveError::device(e)),
-            }
-        }
-        let words = {
-            let view = readback.get_mapped_range(0..bytes).map_err(SolveError::device)?;
-            bytemuck::cast_slice(&view).to_vec()
+        let patience = if flight.told == Some(Kind::Hang) { Duration::ZERO } else { PATIENCE };
+        wait(&self.device, (&slot.readback, bytes), flight.at.clone(), patience, &self.mishap)?;
+        let mut words: Vec<u32> = {
+            let view = slot.readback.get_mapped_range(0..bytes).map_err(lost)?;
+            view.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
         };
-        readback.unmap();
+        slot.readback.unmap();
+        if let Some(lie) = &self.lie {
+            lie.spoil(flight.told, bytemuck::cast_slice_mut(&mut words), 16);
+        }
         Ok(words)
     }
 }
@@ -183,20 +230,27 @@ impl Ranking for Ranker {
     }
 
     fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
-        let used: Vec<usize> = self.flying.iter().map(|(slot, _)| *slot).collect();
-        let at = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
-        let slot = &self.slots[at];
+        let used: Vec<usize> = self.flying.iter().map(|flight| flight.slot).collect();
+        let free = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
+        let told = self.lie.as_ref().and_then(|lie| lie.next());
+        // Never 0, which is what buffers hold at first.
+        self.stamp = (self.stamp + 1) % (1 << (32 - PLACE_BITS));
+        self.stamp = self.stamp.max(1);
+        let (slot, stamp) = (&self.slots[free], self.stamp);
         let count = (range.end - range.start) as u32;
         let invocations = count.div_ceil(EACH).max(1).next_multiple_of(WORKGROUP);
         let mut job = [0u32; 12];
-        job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), 0]);
+        let bound = if told == Some(Kind::Wrong) { 1.01 * bound } else { bound };
+        job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), stamp << PLACE_BITS]);
         let mut rest = range.start;
         for (f, n) in self.lengths.iter().enumerate().rev() {
             job[4 + f] = (rest % u64::from(*n)) as u32;
             rest /= u64::from(*n);
         }
         self.queue.write_buffer(&slot.job, 0, bytemuck::cast_slice(&job));
-        self.queue.write_buffer(&slot.tally, 0, &[0; 4 * COUNTERS]);
+        let mut tally = [0u32; COUNTERS];
+        tally[COUNTERS - 1] = stamp;
+        self.queue.write_buffer(&slot.tally, 0, bytemuck::cast_slice(&tally));
         let buffers = [&slot.job, &self.tables, &slot.tally, &slot.best, &slot.hard];
         let entries: Vec<_> = (0..)
             .zip(buffers)
@@ -215,12 +269,14 @@ impl Ranking for Ranker {
             pass.dispatch_workgroups(invocations / WORKGROUP, 1, 1);
         }
         encoder.copy_buffer_to_buffer(&slot.tally, 0, &slot.readback, 0, 4 * COUNTERS as u64);
-        self.queue.submit([encoder.finish()]);
-        self.flying.push_back((at, range));
+        if told == Some(Kind::Lose) {
+            self.device.destroy();
+        }
+        let at = self.queue.submit([encoder.finish()]);
+        self.flying.push_back(Flight { slot: free, range, stamp, at, told });
     }
 
     fn finish(&mut self) -> Option<Result<Batch, SolveError>> {
-        let (at, range) = self.flying.pop_front()?;
-        Some(self.collect(at, range))
+        (!self.flying.is_empty()).then(|| self.next_batch().map_err(SolveError::from))
     }
 }

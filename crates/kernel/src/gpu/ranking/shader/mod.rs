@@ -5,6 +5,7 @@ mod tap;
 
 use std::fmt::Write;
 
+use super::WEIGHTS;
 use super::tuples::Tuples;
 use crate::smooth::scope::Scope;
 use rows::{estimated, spread};
@@ -109,6 +110,8 @@ fn constants(scope: &Scope, s: &Sizes) -> String {
         "const WORKGROUP = {WORKGROUP}u;\nconst NA = {}u;\nconst DRIVES = {}u;\nconst ANGLES = {}u;\n",
         s.distances, s.drives, s.angles_at
     );
+    let weights = WEIGHTS.map(|w| format!("{w}u")).join(", ");
+    let _ = writeln!(text, "const WEIGHTS = array<u32, {}>({weights});", WEIGHTS.len());
     let _ = writeln!(text, "const PER_DESIGN = {};", scope.rank.per == Per::Design);
     for (name, x) in named {
         let _ = writeln!(text, "const {name}: f32 = {};", lit(x));
@@ -165,7 +168,7 @@ fn drive(scope: &Scope, s: &Sizes, j: &str) -> String {
 fn design(scope: &Scope, s: &Sizes) -> String {
     let own_chart = if s.own { own(scope) } else { String::new() };
     let mut t = format!(
-        "fn design(i: u32, w: Whisker, words: ptr<function, Words>) {{
+        "fn design(i: u32, w: Whisker, words: ptr<function, Words>) -> u32 {{
     let tau = (w.D - w.d) / (w.D * w.L_a);
     let tan_alpha = 0.5 * (w.D - w.d) / w.L_a;
     let x1 = w.x_ss;

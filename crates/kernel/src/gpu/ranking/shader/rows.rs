@@ -11,11 +11,10 @@ const UNROLLED: usize = 16;
 
 /// A design's place goes to one of two lists; its rows are not written here, for only a few designs have any below the bound.
 const FINISH: &str = "    if is_hard {
-        hard[atomicAdd(&tally[1], 1u)] = i;
-        return;
+        return list_hard(i);
     }
     if below {
-        best[atomicAdd(&tally[0], 1u)] = i;
+        best[atomicAdd(&tally[0], 1u)] = job.stamp | i;
     }
     (*words).ok += found.ok;
     (*words).slipped += found.slipped;
@@ -23,6 +22,7 @@ const FINISH: &str = "    if is_hard {
     (*words).rootless += found.rootless;
     (*words).ambiguous += found.ambiguous;
     (*words).complete += select(found.complete, min(found.complete, 1u), PER_DESIGN);
+    return 0u;
 ";
 
 /// K̄ − 1 of the row at hand.

@@ -1,7 +1,9 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+mod verdicts;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
@@ -10,12 +12,15 @@ use serde_json::{Value, json};
 use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::Method;
 use crate::kernel::{
-    Rung, Solver,
+    Effects, Job, Rung, Solver,
     cpu::Cpu,
-    gpu::{self, Adapter, Gpu},
+    gpu::{self, Adapter, Fault, Gpu, Log, Watched},
     rule::smallest_tolerance,
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Written};
+use crate::scene::{
+    BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
+};
+pub use verdicts::VARIABLE as SELF_CHECK;
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,6 +44,9 @@ pub struct Backend {
     /// Whether the adapter runs on the CPU.
     #[serde(skip)]
     pub software: bool,
+    /// What was checked of the device, and what it did wrong.
+    #[serde(skip_serializing_if = "Log::is_empty")]
+    pub device: Log,
 }
 
 /// A backend chosen but not opened.
@@ -50,8 +58,14 @@ pub struct Choice {
     pub seconds: f64,
     precision: Precision,
     adapter: Option<Adapter>,
-    /// The device that `auto` opened to see whether it opens.
-    opened: Mutex<Option<Gpu>>,
+    /// Whether a device that fails is opened again and its work handed over; what of it is known.
+    watched: Option<Arc<verdicts::Cache>>,
+    /// What `auto` was asked, which may take the CPU instead.
+    auto: Option<RunOptions>,
+    /// The device, once it has been opened.
+    opened: Mutex<Option<Watched>>,
+    /// Rungs for a material, whose charts need not be made twice.
+    rungs: Mutex<Option<(Material, Vec<Rung>)>>,
 }
 
 /// Address space below which `auto` asks no driver, bytes: where it ends they fail, abort or crash, lavapipe from some 1 GB on
@@ -109,16 +123,20 @@ impl Choice {
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
     }
 
+    /// As [`Self::new`], and [checked](Self::check) for taps of `setup`.
+    pub fn for_taps(options: &RunOptions, setup: &Setup) -> Result<Self, Error> {
+        let begun = Instant::now();
+        let mut choice = Self::found(options)?;
+        choice.check(setup)?;
+        Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
+    }
+
     fn found(options: &RunOptions) -> Result<Self, Error> {
         match options.backend.unwrap_or(BackendChoice::Auto) {
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
-            BackendChoice::Gpu => Self::among(options, &gpu::adapters()),
+            BackendChoice::Gpu => Ok(Self::among(options, &gpu::adapters())?.watched()),
             BackendChoice::Auto => {
-                let instead = |why: String| {
-                    let mut cpu = Self::among(&RunOptions { adapter: None, ..options.clone() }, &[])?;
-                    cpu.backend.reason = why;
-                    Ok(cpu)
-                };
+                let instead = |why: String| Self::instead(options, why);
                 if let Some(why) = cramped().filter(|_| options.adapter.is_none()) {
                     return instead(why);
                 }
@@ -126,24 +144,106 @@ impl Choice {
                     Ok(adapters) => adapters,
                     Err(why) => return instead(format!("looking for adapters failed: {why}")),
                 };
-                let choice = Self::among(options, &adapters)?;
+                let choice = Self::among(options, &adapters)?.watched();
                 match choice.solves() {
-                    Ok(()) => Ok(choice),
+                    Ok(()) => Ok(Self { auto: Some(options.clone()), ..choice }),
                     Err(why) => instead(format!("the GPU does not open: {why}")),
                 }
             }
         }
     }
 
+    /// The CPU where `auto` cannot take a GPU, as `why` says.
+    fn instead(options: &RunOptions, why: String) -> Result<Self, Error> {
+        let mut cpu = Self::among(&RunOptions { adapter: None, ..options.clone() }, &[])?;
+        cpu.backend.reason = why;
+        Ok(cpu)
+    }
+
+    /// With a device that is watched: it has to pass self-checks, and what it fails to do is done again or handed over to the CPU.
+    pub fn watched(self) -> Self {
+        let watched = self.adapter.as_ref().map(|adapter| Arc::new(verdicts::Cache::of(adapter)));
+        Self { watched, ..self }
+    }
+
+    /// [`Self::watched`] without what earlier runs know, and leaving nothing for later ones.
+    pub fn watched_anew(self) -> Self {
+        let watched = self.adapter.as_ref().map(|adapter| Arc::new(verdicts::Cache::at(None, adapter, "")));
+        Self { watched, ..self }
+    }
+
     /// Opens the device and keeps it for [`Self::solver`].
     fn solves(&self) -> Result<(), Refused> {
-        let Some(adapter) = &self.adapter else { return Ok(()) };
+        let (Some(adapter), Some(verdicts)) = (&self.adapter, &self.watched) else { return Ok(()) };
         let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))??;
-        self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(gpu);
+        let watched = Watched::new(gpu, verdicts.clone(), self.backend.device.clone());
+        self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(watched);
         Ok(())
     }
 
-    /// As [`Self::new`] on a machine with these adapters.
+    /// Refuses a device whose kernels for taps of `setup` give wrong answers: `auto` then takes the CPU, and says why.
+    ///
+    /// # Errors
+    /// A GPU that was asked for and is refused, with figures.
+    pub fn check(&mut self, setup: &Setup) -> Result<(), Error> {
+        let Err(why) = self.admits(setup) else { return Ok(()) };
+        if let Some(options) = &self.auto {
+            let (seconds, device) = (self.seconds, self.backend.device.clone());
+            *self = Self { seconds, ..Self::instead(options, format!("the GPU is refused: {why}"))? };
+            self.backend.device = device;
+            return Ok(());
+        }
+        let name = self.backend.adapter.as_deref().unwrap_or("the GPU");
+        Err(InputError::new(format!("{name} is refused: {why}"))
+            .key("--backend")
+            .value("gpu")
+            .allowed(format!("cpu, reference, auto; {SELF_CHECK}=off takes it unchecked"))
+            .into())
+    }
+
+    /// Whether the kernels for taps of `setup` are right on the device, as far as they are surely used; the others are checked when they are.
+    pub fn admits(&self, setup: &Setup) -> Result<(), Fault> {
+        let (Some(_), Some(tolerance), Geometry::Exact) =
+            (&self.watched, self.backend.tolerance, setup.model.geometry)
+        else {
+            return Ok(());
+        };
+        if self.opened.lock().unwrap_or_else(PoisonError::into_inner).is_none() {
+            self.solves().map_err(|e| Fault::Lost(e.to_string()))?;
+        }
+        let rungs = self.rungs(&setup.model.material, tolerance);
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(device) = opened.as_mut() else { return Ok(()) };
+        let grips: &[bool] = match setup.model.contact {
+            Contact::Stick => &[true],
+            Contact::Coulomb(f64::MIN_POSITIVE..) => &[true, false],
+            _ => &[false],
+        };
+        grips.iter().try_for_each(|&stick| {
+            let effects = Effects::new(&setup.model, setup.gauge.side, stick);
+            let (rule, chart) = (&rungs[0].rule, rungs[0].chart());
+            device.admit(&Job { effects, rule, tolerance, chart })
+        })
+    }
+
+    /// Rungs for `material`, with the charts that have been made of it.
+    fn rungs(&self, material: &Material, tolerance: f64) -> Vec<Rung> {
+        let mut kept = self.rungs.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*kept {
+            Some((of, rungs)) if of == material => rungs.clone(),
+            _ => {
+                let rungs = Rung::ladder(self.precision, material, tolerance);
+                // A chart made through the copy that is kept is there for the next.
+                if let Some(first) = rungs.first().filter(|_| self.watched.is_some()) {
+                    first.chart();
+                }
+                kept.replace((*material, rungs.clone()));
+                rungs
+            }
+        }
+    }
+
+    /// As [`Self::new`] on a machine with these adapters, of which the one taken is not watched: what it does wrong ends the run, or shows.
     pub fn among(options: &RunOptions, adapters: &[Adapter]) -> Result<Self, Error> {
         let asked = options.backend.unwrap_or(BackendChoice::Auto);
         let precision = options.precision.unwrap_or(Precision::F32);
@@ -198,8 +298,10 @@ impl Choice {
             threads,
             instructions: (name == "cpu").then(Cpu::instructions),
             software: adapter.as_ref().is_some_and(|a| a.software),
+            device: Log::default(),
         };
-        Ok(Self { backend, seconds: 0.0, precision, adapter, opened: Mutex::new(None) })
+        let (opened, rungs) = (Mutex::default(), Mutex::default());
+        Ok(Self { backend, seconds: 0.0, precision, adapter, watched: None, auto: None, opened, rungs })
     }
 
     /// Opens the device for taps of `model`.
@@ -213,12 +315,14 @@ impl Choice {
     /// Opens the device of a fast kernel; it serves any model.
     pub fn solver(&self) -> Result<Box<dyn Solver>, Error> {
         let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner).take();
-        Ok(match &self.adapter {
-            Some(adapter) => match opened {
-                Some(gpu) => Box::new(gpu),
-                None => Box::new(Gpu::new(adapter.clone(), self.precision)?),
-            },
-            None => Box::new(Cpu::new(self.precision)),
+        let Some(adapter) = &self.adapter else { return Ok(Box::new(Cpu::new(self.precision))) };
+        if let Some(device) = opened {
+            return Ok(Box::new(device));
+        }
+        let gpu = Gpu::new(adapter.clone(), self.precision)?;
+        Ok(match &self.watched {
+            Some(verdicts) => Box::new(Watched::new(gpu, verdicts.clone(), self.backend.device.clone())),
+            None => Box::new(gpu),
         })
     }
 
@@ -226,7 +330,7 @@ impl Choice {
     pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
         match self.backend.tolerance {
             Some(tolerance) => {
-                let rungs = Rung::ladder(self.precision, &model.material, tolerance);
+                let rungs = self.rungs(&model.material, tolerance);
                 Method::Fast { solver, rungs, tolerance }
             }
             None => Method::Reference,

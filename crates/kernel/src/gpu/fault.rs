@@ -1,0 +1,114 @@
+//! What a device can do wrong, and the record of it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::{Serialize, Serializer};
+use vibrissa_core::error::SolveError;
+
+/// Most words that are kept of a device.
+const MOST_WORDS: usize = 8;
+
+/// What a device did wrong.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// The device is gone, or its driver failed; the driver's words.
+    #[error("the device failed: {0}")]
+    Lost(String),
+    /// A dispatch did not end within its time.
+    #[error("a dispatch did not end within {} s", .0.as_secs_f64())]
+    Late(Duration),
+    /// Its memory does not hold a batch.
+    #[error("the device is out of memory")]
+    Memory,
+    /// Answers that it did not write, or that are not finite: how many, of how many.
+    #[error("{0} of {1} answers were not written, or are not finite")]
+    Damaged(usize, usize),
+    /// Answers that are wrong; the figures.
+    #[error("{0}")]
+    Wrong(String),
+    /// No fault of the device.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+}
+
+impl From<Fault> for SolveError {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Solve(e) => e,
+            other => Self::device(other),
+        }
+    }
+}
+
+/// What was checked of a device, and what it did wrong, so far.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Told {
+    /// Kernels that passed the self-check, in this run or in an earlier one.
+    pub self_checked_kernels: u64,
+    /// Those of which the verdict of an earlier run was taken.
+    pub self_checked_before: u64,
+    /// Largest error of the strain in the checks of this run, relative to the tolerance; 0 without a check.
+    pub self_check_worst: f64,
+    /// Times it was opened again.
+    pub reopened: u64,
+    /// Times that batches were made smaller.
+    pub smaller_batches: u64,
+    /// Taps whose answers were missing or not finite and were left to the reference.
+    pub recomputed_taps: u64,
+    /// Taps handed over to the CPU.
+    pub handed_over_taps: u64,
+    /// What happened, in words; the first ones.
+    pub words: Vec<String>,
+}
+
+/// A record that everything opened on one device shares.
+#[derive(Debug, Clone, Default)]
+pub struct Log(Arc<Mutex<Told>>);
+
+impl Log {
+    fn told(&self) -> MutexGuard<'_, Told> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What it says now.
+    pub fn get(&self) -> Told {
+        self.told().clone()
+    }
+
+    /// Whether there is nothing to say.
+    pub fn is_empty(&self) -> bool {
+        *self.told() == Told::default()
+    }
+
+    /// Taps that another than the device has answered.
+    pub fn others(&self) -> u64 {
+        let told = self.told();
+        told.recomputed_taps + told.handed_over_taps
+    }
+
+    pub(super) fn note(&self, f: impl FnOnce(&mut Told)) {
+        f(&mut self.told());
+    }
+
+    /// Adds words, if there are not too many.
+    pub fn say(&self, words: String) {
+        let mut told = self.told();
+        if told.words.len() < MOST_WORDS {
+            told.words.push(words);
+        }
+    }
+}
+
+/// Two records of the same words are equal.
+impl PartialEq for Log {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.get() == other.get()
+    }
+}
+
+impl Serialize for Log {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.get().serialize(to)
+    }
+}

@@ -1,0 +1,77 @@
+//! Adapters that lie, for tests: what a broken device does, done on purpose next to the hardware.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// What it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Turns a bit in every so many words of what comes back.
+    Flip(usize),
+    /// Brings back what it brought back before; zeros at first.
+    Stale,
+    /// Leaves out every other workgroup.
+    Skip,
+    /// Computes with numbers 1 % off.
+    Wrong,
+    /// Computes every so many taps with what is no number.
+    NotANumber(usize),
+    /// Is lost before a dispatch.
+    Lose,
+    /// Does not end in time.
+    Hang,
+    /// Has no memory for more than so many taps.
+    Room(usize),
+}
+
+/// A lie told at some of the dispatches.
+#[derive(Debug)]
+pub struct Lie {
+    kind: Kind,
+    when: Range<u64>,
+    dispatches: AtomicU64,
+    before: Mutex<Vec<u8>>,
+}
+
+impl Lie {
+    /// Of this kind at the dispatches `when`, counted from 0 over all devices opened on the adapter.
+    pub fn new(kind: Kind, when: Range<u64>) -> Self {
+        Self { kind, when, dispatches: AtomicU64::new(0), before: Mutex::default() }
+    }
+
+    /// Dispatches so far.
+    pub fn dispatches(&self) -> u64 {
+        self.dispatches.load(Ordering::Relaxed)
+    }
+
+    /// The next dispatch; what is done wrong at it.
+    pub(super) fn next(&self) -> Option<Kind> {
+        let at = self.dispatches.fetch_add(1, Ordering::Relaxed);
+        self.when.contains(&at).then_some(self.kind)
+    }
+
+    /// What comes back in place of `bytes`; a workgroup has `group` of them.
+    pub(super) fn spoil(&self, kind: Option<Kind>, bytes: &mut [u8], group: usize) {
+        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
+        let most = bytes.len().max(before.len());
+        before.resize(most, 0);
+        let honest = bytes.to_vec();
+        match kind {
+            Some(Kind::Flip(every)) => {
+                bytes
+                    .chunks_mut(4)
+                    .step_by(every)
+                    .enumerate()
+                    .for_each(|(i, word)| word[i % 4] ^= 1 << (i % 7));
+            }
+            Some(Kind::Stale) => bytes.copy_from_slice(&before[..honest.len()]),
+            Some(Kind::Skip) => {
+                let groups = bytes.chunks_mut(group).zip(before.chunks(group)).step_by(2);
+                groups.for_each(|(now, before)| now.copy_from_slice(&before[..now.len()]));
+            }
+            _ => {}
+        }
+        before[..honest.len()].copy_from_slice(&honest);
+    }
+}

@@ -1,0 +1,110 @@
+//! Seals of answers: a check of an answer's bits, its place in the batch and the number of the batch, that the shader writes into the
+//! number of sweeps. Twin of `seal` in `shaders/main.wgsl`.
+
+use crate::Solution;
+
+/// Sweeps are below this; seals are multiples of it. Seals and sweeps together are a whole number that f32 holds.
+const SWEEPS: f64 = 1024.0;
+
+/// Bits of a seal.
+const BITS: u32 = 14;
+
+/// Mixes `word` into `h`.
+fn mix(h: u32, word: u32) -> u32 {
+    let x = (h ^ word).wrapping_mul(0x85eb_ca6b);
+    x ^ x >> 15
+}
+
+/// WGSL of `seal`; with the bits of the numbers where they have 32 of them. WGSL has no way to those of f64, whose seals tell place and batch
+/// alone.
+pub(super) fn wgsl(with_bits: bool) -> String {
+    let mut text = format!(
+        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n",
+        0x85eb_ca6b_u32
+    );
+    text += "fn seal(s: Solution, place: u32, stamp: u32) -> Solution {\n    var h = mix_bits(mix_bits(stamp, place), u32(s.sweeps));\n";
+    for field in Solution::<f32>::FIELDS.iter().filter(|f| with_bits && **f != "sweeps") {
+        text += &format!("    h = mix_bits(h, bitcast<u32>(s.{field}));\n");
+    }
+    text += &format!(
+        "    var sealed = s;\n    sealed.sweeps = s.sweeps + real({SWEEPS:?}) * real(h >> {}u);\n    return sealed;\n}}\n",
+        32 - BITS
+    );
+    text
+}
+
+/// What a shader has sealed.
+pub(super) trait Seal: Sized {
+    /// It without its seal, if this is the one of `place` in batch `stamp`.
+    fn unseal(self, place: u32, stamp: u32) -> Option<Self>;
+}
+
+/// Sweeps and seal of a number that holds both; `None` where it does not.
+fn apart(number: f64) -> Option<(f64, u32)> {
+    let seal = (number / SWEEPS).floor();
+    let sweeps = number - SWEEPS * seal;
+    let whole = sweeps.fract() == 0.0 && sweeps >= 1.0 && seal < f64::from(1u32 << BITS);
+    whole.then_some((sweeps, seal as u32))
+}
+
+fn seal(place: u32, stamp: u32, sweeps: f64, words: impl Iterator<Item = u32>) -> u32 {
+    words.fold(mix(mix(stamp, place), sweeps as u32), mix) >> (32 - BITS)
+}
+
+impl Seal for Solution<f32> {
+    fn unseal(self, place: u32, stamp: u32) -> Option<Self> {
+        let (sweeps, found) = apart(f64::from(self.sweeps))?;
+        let [words @ .., _] = self.values().map(f32::to_bits);
+        let right = seal(place, stamp, sweeps, words.into_iter()) == found;
+        right.then_some(Self { sweeps: sweeps as f32, ..self })
+    }
+}
+
+impl Seal for Solution<f64> {
+    fn unseal(self, place: u32, stamp: u32) -> Option<Self> {
+        let (sweeps, found) = apart(self.sweeps)?;
+        (seal(place, stamp, sweeps, std::iter::empty()) == found).then_some(Self { sweeps, ..self })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sealed(s: Solution<f32>, place: u32, stamp: u32) -> Solution<f32> {
+        let [words @ .., _] = s.values().map(f32::to_bits);
+        let seal = seal(place, stamp, f64::from(s.sweeps), words.into_iter());
+        Solution { sweeps: s.sweeps + 1024.0 * seal as f32, ..s }
+    }
+
+    /// A seal of 14 bits passes by chance once in 16 384 times: of 4 096 changes 3 at most, but for one draw in a hundred thousand.
+    #[test]
+    fn what_is_not_the_sealed_answer_is_found() {
+        let mut passed = [0; 4];
+        for n in 0..4096u32 {
+            let x = f32::from_bits(0x3f00_0000 + 7919 * n);
+            let s = Solution {
+                force: x,
+                along: -x,
+                arc: 0.1 * x,
+                strain: x,
+                error: 1e-6,
+                load: 0.0,
+                sweeps: 4.0,
+            };
+            let (place, stamp) = (n * 31, n + 1);
+            let there = sealed(s, place, stamp);
+            assert_eq!(there.unseal(place, stamp), Some(s));
+            let turned = Solution { strain: f32::from_bits(there.strain.to_bits() ^ 1 << (n % 32)), ..there };
+            let missed = [
+                turned.unseal(place, stamp),
+                there.unseal(place + 1, stamp),
+                there.unseal(place, stamp + 1),
+                Solution { sweeps: there.sweeps + 1.0, ..there }.unseal(place, stamp),
+            ];
+            missed.iter().zip(&mut passed).for_each(|(m, n)| *n += u32::from(m.is_some()));
+            assert_eq!(Solution::<f32>::default().unseal(place, stamp), None);
+        }
+        assert!(passed.iter().all(|n| *n <= 3), "{passed:?}");
+    }
+}

@@ -1,0 +1,118 @@
+//! What the program writes into folders and reads again: states of stopped sweeps, journals of searches, records, manifests, parts.
+
+use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::Value;
+use vibrissa::backend::Choice;
+use vibrissa::optimise::journal::{GivesWay, Journal};
+use vibrissa::plan::Plan;
+use vibrissa::progress::Silent;
+use vibrissa::scene::{BackendChoice, RunOptions, Tuple};
+use vibrissa::sink::folder::{Folder, Question};
+use vibrissa::sink::shard::Shard;
+use vibrissa::spec;
+use vibrissa::sweep::{self, Target};
+
+use crate::{desk, told};
+
+/// A state: what was packed of a stopped sweep, in whatever order its routes pack it.
+pub fn state(data: &[u8]) {
+    sweep::readable(data);
+}
+
+/// A folder in which one of the hidden files, or the record, is `data`; the first byte says which.
+pub fn folder(data: &[u8]) {
+    let Some((first, data)) = data.split_first() else { return };
+    desk::clear("out");
+    desk::write("out/run.json", RECORD.as_bytes());
+    desk::write("out/a.csv", b"old");
+    match first % 3 {
+        0 => desk::write("out/run.json", data),
+        1 => {
+            desk::write("out/.vibrissa-replacing/.manifest", data);
+            desk::write("out/.vibrissa-replacing/a.csv", b"new");
+            desk::write("out/.vibrissa-replacing/run.json", RECORD.as_bytes());
+        }
+        _ => {
+            // Its check is put right, so that what is behind it is read.
+            let whole = [data, blake3::hash(data).as_bytes()].concat();
+            desk::write("out/.vibrissa-unfinished/.state", &whole);
+        }
+    }
+    let question = Question::new("sweep", "spec", Value::Null);
+    told(Folder::open_again(&desk::path("out"), question, &["a.csv"], "identity", first / 3 % 2 == 0));
+}
+
+/// A record of a result.
+const RECORD: &str = r#"{"format":1,"command":"sweep","name":"spec","seconds":{"total":1.0},"in_force":[],"asked":null,
+"files":[{"name":"a.csv","blake3":"0000000000000000000000000000000000000000000000000000000000000000","bytes":3}]}"#;
+
+/// The journal of a search, behind its right first line.
+pub fn journal(data: &[u8]) {
+    let out = desk::path("search");
+    desk::clear("search");
+    std::fs::create_dir_all(&out).expect("a folder");
+    drop(Journal::new(&out, "identity", false, GivesWay::Any).expect("a journal"));
+    let path = out.join(".vibrissa-evaluations");
+    let header = std::fs::read(&path).expect("its first line");
+    let flipped = data.first().is_some_and(|b| b % 8 == 7);
+    let whole = if flipped { data.to_vec() } else { [&header, data].concat() };
+    std::fs::write(&path, whole).expect("a file");
+    let Some(mut journal) = told(Journal::new(&out, "identity", true, GivesWay::Told(3))) else { return };
+    let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0 };
+    for stage in 0..4 {
+        match told(journal.replay(stage, &[point; 2])) {
+            Some(Some(scores)) => told(journal.append(stage, &[point; 2], &scores)),
+            _ => break,
+        };
+    }
+}
+
+/// Parts of a sweep of a tuple file, as they are written.
+static PARTS: LazyLock<[Vec<(String, Vec<u8>)>; 2]> = LazyLock::new(|| {
+    let row = |i: usize| format!("10,{},50,5,2,{},{}\n", 4 + i % 3, 21 + i % 5, 1 + i % 4);
+    let list: String = (0..24).map(row).collect();
+    desk::write("parts/list.csv", format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{list}").as_bytes());
+    let text = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\ntop = 3\nby = \"K_sd\"\n";
+    let spec = spec::parse("spec.toml", text, &desk::path("parts")).expect("a spec");
+    let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
+    let choice = Choice::new(&options).expect("the CPU");
+    let (plan, never) = (Plan::new(&spec.study, &choice).expect("a plan"), AtomicBool::new(false));
+    [1, 2].map(|index| {
+        let shard = Shard { index, of: 2 };
+        let out = desk::path("parts").join(shard.folder());
+        let target = Target { shard: Some(shard), ..Target::new(&out, &never) };
+        sweep::run(&spec, &plan, &choice, &target, &mut Silent).expect("a part");
+        let files = std::fs::read_dir(&out).expect("its files").map(|e| e.expect("an entry").path());
+        let read = |path: &Path| std::fs::read(path).expect("a file");
+        files.map(|p| (p.file_name().expect("a name").to_string_lossy().into_owned(), read(&p))).collect()
+    })
+});
+
+/// Parts of which one has `data` as its list of places, or as its record; hashes are put right.
+pub fn merge(data: &[u8]) {
+    let Some((first, data)) = data.split_first() else { return };
+    desk::clear("whole");
+    let damaged = ["places.bin", "run.json", "designs.csv"][usize::from(first % 3)];
+    for (part, files) in (1..).zip(&*PARTS) {
+        let folder = format!("whole/shard-{part}-of-2");
+        for (name, bytes) in files {
+            desk::write(&format!("{folder}/{name}"), if part == 2 && name == damaged { data } else { bytes });
+        }
+        if part == 2 && damaged != "run.json" {
+            let path = desk::path(&folder).join("run.json");
+            let mut run: Value =
+                serde_json::from_slice(&std::fs::read(&path).expect("it is there")).expect("JSON");
+            for file in run["files"].as_array_mut().expect("a list") {
+                if file["name"] == damaged {
+                    file["blake3"] = blake3::hash(data).to_hex().to_string().into();
+                    file["bytes"] = data.len().into();
+                }
+            }
+            std::fs::write(path, run.to_string()).expect("a file");
+        }
+    }
+    told(vibrissa::merge::run(&[desk::path("whole")], None, first / 3 % 2 == 0));
+}

@@ -1,0 +1,60 @@
+//! Rows of which a tap was answered by another than the device that was asked for: handed over to the CPU, or left to the reference because the
+//! device's answer was missing.
+
+use serde_json::{Value, json};
+
+use crate::kernel::gpu::Log;
+use crate::sink::pack::{Packed, Packer, Unpacker};
+
+/// Stretches of rows, counted from 1 within the sweep or the part.
+#[derive(Debug, Default)]
+pub(super) struct Handed {
+    device: Log,
+    /// Taps that others had answered when it was last looked at.
+    seen: u64,
+    /// What is counted, how far it is.
+    reached: (String, u64),
+    /// What is counted, the first, the last, of how many.
+    stretches: Vec<(String, [u64; 3])>,
+}
+
+impl Handed {
+    /// Goes on with these on `device`.
+    pub fn on(self, device: Log) -> Self {
+        Self { seen: device.others(), device, ..self }
+    }
+
+    /// Everything up to `done` of `of` is answered.
+    pub fn note(&mut self, (done, of, what): (u64, u64, &str)) {
+        if self.reached.0 != what {
+            self.reached = (what.to_owned(), 0);
+        }
+        let others = self.device.others();
+        if others > self.seen {
+            let from = self.reached.1 + 1;
+            match self.stretches.last_mut() {
+                Some((last, [_, to, _])) if last == what && *to + 1 == from => *to = done,
+                _ => self.stretches.push((what.to_owned(), [from, done, of])),
+            }
+        }
+        (self.seen, self.reached.1) = (others, done);
+    }
+
+    /// `handed_over` of `run.json`; nothing where the device answered all.
+    pub fn told(&self) -> Option<Value> {
+        let one = |(what, [from, to, of]): &(String, [u64; 3])| json!({ "what": what, "from": from, "to": to, "of": of });
+        let list: Vec<Value> = self.stretches.iter().map(one).collect();
+        (!list.is_empty()).then(|| list.into())
+    }
+}
+
+impl Packed for Handed {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.reached.clone(), self.stretches.clone()).pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let (reached, stretches) = from.take()?;
+        Some(Self { device: Log::default(), seen: 0, reached, stretches })
+    }
+}
