@@ -141,6 +141,8 @@ impl Writers {
         match (&mut self.goals[table as usize], rows) {
             (None, _) => Ok(()),
             (Some(Goal::File(sheet)), rows) => sheet.write(rows),
+            // Rows of which there are none have no width.
+            (Some(Goal::Memory(_)), Rows::Columns(none)) if none.is_empty() => Ok(()),
             (Some(Goal::Memory(all)), Rows::Columns(more)) => all.extend(&more, 0..more.len()),
             (Some(Goal::Memory(_)), Rows::Text(_)) => Err(Error::Run("rows of another format".into())),
         }
