@@ -94,24 +94,15 @@ impl Source {
         Ok(Self { folder: folder.to_owned(), command: command.to_owned(), name, hash, notes, run })
     }
 
-    /// A table that must be there.
+    /// A table that must be there, by the name that it has as CSV.
     ///
     /// # Errors
     /// A file that is missing or damaged.
     pub fn table(&self, name: &str) -> Result<Table, Error> {
         self.maybe(name)?.ok_or_else(|| {
-            let path = self.folder.join(name);
-            let parquet = path.with_extension("parquet").exists();
-            let error = InputError::new(match parquet {
-                true => "the tables of this result are Parquet, which cannot be drawn",
-                false => "the result does not have this table",
-            });
-            let allowed = if parquet {
-                "a result with `[output] format = \"csv\"`"
-            } else {
-                "a result with this table"
-            };
-            error.at(path.display().to_string(), None).allowed(allowed).into()
+            let error = InputError::new("the result does not have this table");
+            let path = self.folder.join(name).display().to_string();
+            error.at(path, None).allowed("a result with this table").into()
         })
     }
 
@@ -121,10 +112,12 @@ impl Source {
     /// A file that is damaged.
     pub fn maybe(&self, name: &str) -> Result<Option<Table>, Error> {
         let path = self.folder.join(name);
-        if !path.exists() {
-            return Ok(None);
+        let parquet = path.with_extension("parquet");
+        match () {
+            () if path.exists() => Ok(Some(Table::read(&path)?)),
+            () if parquet.exists() => Ok(Some(Table::read_parquet(&parquet)?)),
+            () => Ok(None),
         }
-        Ok(Some(Table::read(&path)?))
     }
 
     /// Value in force of `key` as it stands in a spec.

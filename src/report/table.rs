@@ -1,9 +1,13 @@
 //! A table of a result, read back: columns of numbers or of words.
 
 use std::collections::HashMap;
+use std::fs::OpenOptions;
 use std::path::Path;
 
-use crate::error::InputError;
+use crate::error::{Error, InputError};
+use crate::sink::columns::{self, Columns};
+use crate::sink::folder::open_regular;
+use crate::sink::parquet;
 
 /// Rows that are held in memory at most.
 pub const MOST_ROWS: usize = 5_000_000;
@@ -17,7 +21,7 @@ enum Values {
     Words(Vec<u32>, Vec<String>),
 }
 
-/// A CSV file of a result.
+/// A table of a result.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// File, as named to the user.
@@ -76,6 +80,13 @@ impl Column {
     }
 }
 
+/// The table `file` does not fit.
+fn too_long(file: String) -> InputError {
+    InputError::new(format!("the table has more than {MOST_ROWS} rows"))
+        .at(file, None)
+        .allowed("fewer: a sweep with `[output] top = N` keeps the best")
+}
+
 impl Table {
     /// Reads the file.
     ///
@@ -128,12 +139,41 @@ impl Table {
             columns.iter_mut().zip(&record).for_each(|(column, field)| column.push(field, line));
             len += 1;
             if len > MOST_ROWS {
-                let error = damaged(format!("the table has more than {MOST_ROWS} rows"), None);
-                return Err(error.allowed("fewer: a sweep with `[output] top = N` keeps the best"));
+                return Err(too_long(file));
             }
         }
         let columns_read = header.iter().map(str::to_owned).collect();
         Ok(Self { file, columns: columns_read, values: columns.into_iter().map(|c| c.values).collect(), len })
+    }
+
+    /// Reads the Parquet file of a table.
+    ///
+    /// # Errors
+    /// As of [`Self::read`].
+    pub fn read_parquet(path: &Path) -> Result<Self, Error> {
+        let file = open_regular(path, OpenOptions::new().read(true)).map_err(|e| Error::io(path, e))?;
+        let mut reader = parquet::Reader::new(path, file)?;
+        let (columns, mut rows) = (reader.columns(), Columns::default());
+        while let Some(group) = reader.next_group()? {
+            if rows.len() + group.len() > MOST_ROWS {
+                return Err(too_long(path.display().to_string()).into());
+            }
+            match rows.0.is_empty() {
+                true => rows = group,
+                false => rows.extend(&group, 0..group.len())?,
+            }
+        }
+        let len = rows.len();
+        let values = |column| match column {
+            columns::Values::Numbers(numbers) => Values::Numbers(numbers, None),
+            columns::Values::Counts(counts) => {
+                Values::Numbers(counts.into_iter().map(|n| n as f64).collect(), None)
+            }
+            columns::Values::Words(words) => Values::Words(words.codes, words.known),
+        };
+        let mut values: Vec<Values> = rows.0.into_iter().map(values).collect();
+        values.resize_with(columns.len(), || Values::Numbers(Vec::new(), None));
+        Ok(Self { file: path.display().to_string(), columns, values, len })
     }
 
     fn place(&self, name: &str) -> Option<usize> {

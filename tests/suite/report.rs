@@ -381,6 +381,24 @@ fn what_is_no_result_is_refused_and_said() {
 }
 
 #[test]
+fn parquet_draws_what_csv_draws() {
+    let figures = |text: &str| {
+        let desk = Desk::new(text);
+        desk.sweep(&["--out", "out"]).exits(0);
+        desk.run(&["report", "out"]).exits(0);
+        data(&desk, "out/report/report.html")["figures"].clone()
+    };
+    let csv = figures(PROTOTYPES);
+    assert!(csv.as_array().is_some_and(|all| all.len() > 3), "{csv}");
+    assert_eq!(csv, figures(&format!("{PROTOTYPES}[output]\nformat = \"parquet\"\n")));
+    let desk = Desk::new(&format!("{PROTOTYPES}[output]\nformat = \"parquet\"\n"));
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk.write("out/designs.parquet", "PAR1 no more");
+    let torn = desk.run(&["report", "out", "--force"]);
+    assert!(torn.stderr.contains("designs.parquet"), "{}", torn.stderr);
+}
+
+#[test]
 fn a_sweep_without_values_is_still_a_page() {
     let desk = Desk::new(&SPEC.replace("a = [21, 33, 48]", "a = [0.5, 1]").replace("x_ss = 5", "x_ss = 20"));
     desk.sweep(&["--out", "out"]).exits(0);
