@@ -84,7 +84,10 @@ class Locator:
         if reading is None:
             drive, reading = self._only(), drive
         if {type(drive), type(reading)} <= _SCALARS:
-            distance, sigma, status = self._native.one(drive, reading, False)
+            try:
+                distance, sigma, status = self._native.one(drive, reading, False)
+            except OverflowError as e:
+                raise InputError(str(e), key="reading", allowed="numbers that a float holds") from None
             return Located(distance, sigma, Status(status))
         shape, n, flat = columns({"drive": drive, "reading": reading}, {"drive": "numbers, degrees or mm", "reading": "numbers"})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
@@ -101,7 +104,7 @@ class Locator:
             try:
                 drive, reading = item if isinstance(item, (tuple, list)) else (self._only(), item)
                 distance, sigma, status = native.one(float(drive), float(reading), True)
-            except (TypeError, ValueError) as e:
+            except (TypeError, ValueError, OverflowError) as e:
                 if isinstance(e, InputError):
                     raise
                 raise InputError("this is no reading", key="readings", value=repr(item), allowed="(drive, reading), or a reading") from None
