@@ -41,6 +41,31 @@ def test_a_bad_key_is_named(sections, key, value, allowed):
     assert e.line is None and "--" not in str(e)
 
 
+TUPLE = dict(whisker=WHISKER, gauge=GAUGE, tap=TAP)
+
+
+@pytest.mark.parametrize("key, call", [
+    ("samples", lambda: vibrissa.verify(samples=-1)),
+    ("samples", lambda: vibrissa.verify(samples=2.5)),
+    ("seed", lambda: vibrissa.verify(seed=2**70)),
+    ("bound", lambda: vibrissa.verify(bound="small")),
+    ("repeats", lambda: vibrissa.simulate(**TUPLE, repeats=-3)),
+    ("seed", lambda: vibrissa.simulate(**TUPLE, seed=None)),
+    ("noise", lambda: vibrissa.simulate(**TUPLE, noise="loud")),
+    ("drift", lambda: vibrissa.simulate(**TUPLE, drift=10**400)),
+    ("signal", lambda: vibrissa.simulate(**TUPLE, signal=3)),
+    ("group", lambda: vibrissa.calibrate({}, group=["wide"])),
+    ("theta", lambda: vibrissa.calibrate({}, theta=True)),
+    ("fit", lambda: vibrissa.calibrate({}, fit=[3])),
+    ("zero", lambda: vibrissa.Locator(__file__, zero="none")),
+    ("estimator", lambda: vibrissa.Locator(__file__, estimator=3)),
+])
+def test_a_bad_argument_is_named(key, call):
+    with pytest.raises(vibrissa.InputError) as caught:
+        call()
+    assert caught.value.key == key and key in str(caught.value) and caught.value.allowed
+
+
 def test_a_file_is_named_with_its_line(tmp_path):
     spec = tmp_path / "bad.toml"
     spec.write_text("[whisker]\nD = 10\nd = -4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 2\n")

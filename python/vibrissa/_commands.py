@@ -15,7 +15,7 @@ from . import _native
 from ._errors import InputError, Interrupted
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
-from ._spec import Section, Spec, _short, plain, resolve
+from ._spec import Section, Spec, _short, given, number, resolve, whole, word
 from ._taps import _UNITS, columns as broadcast
 
 # Place of a warning about keywords, which have none.
@@ -31,9 +31,7 @@ def _warn(run: dict[str, Any]) -> None:
 
 
 def _name(spec: Spec, name: str | None, command: str) -> str:
-    if name is not None and not isinstance(name, str):
-        raise InputError("a name is a word", key="name", value=_short(name), allowed="str")
-    return plain("name", name or command)
+    return word("name", command if name in (None, "") else name)
 
 
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
@@ -226,7 +224,8 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     """
     path, text = resolve(spec, {**sections, "run": run})
     with shown(progress) as tell:
-        return Verification(*_native.verify(path, text, quick, samples, seed, bound, tell))
+        asked = None if samples is None else whole("samples", samples, 2**32 - 1), whole("seed", seed), given(number, "bound", bound)
+        return Verification(*_native.verify(path, text, bool(quick), *asked, tell))
 
 
 def devices() -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import types
 import warnings
 from typing import Any
@@ -15,7 +14,7 @@ from ._errors import InputError
 from ._frames import csv
 from ._locate import roles
 from ._results import Calibration, Simulation
-from ._spec import Section, Spec, resolve
+from ._spec import Section, Spec, given, number, resolve, whole, word
 
 
 def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -45,8 +44,10 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     label, table = csv(data, "data")
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
-    widths = [] if group is None else [float(w) for w in np.atleast_1d(np.asarray(group, dtype=float))]
-    said = types.SimpleNamespace(theta=theta, delta=delta, columns=roles(columns), group=widths, fit=list(fit))
+    widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
+    parameters = [word("fit", name) for name in ([fit] if isinstance(fit, str) else fit)]
+    said = types.SimpleNamespace(
+        theta=given(number, "theta", theta), delta=given(number, "delta", delta), columns=roles(columns), group=widths, fit=parameters)
     if theta is not None and delta is not None:
         raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
     result = Calibration(*_native.calibrate(label, table, path, text, said))
@@ -54,22 +55,6 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     for text in result.warnings:
         warnings.warn(text, stacklevel=2)
     return result
-
-
-@dataclasses.dataclass(frozen=True)
-class _Added:
-    repeats: int
-    noise: float | None
-    seed: int
-    zero_every: int | None
-    drift: float
-    outliers: float
-    saturate: float | None
-    hysteresis: float
-    factor: float
-    drive_offset: float
-    a_offset: float
-    signal: str
 
 
 def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -97,7 +82,11 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         :class:`Simulation`.
     """
     path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "run": run})
-    added = _Added(repeats, noise, seed, zero_every, drift, outliers, saturate, hysteresis, factor, drive_offset, a_offset, signal)
+    numbers = dict(drift=drift, outliers=outliers, hysteresis=hysteresis, factor=factor, drive_offset=drive_offset, a_offset=a_offset)
+    added = types.SimpleNamespace(
+        repeats=whole("repeats", repeats), seed=whole("seed", seed), zero_every=given(whole, "zero_every", zero_every),
+        noise=given(number, "noise", noise), saturate=given(number, "saturate", saturate), signal=word("signal", signal),
+        **{key: number(key, value) for key, value in numbers.items()})
     result = Simulation(*_native.simulate(path, text, added))
     _warn(result.run)
     return result

@@ -11,7 +11,7 @@ from . import _native
 from ._errors import InputError
 from ._frames import csv
 from ._results import Calibration
-from ._spec import plain
+from ._spec import given, number, plain, word
 from ._taps import _SCALARS, Status, columns
 
 
@@ -51,7 +51,7 @@ class Locator:
                 text = data.decode()
             except UnicodeDecodeError:
                 raise InputError("this is no calibration: it is not UTF-8 text", file=label) from None
-        self._args = (label, text, estimator, zero, trust)
+        self._args = (label, text, given(word, "estimator", estimator), given(number, "zero", zero), bool(trust))
         self._native = _native.Locator(*self._args)
 
     @property
@@ -84,7 +84,10 @@ class Locator:
         if reading is None:
             drive, reading = self._only(), drive
         if {type(drive), type(reading)} <= _SCALARS:
-            distance, sigma, status = self._native.one(drive, reading, False)
+            try:
+                distance, sigma, status = self._native.one(drive, reading, False)
+            except OverflowError as e:
+                raise InputError(str(e), key="reading", allowed="numbers that a float holds") from None
             return Located(distance, sigma, Status(status))
         shape, n, flat = columns({"drive": drive, "reading": reading}, {"drive": "numbers, degrees or mm", "reading": "numbers"})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
@@ -101,7 +104,7 @@ class Locator:
             try:
                 drive, reading = item if isinstance(item, (tuple, list)) else (self._only(), item)
                 distance, sigma, status = native.one(float(drive), float(reading), True)
-            except (TypeError, ValueError) as e:
+            except (TypeError, ValueError, OverflowError) as e:
                 if isinstance(e, InputError):
                     raise
                 raise InputError("this is no reading", key="readings", value=repr(item), allowed="(drive, reading), or a reading") from None
@@ -117,11 +120,11 @@ class Locator:
 
     def expected(self, a: float, drive: float, sign: float = 1.0) -> float:
         """Signal expected of a tap at ``a`` mm, on the side of ``sign``; NaN where none is."""
-        return self._native.expected(a, drive, sign)
+        return self._native.expected(number("a", a), number("drive", drive), number("sign", sign))
 
     def export(self, language: str) -> str:
         """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
-        return self._native.export(language)
+        return self._native.export(word("language", language))
 
     def _only(self) -> float:
         only = self._native.only_drive

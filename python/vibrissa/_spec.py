@@ -5,12 +5,14 @@ from __future__ import annotations
 import numbers
 import os
 import re
-from collections.abc import Mapping
-from typing import Any, Union
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar, Union
 
 import numpy as np
 
 from ._errors import InputError
+
+_T = TypeVar("_T")
 
 Section = Mapping[str, Any]
 Spec = Union[str, "os.PathLike[str]", Mapping[str, Section], None]
@@ -82,6 +84,35 @@ def _name(key: Any) -> str:
     if not isinstance(key, str):
         raise InputError("a key must be a word", key=_short(key), allowed="str")
     return key if _BARE.fullmatch(key) else _text("spec", key)
+
+
+def number(key: str, value: Any) -> float:
+    """``value`` as a float."""
+    if isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_)):
+        try:
+            return float(value)
+        except OverflowError:
+            pass
+    raise InputError("this is no number", key=key, value=_short(value), allowed="a number that a float holds")
+
+
+def whole(key: str, value: Any, most: int = 2**64 - 1) -> int:
+    """``value`` as a whole number from 0 to ``most``."""
+    if isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)) and 0 <= int(value) <= most:
+        return int(value)
+    raise InputError("this is no such number", key=key, value=_short(value), allowed=f"a whole number from 0 to {most}")
+
+
+def word(key: str, value: Any) -> str:
+    """``value`` if it is a word."""
+    if isinstance(value, str):
+        return plain(key, value)
+    raise InputError("this is no word", key=key, value=_short(value), allowed="str")
+
+
+def given(read: Callable[[str, Any], _T], key: str, value: Any) -> _T | None:
+    """``value`` as ``read`` reads it; nothing stays nothing."""
+    return None if value is None else read(key, value)
 
 
 def document(sections: Mapping[str, Section | None]) -> str:
