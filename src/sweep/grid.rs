@@ -131,7 +131,9 @@ pub(super) fn write_kept(
     kept: &[Kept],
     design: &dyn Fn(&Kept) -> u64,
 ) -> Result<(), Error> {
-    run.counts.kept = Some(kept.len() as u64);
+    let n = kept.len() as u64;
+    run.handed.note((n, n, "kept rows"));
+    run.counts.kept = Some(n);
     run.kept = kept.iter().map(|row| Tuple { drive: row.drive, ..row.design }).collect();
     let (mut rows, mut values) = (run.rows(), Vec::new());
     for row in kept {

@@ -222,9 +222,6 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
-    if let Some(kept) = run.counts.kept {
-        run.handed.note((kept, kept, "kept rows"));
-    }
     let Run { writers, counts, best, solve, keeper, handed, .. } = run;
     let Some(keeper) = keeper else { return Err(keep::damaged()) };
     let ranked = counts.complete.unwrap_or(best.offered);

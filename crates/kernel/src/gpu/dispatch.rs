@@ -25,7 +25,7 @@ use vibrissa_core::scene::Precision;
 const BATCH: usize = 1 << 18;
 
 /// Bound on the time of a dispatch: thousands of times what it takes, and more than a slow machine needs to compile a kernel.
-pub(super) const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A device with its compiled pipelines and buffers.
 #[derive(Debug)]
@@ -246,8 +246,7 @@ impl Gpu {
             self.device.destroy();
         }
         let at = self.queue.submit([encoder.finish()]);
-        let patience = if told == Some(Kind::Hang) { Duration::ZERO } else { PATIENCE };
-        wait(&self.device, (&buffers.readback, bytes), at, patience, &self.mishap)?;
+        wait(&self.device, (&buffers.readback, bytes), at, told == Some(Kind::Hang), &self.mishap)?;
         let view = buffers.readback.get_mapped_range(0..bytes).map_err(lost)?;
         let stamp = self.stamp;
         let unwritten = match lie {
@@ -327,22 +326,25 @@ pub(super) fn lost(why: impl std::fmt::Display) -> Fault {
     Fault::Lost(why.to_string())
 }
 
-/// Waits until the submission `at` is done and the first `bytes` of `readback` are mapped, not longer than `patience`.
+/// Waits until the submission `at` is done and the first `bytes` of `readback` are mapped, not longer than [`PATIENCE`]; not at
+/// all for what `hangs`.
 pub(super) fn wait(
     device: &wgpu::Device,
     (readback, bytes): (&wgpu::Buffer, u64),
     at: wgpu::SubmissionIndex,
-    patience: Duration,
+    hangs: bool,
     mishap: &Mishap,
 ) -> Result<(), Fault> {
     let (send, receive) = std::sync::mpsc::channel();
     readback.map_async(wgpu::MapMode::Read, 0..bytes, move |r| {
         let _ = send.send(r);
     });
+    let patience = if hangs { Duration::ZERO } else { PATIENCE };
     let waiting = wgpu::PollType::Wait { submission_index: Some(at), timeout: Some(patience) };
     let polled = device.poll(waiting);
     heard(mishap)?;
     match polled {
+        _ if hangs => return Err(Fault::Late(patience)),
         Err(wgpu::PollError::Timeout) => return Err(Fault::Late(patience)),
         other => other.map_err(lost)?,
     };

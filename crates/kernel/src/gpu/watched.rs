@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::adapter::Adapter;
 use super::check::{Passed, check};
-use super::dispatch::Gpu;
+use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log};
 use crate::cpu::Cpu;
 use crate::smooth::{Ranking, Scope};
@@ -82,10 +82,15 @@ impl Watched {
     /// # Errors
     /// Wrong answers, with figures; a device that fails.
     pub fn admit(&mut self, job: &Job<'_>) -> Result<(), Fault> {
+        self.admitted(job).map(drop)
+    }
+
+    /// The kernel of `job`, which is right on this device.
+    fn admitted(&mut self, job: &Job<'_>) -> Result<Kernel, Fault> {
         let gpu = self.gpu.as_mut().ok_or_else(|| Fault::Lost("it does not open".into()))?;
         let kernel = gpu.kernel(job)?;
         if self.passed.contains(&kernel.text) || !self.verdicts.wanted() {
-            return Ok(());
+            return Ok(kernel);
         }
         if self.verdicts.known(&kernel.text) {
             self.log.note(|told| {
@@ -100,8 +105,8 @@ impl Watched {
                 told.self_check_worst = told.self_check_worst.max(passed.worst);
             });
         }
-        self.passed.insert(kernel.text);
-        Ok(())
+        self.passed.insert(kernel.text.clone());
+        Ok(kernel)
     }
 
     /// The device gives it up after `fault`, and is opened again if it can be.
@@ -125,9 +130,8 @@ impl Watched {
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
     ) -> Result<(), Fault> {
-        self.admit(job)?;
+        let kernel = self.admitted(job)?;
         let gpu = self.gpu.as_mut().ok_or_else(|| Fault::Lost("it does not open".into()))?;
-        let kernel = gpu.kernel(job)?;
         let unwritten = gpu.batch(&kernel, taps, out)?;
         let mut left = 0;
         for s in out.iter_mut() {
@@ -142,6 +146,7 @@ impl Watched {
         }
         self.log.note(|told| told.recomputed_taps += left as u64);
         if unwritten > 0 {
+            self.strikes += 1;
             self.log.say(format!("{}; they were left to the reference", Fault::Damaged(left, taps.len())));
         }
         Ok(())

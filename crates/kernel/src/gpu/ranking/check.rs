@@ -1,6 +1,6 @@
 //! The self-check of a ranking: some designs of the sweep itself, ranked on the device and in the lanes of the CPU.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::Ranker;
@@ -9,10 +9,10 @@ use crate::smooth::{Batch, Case, Found, Ranking, Scope, Tables};
 use vibrissa_core::scene::{Layout, Tuple};
 
 /// Stretches of designs that are compared, and designs of each.
-const STRETCHES: [u64; 2] = [4, 64];
+const STRETCHES: [u64; 2] = [8, 32];
 
 /// What the ranks of device and CPU, both in f32, may differ by: a share of them, and a K.
-const MARGIN: [f32; 2] = [2e-3, 1e-7];
+const MARGIN: [f32; 2] = [5e-3, 2e-7];
 
 /// Share of the taps whose words may differ: those next to an edge.
 const EDGES: f64 = 0.01;
@@ -36,7 +36,7 @@ fn expected(scope: &Scope, tables: &Tables, layout: &Layout, range: &Range<u64>,
     found
 }
 
-/// Ranks some designs of `layout` and compares.
+/// Ranks some designs of `layout` twice, by a bound that none of them is below and by one that all are, and compares.
 ///
 /// # Errors
 /// Designs ranked otherwise than by the CPU, with figures; a device that fails.
@@ -48,39 +48,48 @@ pub(super) fn check(ranker: &mut Ranker, scope: &Scope, layout: &Layout) -> Resu
         let from = (n.saturating_sub(length) / (stretches - 1)).saturating_mul(s);
         let range = from..(from + length.min(ranker.most())).min(n);
         let every = expected(scope, &tables, layout, &range, f32::INFINITY);
-        let mut ranks: Vec<f32> = every.rows.iter().map(|row| row.0).collect();
-        ranks.sort_by(f32::total_cmp);
-        let bound = ranks.get(ranks.len() / 2).copied().unwrap_or(1.0);
-        ranker.start(range.clone(), bound);
-        let batch = ranker.next_batch()?;
-        compare(&batch, &every, bound, layout.block())?;
+        // The best row of each design that has one.
+        let mut best: BTreeMap<u64, f32> = BTreeMap::new();
+        for (rank, k, _) in &every.rows {
+            let least = best.entry(*k).or_insert(f32::INFINITY);
+            *least = least.min(*rank);
+        }
+        let least = best.values().copied().fold(f32::INFINITY, f32::min).min(f32::MAX);
+        let most = best.values().copied().fold(0.0, f32::max);
+        for bound in [least - MARGIN[0] * least - MARGIN[1], most + MARGIN[0] * most + MARGIN[1]] {
+            ranker.start(range.clone(), bound);
+            let batch = ranker.next_batch()?;
+            compare(&batch, &every, &best, bound, layout.block())?;
+        }
     }
     Ok(())
 }
 
-fn compare(batch: &Batch, every: &Found, bound: f32, block: u64) -> Result<(), Fault> {
+fn compare(
+    batch: &Batch,
+    every: &Found,
+    best: &BTreeMap<u64, f32>,
+    bound: f32,
+    block: u64,
+) -> Result<(), Fault> {
     let of = batch.range.end - batch.range.start;
     let wrong = |why: String| Err(Fault::Wrong(format!("its self-check of the ranking failed: {why}")));
-    let margin = MARGIN[0] * bound.abs() + MARGIN[1];
-    let below = |limit: f32| -> BTreeSet<u64> {
-        every.rows.iter().filter(|row| row.0 < limit).map(|row| row.1).collect()
-    };
-    let (hard, found): (BTreeSet<u64>, BTreeSet<u64>) =
-        (batch.hard.iter().copied().collect(), batch.best.iter().copied().collect());
-    let (surely, perhaps) = (below(bound - margin), below(bound + margin));
-    let missed = surely.iter().filter(|k| !found.contains(k) && !hard.contains(k)).count();
-    let added = found.difference(&perhaps).count();
+    let [hard, found, left] =
+        [&batch.hard, &batch.best, &every.hard].map(|ks| ks.iter().copied().collect::<BTreeSet<u64>>());
+    let below = |k: &u64| best.get(k).is_some_and(|rank| *rank < bound);
+    let missed = best.keys().filter(|k| below(k) && !found.contains(k) && !hard.contains(k)).count();
+    let added = found.iter().filter(|k| !below(k) && !left.contains(k)).count();
     if missed + added > 0 {
         return wrong(format!(
             "of {of} designs {missed} with a row below {bound:e} are missing, and {added} without one are there"
         ));
     }
-    let pairs =
+    let counts =
         |w: &crate::smooth::lanes::Words| [w.ok, w.slipped, w.strain, w.rootless, w.ambiguous, w.invalid];
     // A design next to the border of the chart may be hard here and easy there.
-    let unlike = hard.symmetric_difference(&every.hard.iter().copied().collect()).count() as u64;
+    let unlike = hard.symmetric_difference(&left).count() as u64;
     let most = (EDGES * (of * block) as f64) as u64 + 2 + unlike * block;
-    let apart = pairs(&batch.words).into_iter().zip(pairs(&every.words)).map(|(a, b)| a.abs_diff(b)).max();
+    let apart = counts(&batch.words).into_iter().zip(counts(&every.words)).map(|(a, b)| a.abs_diff(b)).max();
     if apart > Some(most) || unlike > 1 + of / 16 {
         return wrong(format!(
             "the words of {} of {} taps differ, and {unlike} of {of} designs are to be solved otherwise",

@@ -13,10 +13,9 @@ mod tuples;
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 use crate::gpu::Gpu;
-use crate::gpu::dispatch::{PATIENCE, lost, wait};
+use crate::gpu::dispatch::{lost, wait};
 use crate::gpu::fault::Fault;
 use crate::gpu::lie::{Kind, Lie};
 use crate::smooth::lanes::Words;
@@ -206,8 +205,8 @@ impl Ranker {
 
     fn read(&self, slot: &Slot, count: usize, flight: &Flight) -> Result<Vec<u32>, Fault> {
         let bytes = 4 * count as u64;
-        let patience = if flight.told == Some(Kind::Hang) { Duration::ZERO } else { PATIENCE };
-        wait(&self.device, (&slot.readback, bytes), flight.at.clone(), patience, &self.mishap)?;
+        let hangs = flight.told == Some(Kind::Hang);
+        wait(&self.device, (&slot.readback, bytes), flight.at.clone(), hangs, &self.mishap)?;
         let mut words: Vec<u32> = {
             let view = slot.readback.get_mapped_range(0..bytes).map_err(lost)?;
             view.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
@@ -240,7 +239,7 @@ impl Ranking for Ranker {
         let count = (range.end - range.start) as u32;
         let invocations = count.div_ceil(EACH).max(1).next_multiple_of(WORKGROUP);
         let mut job = [0u32; 12];
-        let bound = if told == Some(Kind::Wrong) { 1.01 * bound } else { bound };
+        let bound = if told == Some(Kind::Wrong) { 1.5 * bound } else { bound };
         job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), stamp << PLACE_BITS]);
         let mut rest = range.start;
         for (f, n) in self.lengths.iter().enumerate().rev() {
