@@ -1,5 +1,6 @@
 //! Every tap that a chart may answer, at the hard ends of the domain, against the same tap solved in f64, which reads no chart: whiskers from
-//! d/D = 0.1 to 1.2, θ to 20°, contacts next to the gauge, of every kind of model.
+//! d/D = 0.25 to 1.2, θ to 20°, gauges from the clamp to next to the contact, of every kind of model. (Finer tips have charts at small distances
+//! only; the rest of them is solved.)
 
 use std::collections::HashMap;
 
@@ -8,14 +9,15 @@ use crate::common::program::Desk;
 /// Ten distances each: 2¹⁷ taps and a few.
 const SAMPLES: usize = 13_200;
 
-fn spec(rig: &str, side: &str, drive: &str, model: &str) -> String {
-    let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = {SAMPLES} }}");
+/// Whiskers of 10 mm with these tips and gauges that begin at these places, mm.
+fn spec([tips, places]: [[f64; 2]; 2], rig: &str, side: &str, drive: &str, model: &str) -> String {
+    let axis = |[lo, hi]: [f64; 2]| format!("{{ min = {lo}, max = {hi}, samples = {SAMPLES} }}");
     let drive = drive.replace("SAMPLES", &SAMPLES.to_string());
     format!(
         "[whisker]\nD = 10\nd = {}\nL_a = 50\n{rig}\n[gauge]\nx_ss = {}\nl = {}\n{side}\n[tap]\na = {{ from = 21, to = 48, steps = 10 }}\n{drive}\n{model}\n[output]\ndesigns = false\ndistances = false\n",
-        axis(1.0, 12.0),
-        axis(0.5, 18.0),
-        axis(1.0, 4.0),
+        axis(tips),
+        axis(places),
+        axis([1.0, 4.0]),
     )
 }
 
@@ -32,9 +34,9 @@ fn columns(desk: &Desk, folder: &str) -> HashMap<String, Vec<String>> {
 }
 
 /// Strains within the tolerance of those in f64, relative to themselves and to 1e-3 of the largest, and the same words but next to a limit.
-/// `least` of the taps are read from charts.
+/// Most of the taps are read from charts.
 #[track_caller]
-fn holds(text: &str, least: f64) {
+fn holds(text: &str) {
     let desk = Desk::new(text);
     let run = |precision: &str| {
         let arguments = [
@@ -53,7 +55,7 @@ fn holds(text: &str, least: f64) {
     let ((charted, got), (_, want)) = (run("f32"), run("f64"));
     let taps = charted["taps"].as_f64().unwrap();
     let read = charted["interpolated"].as_f64().unwrap() / taps;
-    assert!(read >= least, "{read} of the taps are read: {charted}");
+    assert!(read > 0.8, "{read} of the taps are read: {charted}");
     let numbers = |of: &HashMap<String, Vec<String>>| -> Vec<f64> {
         of["strain"].iter().map(|x| x.parse().unwrap_or(f64::NAN)).collect()
     };
@@ -71,38 +73,46 @@ fn holds(text: &str, least: f64) {
         }
     }
     assert!(solved as f64 > 0.5 * taps, "{solved} rows compared");
-    // Next to a limit single precision may say it or not; next to a fold it gives up earlier.
-    assert!(words as f64 <= 2.0 + taps / 200.0, "{words} words differ");
+    // Next to a limit single precision may say it or not.
+    assert!(words as f64 <= 2.0 + taps / 20_000.0, "{words} words differ");
 }
 
-const OWN: &str = "theta = { min = 0.5, max = 20, samples = SAMPLES }";
+const FAR: &str = "theta = { min = 0.5, max = 20, samples = SAMPLES }";
+const NEAR: &str = "theta = { min = 0.5, max = 10, samples = SAMPLES }";
 const MOVED: &str = "drive = \"displacement\"\ndelta = { min = 0.2, max = 8, samples = SAMPLES }";
 const PRACTICAL: &str =
     "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
 #[test]
-fn practical_whiskers() {
-    holds(&spec("", "", OWN, PRACTICAL), 0.2);
+fn practical_whiskers_with_gauges_from_the_clamp_to_the_contact() {
+    holds(&spec([[2.5, 8.0], [0.0, 18.0]], "", "", FAR, PRACTICAL));
+}
+
+#[test]
+fn whiskers_that_grow_towards_the_tip() {
+    holds(&spec([[8.0, 12.0], [0.0, 18.0]], "", "", NEAR, PRACTICAL));
 }
 
 #[test]
 fn whiskers_on_a_hub_against_a_pole() {
     let model = "[model]\nsurface = true\npole_radius = 2\nmaterial = { mooney-rivlin = [0.35, 0.15] }";
-    holds(&spec("hub = 8", "", OWN, model), 0.2);
+    holds(&spec([[2.5, 8.0], [3.0, 18.0]], "hub = 8", "", FAR, model));
 }
 
 #[test]
 fn displaced_objects_and_gauges_on_the_far_side() {
     let model = "[model]\nextension = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }";
-    holds(&spec("", "side = \"far\"", MOVED, model), 0.2);
+    holds(&spec([[2.5, 8.0], [0.0, 15.0]], "", "side = \"far\"", MOVED, model));
 }
 
 #[test]
 fn whiskers_that_shear_beside_timoshenkos_theory() {
-    holds(&spec("", "", OWN, "[model]\nshear = true\n[estimate]\ntheory = \"timoshenko\""), 0.2);
+    let model = "[model]\nshear = true\n[estimate]\ntheory = \"timoshenko\"";
+    holds(&spec([[2.5, 8.0], [0.5, 18.0]], "", "", NEAR, model));
 }
 
 #[test]
 fn contacts_with_friction() {
-    holds(&spec("", "", OWN, &format!("{PRACTICAL}\ncontact = {{ coulomb = 0.2 }}")), 0.0);
+    let model = format!("{PRACTICAL}\ncontact = {{ coulomb = 0.2 }}");
+    holds(&spec([[4.0, 8.0], [0.0, 15.0]], "", "", NEAR, &model));
 }
