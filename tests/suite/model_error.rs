@@ -332,12 +332,13 @@ fn a_stopped_sweep_goes_on_with_what_is_left_off() {
 }
 
 #[test]
-fn no_part_is_done_with_effects_left_off() {
-    let desk = Desk::new(&soft("0.5", ""));
+fn no_part_of_a_ranking_is_done_with_effects_left_off() {
+    let ranked = "[output]\ntop = 3\n";
+    let desk = Desk::new(&soft("0.5", ranked));
     let refused = |arguments: &[&str]| {
         let error = desk.run(&[arguments, &["--json"]].concat()).exits(2).json()["error"].clone();
         assert_eq!(error["key"], "--shard", "{error}");
-        assert!(error.to_string().contains("left off over the whole sweep"), "{error}");
+        assert!(error.to_string().contains("which no part knows"), "{error}");
     };
     refused(&[
         "sweep",
@@ -351,7 +352,7 @@ fn no_part_is_done_with_effects_left_off() {
         "--out",
         "out",
     ]);
-    desk.write("spec.toml", soft("0.5", "[run]\nmodel_error = 1e-2\n"));
+    desk.write("spec.toml", soft("0.5", &format!("{ranked}[run]\nmodel_error = 1e-2\n")));
     refused(&["sweep", "spec.toml", "--backend", "cpu", "--shard", "1/2", "--out", "out"]);
     refused(&["cluster", "slurm", "spec.toml", "--shards", "2", "--out", "out"]);
     assert!(!desk.path("out").exists());
