@@ -11,16 +11,16 @@ use vibrissa::backend::Choice;
 use vibrissa::design::{Design, amount};
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::lie::{Kind, Lie};
-use vibrissa::kernel::gpu::{Adapter, adapters};
+use vibrissa::kernel::gpu::{Adapter, Gpu, adapters};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{Effects, Job, Rung, Solver, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
-use vibrissa::scene::{BackendChoice, Contact, Geometry, Precision, RunOptions, Tuple};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Target};
-use vibrissa::verify::{configuration, taps};
+use vibrissa::verify::taps;
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::sweeping::{CPU, GPU, Table};
@@ -50,7 +50,12 @@ fn adapter() -> Adapter {
 
 /// A watched device that lies so; nothing is known of it.
 fn liar(kind: Kind, when: Range<u64>) -> Choice {
-    let options = RunOptions { backend: Some(BackendChoice::Gpu), ..RunOptions::default() };
+    liar_in(Precision::F32, kind, when)
+}
+
+fn liar_in(precision: Precision, kind: Kind, when: Range<u64>) -> Choice {
+    let (backend, precision) = (Some(BackendChoice::Gpu), Some(precision));
+    let options = RunOptions { backend, precision, ..RunOptions::default() };
     let adapter = adapter().lying(Arc::new(Lie::new(kind, when)));
     Choice::among(&options, &[adapter]).unwrap().watched_anew()
 }
@@ -144,9 +149,11 @@ fn what_goes_wrong_for_good_is_handed_over() {
 /// Few answers that never come, or are no numbers, are those of the reference.
 #[test]
 fn a_few_missing_answers_are_left_to_the_reference() {
-    // Bits turn in the batch and in the batch once more; what is no number is not tried again.
-    for (kind, times, least) in [(Kind::Flip(70), 2, 200), (Kind::NotANumber(100), 1, 30)] {
-        let (tables, run) = swept(LISTED, &liar(kind, 1..1 + times));
+    // Bits turn in the batch and in the batch once more; what is no number, where the seal does not know its bits, is not tried again.
+    for (kind, times, least, precision) in
+        [(Kind::Flip(70), 2, 200, Precision::F32), (Kind::NotANumber(100), 1, 30, Precision::F64)]
+    {
+        let (tables, run) = swept(LISTED, &liar_in(precision, kind, 1..1 + times));
         tables.iter().zip(&honest(LISTED)[0]).for_each(|(found, wanted)| close(found, wanted));
         let n = count(&run, "recomputed_taps");
         assert!(n >= least && count(&run, "handed_over_taps") == 0, "{kind:?}: {run}");
@@ -252,48 +259,36 @@ fn verdicts_are_kept_in_the_cache() {
     assert!(Table::read(&desk.path("results/spec/tuples.csv")).rows.len() == 12);
 }
 
-/// What makes an answer that is not finite one to be found: no kernel gives one, on any rung, for hard taps and random ones of every
-/// configuration. The kernels of the CPU are those of the shaders.
+/// What makes an answer that is not finite one to be found: no shader gives one, not even of a tap bent by 60°, of which the same kernel on the CPU
+/// does. Numbers of sweeps leave room for the seal.
 #[test]
 fn honest_answers_are_finite() {
-    let mut all = 0;
-    for configuration in configuration::ALL.iter().filter(|c| c.model.geometry == Geometry::Exact) {
-        let setup = configuration.setup();
-        let tuples = [taps::random(setup.drive, configuration.hub, 400, 9), taps::hard(&setup)].concat();
-        let grips: &[Grip] = match setup.model.contact {
-            Contact::Stick => &[Grip::Stick],
-            Contact::Coulomb(mu) if mu > 0.0 => &[Grip::Stick, Grip::Slide(mu), Grip::Slide(-mu)],
-            _ => &[Grip::Slide(0.0)],
-        };
-        for (&grip, precision) in grips.iter().flat_map(|g| [Precision::F32, Precision::F64].map(|p| (g, p)))
-        {
-            let frame = |t: &Tuple| {
-                let shared = Design::new(&setup, *t).shared?;
-                let (model, side, curve) = (&setup.model, setup.gauge.side, &shared.model);
-                let amount = amount(setup.drive, t.drive);
-                Frame::new(&Ask { model, side, curve, peak: shared.peak, a: t.a, amount, grip })
-                    .map(|f| *f.tap())
-            };
-            let asked: Vec<Tap<f64>> = tuples.iter().filter_map(frame).collect();
-            let effects = Effects::new(&setup.model, setup.gauge.side, grip == Grip::Stick);
-            for rung in Rung::ladder(precision, &setup.model.material, 1e-5).iter().filter(|rung| !rung.spare)
-            {
-                let job = Job { effects, rule: &rung.rule, tolerance: 1e-5, chart: rung.chart() };
-                let mut found = Vec::new();
-                Cpu::new(precision).solve(&job, &asked, &mut found).unwrap();
-                for (tap, s) in asked.iter().zip(&found) {
-                    let whole = s.sweeps >= 1.0 && s.sweeps < 1024.0 && s.sweeps.fract() == 0.0;
-                    let finite = s.values().iter().all(|x| x.is_finite());
-                    assert!(
-                        whole && finite,
-                        "{} {precision:?} {:?}: {s:?} of {tap:?}",
-                        configuration.name,
-                        rung.rule
-                    );
-                }
-                all += found.len();
+    let setup = Setup::default();
+    let tuples = [taps::random(setup.drive, false, 400, 9), taps::hard(&setup)].concat();
+    let frame = |t: &Tuple| {
+        let shared = Design::new(&setup, *t).shared?;
+        let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
+        let (side, grip) = (setup.gauge.side, Grip::Slide(0.0));
+        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip }).map(|f| *f.tap())
+    };
+    let asked: Vec<Tap<f64>> = tuples.iter().filter_map(frame).collect();
+    let mut astray = 0;
+    for precision in [Precision::F32, Precision::F64] {
+        let mut gpu = Gpu::new(adapter(), precision).unwrap();
+        let rungs = Rung::ladder(precision, &setup.model.material, 1e-5);
+        for rung in rungs.iter().filter(|rung| !rung.spare) {
+            let job = Job { effects: Effects::default(), rule: &rung.rule, tolerance: 1e-5, chart: None };
+            let (mut found, mut twin) = (Vec::new(), Vec::new());
+            gpu.solve(&job, &asked, &mut found).unwrap();
+            Cpu::new(precision).solve(&job, &asked, &mut twin).unwrap();
+            for (s, twin) in found.iter().zip(&twin) {
+                assert!(s.values().iter().all(|x| x.is_finite()), "{precision:?} {:?}: {s:?}", rung.rule);
+                assert!((1.0..1024.0).contains(&twin.sweeps) && twin.sweeps.fract() == 0.0, "{twin:?}");
+                let lost = !twin.values().iter().all(|x| x.is_finite());
+                assert!(!lost || s.error > 1e6, "{precision:?} {:?}: {s:?} and {twin:?}", rung.rule);
+                astray += usize::from(lost);
             }
         }
     }
-    assert!(all > 50_000, "{all}");
+    assert!(astray > 0, "no tap here goes astray");
 }

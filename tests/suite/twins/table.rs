@@ -393,10 +393,11 @@ pub const TWINS: &[Twin] = &[
 ];
 
 /// Functions of WGSL without a twin.
-pub const WGSL_ONLY: [(&str, &str); 12] = [
+pub const WGSL_ONLY: [(&str, &str); 13] = [
     ("main", "hands taps, or designs, to invocations"),
     ("seal", "the host takes the seal off again: its own test in gpu/seal.rs"),
     ("mix_bits", "a step of the seal"),
+    ("is_finite", "what is no number does not leave a shader"),
     ("list_hard", "notes a design for the host"),
     ("weigh", "Σ weights_i y_i: `dot` with the weights of `Nodes`, which are its numbers"),
     ("integrate", "the same with its integral, row by row"),

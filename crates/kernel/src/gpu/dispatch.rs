@@ -209,22 +209,17 @@ impl Gpu {
         self.stamp = self.stamp.wrapping_add(1);
         let buffers = self.buffers.as_ref().expect("reserved");
         self.queue.write_buffer(&buffers.batch, 0, bytemuck::bytes_of(&[count as u32, self.stamp, 0, 0]));
-        let spoiled = |i: usize, t: &Tap<f64>| match told {
-            Some(Kind::Wrong) => t.map(|x| 1.01 * x),
-            Some(Kind::NotANumber(every)) if i.is_multiple_of(every) => Tap { angle: f64::NAN, ..*t },
-            _ => *t,
-        };
+        let spoiled = |t: &Tap<f64>| if told == Some(Kind::Wrong) { t.map(|x| 1.01 * x) } else { *t };
         match precision {
             Precision::F32 => {
-                let narrow = |(i, t)| spoiled(i, t).map(|x| x as f32);
-                let narrow: Vec<Tap<f32>> = taps.iter().enumerate().map(narrow).collect();
+                let narrow: Vec<Tap<f32>> = taps.iter().map(|t| spoiled(t).map(|x| x as f32)).collect();
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&narrow));
             }
             Precision::F64 if told.is_none() => {
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(taps));
             }
             Precision::F64 => {
-                let all: Vec<Tap<f64>> = taps.iter().enumerate().map(|(i, t)| spoiled(i, t)).collect();
+                let all: Vec<Tap<f64>> = taps.iter().map(spoiled).collect();
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&all));
             }
         }

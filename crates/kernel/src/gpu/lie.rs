@@ -15,7 +15,7 @@ pub enum Kind {
     Skip,
     /// Computes with numbers 1 % off.
     Wrong,
-    /// Computes every so many taps with what is no number.
+    /// Brings back what is no number as the strain of every so many taps.
     NotANumber(usize),
     /// Is lost before a dispatch.
     Lose,
@@ -64,6 +64,11 @@ impl Lie {
                     .step_by(every)
                     .enumerate()
                     .for_each(|(i, word)| word[i % 4] ^= 1 << (i % 7));
+            }
+            Some(Kind::NotANumber(every)) => {
+                // The fourth of seven numbers.
+                let (answer, word) = (group / 64, group / 64 / 7);
+                bytes.chunks_mut(answer).step_by(every).for_each(|a| a[3 * word..4 * word].fill(0xff));
             }
             Some(Kind::Stale) => bytes.copy_from_slice(&before[..honest.len()]),
             Some(Kind::Skip) => {

@@ -16,18 +16,29 @@ fn mix(h: u32, word: u32) -> u32 {
 }
 
 /// WGSL of `seal`; with the bits of the numbers where they have 32 of them. WGSL has no way to those of f64, whose seals tell place and batch
-/// alone.
+/// alone. An iteration gone astray that ends in what is no number says so in numbers: what is not finite comes from no kernel.
 pub(super) fn wgsl(with_bits: bool) -> String {
+    let finite = match with_bits {
+        // A comparison may be compiled as if there were no such numbers.
+        true => "(bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u",
+        false => "abs(x) < 1e300lf",
+    };
+    let fields: Vec<&str> = Solution::<f32>::FIELDS.iter().copied().filter(|f| *f != "sweeps").collect();
+    let all: Vec<String> = fields.iter().map(|f| format!("is_finite(s.{f})")).collect();
     let mut text = format!(
-        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n",
-        0x85eb_ca6b_u32
+        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n\
+         fn is_finite(x: real) -> bool {{\n    return {finite};\n}}\n\
+         fn seal(s: Solution, place: u32, stamp: u32) -> Solution {{\n    var sealed = s;\n    \
+         if !({}) {{\n        sealed = Solution(ZERO, ZERO, ZERO, ZERO, LOST, ZERO, s.sweeps);\n    }}\n    \
+         var h = mix_bits(mix_bits(stamp, place), u32(s.sweeps));\n",
+        0x85eb_ca6b_u32,
+        all.join(" && ")
     );
-    text += "fn seal(s: Solution, place: u32, stamp: u32) -> Solution {\n    var h = mix_bits(mix_bits(stamp, place), u32(s.sweeps));\n";
-    for field in Solution::<f32>::FIELDS.iter().filter(|f| with_bits && **f != "sweeps") {
-        text += &format!("    h = mix_bits(h, bitcast<u32>(s.{field}));\n");
+    for field in fields.iter().filter(|_| with_bits) {
+        text += &format!("    h = mix_bits(h, bitcast<u32>(sealed.{field}));\n");
     }
     text += &format!(
-        "    var sealed = s;\n    sealed.sweeps = s.sweeps + real({SWEEPS:?}) * real(h >> {}u);\n    return sealed;\n}}\n",
+        "    sealed.sweeps = s.sweeps + real({SWEEPS:?}) * real(h >> {}u);\n    return sealed;\n}}\n",
         32 - BITS
     );
     text
