@@ -78,7 +78,7 @@ fn known_taps(effects: &Effects) -> Vec<Tap<f64>> {
 /// Answers that are wrong or missing, with figures; a device that fails.
 pub(super) fn check(gpu: &mut Gpu, kernel: &Kernel, job: &Job<'_>) -> Result<Passed, Fault> {
     let taps = known_taps(&job.effects);
-    let (known, twin) = answers(gpu.precision(), job, &taps)?;
+    let [known, twin] = answers(gpu.precision(), job, &taps)?;
     let mut found = Vec::new();
     let unwritten = gpu.batch(kernel, &taps, &mut found)?;
     if unwritten > 0 {
@@ -95,7 +95,7 @@ fn answers(
     precision: Precision,
     job: &Job<'_>,
     taps: &[Tap<f64>],
-) -> Result<(Vec<Solution<f64>>, Vec<Solution<f64>>), SolveError> {
+) -> Result<[Vec<Solution<f64>>; 2], SolveError> {
     let (mut known, mut twin) = (Vec::new(), Vec::new());
     let rules = every_rule(Precision::F64);
     // The finest rung, which solves most; it reads the same section law.
@@ -103,7 +103,7 @@ fn answers(
     let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
     Cpu::new(Precision::F64).solve(&finest, taps, &mut known)?;
     Cpu::new(precision).solve(job, taps, &mut twin)?;
-    Ok((known, twin))
+    Ok([known, twin])
 }
 
 fn wrong(why: String) -> Fault {
