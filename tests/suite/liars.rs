@@ -2,7 +2,6 @@
 //! are those of an honest device, or the rows that the CPU or the reference answered are listed.
 
 use std::ops::Range;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 
@@ -252,10 +251,7 @@ fn verdicts_are_kept_in_the_cache() {
     std::fs::remove_dir_all(&cache).unwrap();
     std::fs::write(&cache, "a file in the place of the folder").unwrap();
     assert_eq!(sweep(&[]), (n, Some(0)), "no cache");
-    assert_eq!(
-        sweep(&[("XDG_CACHE_HOME", "relative"), ("HOME", "/dev/null")]),
-        (n, Some(0))
-    );
+    assert_eq!(sweep(&[("XDG_CACHE_HOME", "relative"), ("HOME", "/dev/null")]), (n, Some(0)));
     assert!(Table::read(&desk.path("results/spec/tuples.csv")).rows.len() == 12);
 }
 
