@@ -64,33 +64,32 @@ impl Evaluator<'_> {
         tasks: &[Task],
         grip: &(dyn Fn(usize) -> Grip + Sync),
     ) -> Result<Vec<Option<Solved>>, SolveError> {
+        self.solve_framed(&frames(self.setup, designs, tasks, grip), grip)
+    }
+
+    /// Solutions of `frames`, where there are any.
+    fn solve_framed(
+        &mut self,
+        frames: &[Option<Frame>],
+        grip: &(dyn Fn(usize) -> Grip + Sync),
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
         let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
-            return Ok(vec![None; tasks.len()]);
+            return Ok(vec![None; frames.len()]);
         };
-        let at = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
-        let framed = |i: usize| {
-            at(i).map(|frame| Solved {
-                frame,
-                solution: Solution::FAILED,
-                grip: grip(i),
-                sweeps: 0.0,
-                interpolated: false,
-            })
-        };
-        let places = (0..tasks.len()).into_par_iter().with_min_len(FRAMES);
-        let mut solved: Vec<Option<Solved>> = places.map(framed).collect();
-        if tasks.is_empty() {
-            return Ok(solved);
+        if frames.is_empty() {
+            return Ok(Vec::new());
         }
         self.taps.clear();
-        self.taps.extend(solved.iter().flatten().map(|s| *s.frame.tap()));
+        self.taps.extend(frames.iter().flatten().map(|frame| *frame.tap()));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
-        for (place, s) in solved.iter_mut().flatten().zip(&self.solutions) {
-            (place.solution, place.sweeps) = (*s, s.sweeps);
-        }
-        Ok(solved)
+        let mut solutions = self.solutions.iter();
+        let solved = |(i, frame): (usize, &Option<Frame>)| {
+            let (frame, solution) = ((*frame)?, *solutions.next()?);
+            Some(Solved { frame, solution, grip: grip(i), sweeps: solution.sweeps, interpolated: false })
+        };
+        Ok(frames.iter().enumerate().map(solved).collect())
     }
 
     /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
@@ -102,27 +101,21 @@ impl Evaluator<'_> {
         tasks: &[Task],
         mu: f64,
     ) -> Result<Vec<Option<Solved>>, SolveError> {
-        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
-        let mut open: Vec<usize> = (0..tasks.len()).collect();
         let setup = self.setup;
-        let frames: Vec<Option<Frame>> = tasks
-            .par_iter()
-            .map(|task| frame(setup, &designs[task.design as usize], task, Grip::Stick))
-            .collect();
-        let framed: Vec<(usize, Frame)> =
-            frames.into_iter().enumerate().filter_map(|(i, frame)| Some((i, frame?))).collect();
-        let held = foreseen(setup, framed.iter().map(|(_, frame)| frame), mu)?;
-        let slides = framed.iter().zip(held).filter(|(_, grip)| *grip != Grip::Stick);
-        let likely: Vec<(usize, Grip)> = slides.map(|((i, _), grip)| (*i, grip)).collect();
+        let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
+        let held = foreseen(setup, framed.iter().flatten(), mu)?;
+        let whole = (0..tasks.len()).filter(|&i| framed[i].is_some());
+        let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| *grip != Grip::Stick).collect();
+        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
         let slid = self.slide(designs, tasks, &likely)?;
         for (&(i, grip), s) in likely.iter().zip(slid) {
             let told = s.as_ref().is_some_and(|s| moves_with(s, grip));
             solved[i] = s.filter(|_| told);
         }
-        open.retain(|&i| solved[i].is_none());
 
-        let rest: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
-        let stuck = self.solve(designs, &rest, &|_| Grip::Stick)?;
+        let open: Vec<usize> = (0..tasks.len()).filter(|&i| solved[i].is_none()).collect();
+        let rest: Vec<Option<Frame>> = open.iter().map(|&i| framed[i]).collect();
+        let stuck = self.solve_framed(&rest, &|_| Grip::Stick)?;
         let mut sliding = Vec::new();
         for (&i, s) in open.iter().zip(stuck) {
             solved[i] = s;
@@ -192,6 +185,17 @@ fn decide(s: &Solved, mu: f64) -> Option<Grip> {
         _ if spare > 0.0 => Some(Grip::Stick),
         _ => Some(Grip::Slide(mu.copysign(tangential))),
     }
+}
+
+/// `tasks` in their own units, their contacts held by `grip`; `None` outside the domain or at the apex.
+fn frames(
+    setup: &Setup,
+    designs: &[Design],
+    tasks: &[Task],
+    grip: &(dyn Fn(usize) -> Grip + Sync),
+) -> Vec<Option<Frame>> {
+    let one = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
+    (0..tasks.len()).into_par_iter().with_min_len(FRAMES).map(one).collect()
 }
 
 /// `task` in its own units; `None` outside the domain or at the apex.

@@ -194,13 +194,14 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
     whole
 }
 
-/// The `run.json` of a sweep; `model_error` says which effects were left off, where that was asked for.
+/// The `run.json` of a sweep; `model_error` says which effects were left off, where that was asked for, `handed_over` which rows a device has
+/// not answered itself.
 pub fn of_sweep(
     spec: &Spec,
     backend: &Backend,
     c: &Counts,
     seconds: Seconds,
-    model_error: Option<&Value>,
+    [model_error, handed_over]: [Option<&Value>; 2],
 ) -> Value {
     let mut body = json!({
         "in_force": in_force(spec),
@@ -211,8 +212,10 @@ pub fn of_sweep(
         "seconds": seconds,
         "taps_per_second": if seconds.total > 0.0 { c.taps as f64 / seconds.total } else { 0.0 },
     });
-    if let Some(told) = model_error {
-        body["model_error"] = told.clone();
+    for (key, told) in [("model_error", model_error), ("handed_over", handed_over)] {
+        if let Some(told) = told {
+            body[key] = told.clone();
+        }
     }
     document("sweep", self::spec(spec), body)
 }

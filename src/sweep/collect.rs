@@ -3,8 +3,9 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::needed::{Checked, checked, fuller, until_it_holds};
 use super::writers::{Tables, Writers};
-use super::{Before, Checked, Clock, Report, Run, checked, fuller, routes, until_it_holds};
+use super::{Before, Clock, Report, Run, routes};
 use crate::backend::Choice;
 use crate::error::Error;
 use crate::needed::Needed;
@@ -51,9 +52,10 @@ fn attempt(
     let mut run = Run::new((study, plan), method, before, (stop, progress));
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
+    run.handed = run.handed.on(choice.backend.device.clone());
     routes(&mut run, spec)?;
     let Checked::Holds(model_error) = checked(&run, needed)? else { return Ok(None) };
-    let Run { writers, counts, best, solve, .. } = run;
+    let Run { writers, counts, best, solve, handed, .. } = run;
     let (ranked, total) = (counts.complete.unwrap_or(best.offered), clock.start.elapsed().as_secs_f64());
     let seconds =
         Seconds { total: total + clock.before, open, chart: clock.chart, solve: solve.as_secs_f64() };
@@ -66,6 +68,7 @@ fn attempt(
         highlights: best.into_rows(),
         ranked,
         model_error,
+        handed_over: handed.told(),
     };
     Ok(Some((report, writers.into_tables())))
 }

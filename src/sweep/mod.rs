@@ -29,12 +29,12 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
-use crate::scene::{Setup, Space, Spec, Study, Tuple};
+use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
     folder::{Folder, Left, Mark, Question, Written},
     pack::{Packed, Unpacker},
@@ -47,6 +47,8 @@ pub use collect::collect;
 use handed::Handed;
 pub use keep::EVERY;
 use keep::Keeper;
+use needed::{Checked, checked, fuller};
+pub use needed::{run_needed, whole};
 pub use parted::Place;
 pub use probe::seconds;
 use running::Run;
@@ -77,6 +79,8 @@ pub struct Report {
     pub ranked: u64,
     /// `model_error` of `run.json`, where effects could be left off.
     pub model_error: Option<Value>,
+    /// Its `handed_over`, where another than the device answered.
+    pub handed_over: Option<Value>,
 }
 
 /// Where and how a sweep writes.
@@ -115,61 +119,6 @@ pub fn run(
     let clock = Clock { start: Instant::now(), before: choice.seconds + plan.seconds, chart: plan.chart };
     let report = attempt(spec, plan, choice, target, progress, (clock, None))?;
     Ok(report.expect("without a model to check every sweep is done"))
-}
-
-/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the fuller one
-/// that then is needed. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
-///
-/// # Errors
-/// As [`run`]; a part, as [`whole`].
-pub fn run_needed(
-    spec: &mut Spec,
-    plan: Plan,
-    choice: &Choice,
-    target: &Target<'_>,
-    progress: &mut dyn Progress,
-    needed: &mut Needed,
-) -> Result<Report, Error> {
-    whole(target.shard, &spec.study)?;
-    until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
-        attempt(spec, plan, choice, target, progress, timed)
-    })
-}
-
-/// An attempt at a sweep by a model, of which rows may show that it does not do.
-type Attempt<'a, T> = dyn FnMut(&Spec, &Plan, (Clock, Option<&mut Needed>)) -> Result<Option<T>, Error> + 'a;
-
-/// Attempts, each with the plan of a fuller model, until one gives something.
-fn until_it_holds<T>(
-    spec: &mut Spec,
-    mut plan: Plan,
-    choice: &Choice,
-    needed: &mut Needed,
-    attempt: &mut Attempt<'_, T>,
-) -> Result<T, Error> {
-    let before = choice.seconds + plan.seconds + needed.seconds[0];
-    let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
-    loop {
-        if let Some(done) = attempt(spec, &plan, (clock, Some(&mut *needed)))? {
-            return Ok(done);
-        }
-        spec.study.setup = needed.setup().clone();
-        plan = Plan::new(&spec.study, choice)?;
-        clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
-    }
-}
-
-/// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
-/// the whole keeps.
-///
-/// # Errors
-/// With a model error no part of a ranked sweep is done on its own.
-pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
-    let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
-    let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
-    let allowed =
-        "the whole without --shard, parts without top, or parts without --model-error and [run] model_error";
-    Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
 }
 
 /// When a sweep began, and what was done for it before, s.
@@ -233,10 +182,9 @@ fn attempt(
     };
     let total = clock.start.elapsed().as_secs_f64() + clock.before + keeper.before;
     let seconds = Seconds { total, open, chart: clock.chart, solve: solve.as_secs_f64() };
-    let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, model_error.as_ref());
-    if let Some(rows) = handed.told() {
-        document["handed_over"] = rows;
-    }
+    let handed_over = handed.told();
+    let told = [model_error.as_ref(), handed_over.as_ref()];
+    let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, told);
     if let Some(head) = &resumed {
         document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }
@@ -247,30 +195,17 @@ fn attempt(
     folder.run_json(&document)?;
     let Written { files, removed, .. } = folder.finish()?;
     let backend = choice.backend.clone();
-    Ok(Some(Report { files, removed, counts, seconds, backend, highlights, ranked, model_error }))
-}
-
-/// The model of which effects are left off, where any are.
-fn fuller(needed: Option<&Needed>) -> Option<Setup> {
-    needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
-}
-
-/// What the rows kept say of a model with effects left off.
-enum Checked {
-    /// It does; `model_error` of `run.json`, where that was asked for.
-    Holds(Option<Value>),
-    /// A fuller one is needed.
-    Astray,
-}
-
-fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
-    let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
-    if !needed.keeps(&needed::rows(&run.study.space, &run.kept)?, &|| run.check_stop())? {
-        return Ok(Checked::Astray);
-    }
-    let mut told = needed.summary(run.solve.as_secs_f64() + run.plan.chart.unwrap_or(0.0));
-    told["taps_by_full_model"] = run.mended().into();
-    Ok(Checked::Holds(Some(told)))
+    Ok(Some(Report {
+        files,
+        removed,
+        counts,
+        seconds,
+        backend,
+        highlights,
+        ranked,
+        model_error,
+        handed_over,
+    }))
 }
 
 /// The way of the space.

@@ -1,18 +1,101 @@
-//! The rows that a sweep kept, with their distances, for the check of a model with effects left off.
+//! Sweeps by a model with effects left off: the rows that are kept check it, and where they do not bear it out a fuller one begins.
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::time::Instant;
 
-use super::key;
-use crate::error::Error;
-use crate::needed::Row;
-use crate::scene::{Layout, Space, Tuple};
+use serde_json::Value;
 
-/// The rows of `space` that are `kept`, each a design with its drive.
+use super::{Clock, Report, Run, Target, attempt, key};
+use crate::backend::Choice;
+use crate::error::{Error, InputError};
+use crate::needed::{Needed, Row};
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
+use crate::sink::shard::Shard;
+
+/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the fuller one
+/// that then is needed. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
 ///
 /// # Errors
-/// A tuple file that cannot be read again.
-pub(super) fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
+/// As [`run`](super::run); a part, as [`whole`].
+pub fn run_needed(
+    spec: &mut Spec,
+    plan: Plan,
+    choice: &Choice,
+    target: &Target<'_>,
+    progress: &mut dyn Progress,
+    needed: &mut Needed,
+) -> Result<Report, Error> {
+    whole(target.shard, &spec.study)?;
+    until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
+        attempt(spec, plan, choice, target, progress, timed)
+    })
+}
+
+/// An attempt at a sweep by a model, of which rows may show that it does not do.
+pub(super) type Attempt<'a, T> =
+    dyn FnMut(&Spec, &Plan, (Clock, Option<&mut Needed>)) -> Result<Option<T>, Error> + 'a;
+
+/// Attempts, each with the plan of a fuller model, until one gives something.
+pub(super) fn until_it_holds<T>(
+    spec: &mut Spec,
+    mut plan: Plan,
+    choice: &Choice,
+    needed: &mut Needed,
+    attempt: &mut Attempt<'_, T>,
+) -> Result<T, Error> {
+    let before = choice.seconds + plan.seconds + needed.seconds[0];
+    let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
+    loop {
+        if let Some(done) = attempt(spec, &plan, (clock, Some(&mut *needed)))? {
+            return Ok(done);
+        }
+        spec.study.setup = needed.setup().clone();
+        plan = Plan::new(&spec.study, choice)?;
+        clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
+    }
+}
+
+/// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
+/// the whole keeps.
+///
+/// # Errors
+/// With a model error no part of a ranked sweep is done on its own.
+pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
+    let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
+    let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
+    let allowed =
+        "the whole without --shard, parts without top, or parts without --model-error and [run] model_error";
+    Err(InputError::new(why).key("--shard").value(shard).allowed(allowed))
+}
+
+/// The model of which effects are left off, where any are.
+pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
+    needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
+}
+
+/// What the rows kept say of a model with effects left off.
+pub(super) enum Checked {
+    /// It does; `model_error` of `run.json`, where that was asked for.
+    Holds(Option<Value>),
+    /// A fuller one is needed.
+    Astray,
+}
+
+pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
+    let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
+    if !needed.keeps(&rows(&run.study.space, &run.kept)?, &|| run.check_stop())? {
+        return Ok(Checked::Astray);
+    }
+    let mut told = needed.summary(run.solve.as_secs_f64() + run.plan.chart.unwrap_or(0.0));
+    told["taps_by_full_model"] = run.mended().into();
+    Ok(Checked::Holds(Some(told)))
+}
+
+/// The rows of `space` that are `kept`, each a design with its drive.
+fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
     let identity = |t: &Tuple| (key(t), (t.drive + 0.0).to_bits());
     let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
     let mut note = |t: &Tuple| distances.get_mut(&identity(t)).into_iter().for_each(|row| row.push(t.a));

@@ -414,7 +414,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ("WGSL", "c2 > LEFT * tap.width", "c2 > GROWN * tap.width"),
     ("WGSL", "(9.0f * x * p4 - 4.0f * p3)", "(9.0f * x * p4 - 5.0f * p3)"),
     ("exact/gauge.rs", "of(12.0) * m", "of(11.0) * m"),
-    ("exact/gauge.rs", "of(2.0 * kf + 1.0) * x * now", "of(2.0 * kf + 2.0) * x * now"),
+    ("exact/legendre.rs", "of(2.0 * kf + 1.0) * x * now", "of(2.0 * kf + 2.0) * x * now"),
     ("exact/gauge.rs", "of(HEIGHT_TAIL)", "of(BENDING_TAIL)"),
     ("exact/mod.rs", "ARC_ROUNDINGS", "ROUNDINGS"),
     ("exact/newton.rs", "of(1.0 / 3.0) * reach", "of(1.0 / 2.0) * reach"),

@@ -3,11 +3,12 @@
 use super::Twin;
 
 /// The files of the Rust side, by what the table calls them.
-pub const FILES: [(&str, &str); 10] = [
+pub const FILES: [(&str, &str); 11] = [
     ("exact/mod.rs", "crates/kernel/src/cpu/exact/mod.rs"),
     ("exact/sweep.rs", "crates/kernel/src/cpu/exact/sweep.rs"),
     ("exact/newton.rs", "crates/kernel/src/cpu/exact/newton.rs"),
     ("exact/gauge.rs", "crates/kernel/src/cpu/exact/gauge.rs"),
+    ("exact/legendre.rs", "crates/kernel/src/cpu/exact/legendre.rs"),
     ("exact/tables.rs", "crates/kernel/src/cpu/exact/tables.rs"),
     ("lanes/mod.rs", "crates/kernel/src/smooth/lanes/mod.rs"),
     ("lanes/tap.rs", "crates/kernel/src/smooth/lanes/tap.rs"),
@@ -177,7 +178,7 @@ pub const TWINS: &[Twin] = &[
     // The halves of ∫P_k are written into the shader round by round, as 0.5/(2k + 1).
     Twin {
         wgsl: "primitive",
-        rust: "exact/gauge.rs:primitive",
+        rust: "exact/legendre.rs:primitive",
         only_rust: &["n"],
         unrolled: true,
         numbers: &["5.00000e-1"],
@@ -186,7 +187,7 @@ pub const TWINS: &[Twin] = &[
     },
     Twin {
         wgsl: "legendre",
-        rust: "exact/gauge.rs:legendre",
+        rust: "exact/legendre.rs:legendre",
         only_rust: &["n"],
         unrolled: true,
         same: 10,

@@ -1,6 +1,7 @@
 //! Strain deviation and error estimate from a converged state. Twin of `shaders/gauge.wgsl`.
 
 use super::super::pack::{Pack, Scalar};
+use super::legendre::{legendre, primitive};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -253,46 +254,6 @@ fn place<T: Scalar, const L: usize, const FMA: bool>(
 ) -> Pack<T, L, FMA> {
     let root = u.max(Pack::of(TINY)).sqrt();
     from_contact.max(Pack::of(0.0)) * (Pack::of(1.0) + g) / (c * root * (root + g))
-}
-
-/// ∫₀^w of a series of shifted Legendre polynomials.
-#[inline(always)]
-fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
-    n: usize,
-    series: &[Pack<T, L, FMA>; N],
-    w: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
-    let x = w.mul_add(of(2.0), of(-1.0));
-    let mut sum = series[0] * w;
-    let (mut before, mut now) = (of(1.0), x);
-    for k in 1..n {
-        let kf = k as f64;
-        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
-        sum = sum + series[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
-        (before, now) = (now, next);
-    }
-    sum
-}
-
-/// A series of shifted Legendre polynomials at w.
-#[inline(always)]
-fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
-    n: usize,
-    series: &[Pack<T, L, FMA>; N],
-    w: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
-    let x = w.mul_add(of(2.0), of(-1.0));
-    let mut sum = series[0];
-    let (mut before, mut now) = (of(1.0), x);
-    for k in 1..n {
-        sum = sum + series[k] * now;
-        let kf = k as f64;
-        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
-        (before, now) = (now, next);
-    }
-    sum
 }
 
 /// Bound on the truncation error of the strain from the last two Legendre coefficients of both integrands. Sums over Gauss

@@ -27,6 +27,7 @@
 //! how the lag follows.
 
 mod gauge;
+mod legendre;
 mod newton;
 mod sweep;
 mod tables;

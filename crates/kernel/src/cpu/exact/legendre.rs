@@ -1,0 +1,43 @@
+//! Series of shifted Legendre polynomials at a place of the rod. The shaders have them written out, round by round (`gpu/shader.rs`).
+
+use super::super::pack::{Pack, Scalar};
+
+/// ∫₀^w of a series of shifted Legendre polynomials.
+#[inline(always)]
+pub fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
+    series: &[Pack<T, L, FMA>; N],
+    w: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0] * w;
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        sum = sum + series[k] * (next - before) * of(0.5 / (2.0 * kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
+}
+
+/// A series of shifted Legendre polynomials at w.
+#[inline(always)]
+pub fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+    n: usize,
+    series: &[Pack<T, L, FMA>; N],
+    w: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let of = Pack::<T, L, FMA>::of;
+    let x = w.mul_add(of(2.0), of(-1.0));
+    let mut sum = series[0];
+    let (mut before, mut now) = (of(1.0), x);
+    for k in 1..n {
+        sum = sum + series[k] * now;
+        let kf = k as f64;
+        let next = (of(2.0 * kf + 1.0) * x * now - of(kf) * before) * of(1.0 / (kf + 1.0));
+        (before, now) = (now, next);
+    }
+    sum
+}
