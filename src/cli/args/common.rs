@@ -1,0 +1,81 @@
+//! Flags of every command.
+
+use std::path::PathBuf;
+
+use clap::Args as Flags;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+
+/// One of a few words, each with what to say of it.
+pub(super) fn words<T, const N: usize>(
+    all: [(&'static str, T, &'static str); N],
+) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
+        .map(move |said| all.iter().find(|(word, ..)| *word == said).expect("one of the words").1)
+}
+
+/// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
+#[derive(Debug, Clone, Flags)]
+#[command(next_help_heading = "Options of every command, also in [run] of a spec")]
+pub struct Common {
+    /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values), an
+    /// unfinished search, or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
+    #[arg(long)]
+    pub force: bool,
+    /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]
+    #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
+    pub backend: Option<BackendChoice>,
+    /// Take the adapter whose name contains this
+    #[arg(long, value_name = "NAME", value_parser = adapter)]
+    pub adapter: Option<String>,
+    /// Floating-point type of the fast kernels [default: f32]
+    #[arg(long, value_parser = words(Precision::WORDS), value_name = "TYPE")]
+    pub precision: Option<Precision>,
+    /// Bound on each row's strain error, relative to max(|strain|, 1e-3 of the peak) [default: 1e-5 with f32, 1e-8 with f64]
+    #[arg(long, value_name = "E")]
+    pub tolerance: Option<f64>,
+    /// CPU threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Say what would run, how many tuples, bytes, seconds; run nothing
+    #[arg(long)]
+    pub plan: bool,
+    /// No progress, no summary
+    #[arg(long)]
+    pub quiet: bool,
+    /// One JSON object on stdout and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Common {
+    /// The spec's options with those of the command line on top.
+    pub fn over(&self, spec: &RunOptions) -> RunOptions {
+        let flag = |typed: bool, spec: Option<bool>| if typed { Some(true) } else { spec };
+        RunOptions {
+            out: self.out.clone().or_else(|| spec.out.clone()),
+            force: flag(self.force, spec.force),
+            backend: self.backend.or(spec.backend),
+            adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
+            precision: self.precision.or(spec.precision),
+            tolerance: self.tolerance.or(spec.tolerance),
+            tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),
+            threads: self.threads.map(|n| n as usize).or(spec.threads),
+            plan: flag(self.plan, spec.plan),
+            quiet: flag(self.quiet, spec.quiet),
+            json: flag(self.json, spec.json),
+        }
+    }
+}
+
+/// Part of a name: nothing is part of every name, and would take any adapter.
+fn adapter(text: &str) -> Result<String, &'static str> {
+    let named = Some(text.to_owned()).filter(|t| !t.trim().is_empty());
+    named.ok_or("allowed: a part of an adapter's name; `vibrissa devices` lists them")
+}

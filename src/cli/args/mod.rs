@@ -1,0 +1,128 @@
+//! What was typed.
+
+mod common;
+mod design;
+mod rig;
+mod show;
+
+use clap::{Parser, Subcommand};
+
+use super::help::{Completions, Help, Man};
+pub use common::Common;
+pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
+pub use rig::{Calibrate, Locate, Simulate};
+pub use show::{Bench, Explore, Report, Shape, Verify};
+
+/// Behind the help of the program.
+const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
+    The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
+    Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+
+/// Sweeps, optimises and calibrates tapered soft whisker sensors.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(disable_help_subcommand = true)]
+#[command(after_help = AFTER)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One question each.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
+    Sweep(Sweep),
+    /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
+    Calibrate(Calibrate),
+    /// Distances from readings, with their uncertainty: a file, or stdin line by line
+    Locate(Locate),
+    /// Synthetic measurements of one whisker from the exact model -> measurements.csv
+    Simulate(Simulate),
+    /// Search geometry and tap angle -> best design, Pareto front, history
+    Optimise(Optimise),
+    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    Tap(Tap),
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole, byte for byte
+    Merge(Merge),
+    /// Write the job scripts that run a sweep on a cluster
+    Cluster(Cluster),
+    /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
+    Chart(Chart),
+    /// One page in which sliders move whisker, gauge and tap -> explore.html, a file that needs nothing else
+    Explore(Explore),
+    /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
+    /// broken
+    Verify(Verify),
+    /// Speed against error of every kernel, backend and configuration -> tables, figures
+    Bench(Bench),
+    /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
+    Shape(Shape),
+    /// Figures (SVG, PNG, PDF) and one page to look at, from the folder of a result
+    Report(Report),
+    /// List adapters, their limits and features, and which one `--backend auto` takes
+    Devices(Common),
+    /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
+    Help(Help),
+    /// A script for a shell, by which it completes commands and flags
+    Completions(Completions),
+    /// The manual page, on stdout; or the pages of all commands, into a folder
+    Man(Man),
+}
+
+impl Command {
+    /// Name as typed.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sweep(_) => "sweep",
+            Self::Calibrate(_) => "calibrate",
+            Self::Locate(_) => "locate",
+            Self::Simulate(_) => "simulate",
+            Self::Optimise(_) => "optimise",
+            Self::Tap(_) => "tap",
+            Self::Merge(_) => "merge",
+            Self::Cluster(_) => "cluster",
+            Self::Chart(_) => "chart",
+            Self::Explore(_) => "explore",
+            Self::Verify(_) => "verify",
+            Self::Bench(_) => "bench",
+            Self::Shape(_) => "shape",
+            Self::Report(_) => "report",
+            Self::Devices(_) => "devices",
+            Self::Help(_) => "help",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
+        }
+    }
+
+    /// The flags that every command that computes has.
+    pub fn common(&self) -> Option<&Common> {
+        match self {
+            Self::Sweep(s) => Some(&s.common),
+            Self::Calibrate(c) => Some(&c.common),
+            Self::Locate(l) => Some(&l.common),
+            Self::Simulate(s) => Some(&s.common),
+            Self::Optimise(o) => Some(&o.common),
+            Self::Tap(t) => Some(&t.common),
+            Self::Merge(m) => Some(&m.common),
+            Self::Cluster(c) => Some(&c.common),
+            Self::Chart(c) => Some(&c.common),
+            Self::Explore(e) => Some(&e.common),
+            Self::Verify(v) => Some(&v.common),
+            Self::Bench(b) => Some(&b.common),
+            Self::Shape(s) => Some(&s.common),
+            Self::Devices(c) => Some(c),
+            Self::Report(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Args::command().debug_assert();
+    }
+}

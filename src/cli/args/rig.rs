@@ -1,0 +1,118 @@
+//! A rig and its readings.
+
+use std::path::PathBuf;
+
+use clap::Args as Flags;
+use vibrissa::export::Language;
+use vibrissa::locate::estimator::{ALL, Estimator};
+
+use super::common::{Common, words};
+
+/// Calibrate a whisker from measured strains.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml"
+)]
+pub struct Calibrate {
+    /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
+    /// bridge_mV_per_V, reading; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    pub data: PathBuf,
+    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
+    /// curve, table and, with one drive, paper (with f falling as 1/a)
+    #[arg(long, value_name = "SPEC")]
+    pub whisker: Option<PathBuf>,
+    /// Tap angle of every row, degrees, where no column says
+    #[arg(long, value_name = "X", conflicts_with = "delta")]
+    pub theta: Option<f64>,
+    /// Displacement of every row, mm, where no column says
+    #[arg(long, value_name = "X")]
+    pub delta: Option<f64>,
+    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
+    /// [default: from the gaps of the data]
+    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true)]
+    pub group: Vec<f64>,
+    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fit: Vec<String>,
+    /// Write what answers readings as a program of one file for a robot too, comma between
+    #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
+    pub export: Vec<Language>,
+    /// Estimator that is exported [default: the one that won on distances left out]
+    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]
+    pub estimator: Option<&'static dyn Estimator>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Distances from readings.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
+pub struct Locate {
+    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
+    pub calibration: PathBuf,
+    /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
+    /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
+    /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
+    pub readings: Option<PathBuf>,
+    /// Answer by this instead of the one that won on distances left out
+    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
+    pub estimator: Option<&'static dyn Estimator>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
+    /// must be in the state of the calibration: tared as its signal was, or with their zero
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub zero: Option<f64>,
+    /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Synthetic measurements from the exact model.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa simulate examples/prototype-d10.toml --repeats 3 --zero-every 11")]
+pub struct Simulate {
+    /// The spec: one whisker, its distances and drives, its model
+    pub spec: PathBuf,
+    /// Taps of each distance and drive
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub repeats: u64,
+    /// Standard deviation of one reading, in strain [default: gauge.noise_strain of the spec, else 0]
+    #[arg(long, value_name = "E")]
+    pub noise: Option<f64>,
+    /// Seed of everything random
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// A zero reading before every N taps, and one at the end
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub zero_every: Option<u64>,
+    /// Drift of the zero per row, in strain
+    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub drift: f64,
+    /// Share of taps that are wrong: another distance label, or a signal off by 20 to 100 %
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub outliers: f64,
+    /// |strain| at which the sensor stops
+    #[arg(long, value_name = "E")]
+    pub saturate: Option<f64>,
+    /// Share of the last tap's strain that is still there
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    pub hysteresis: f64,
+    /// Signal per strain
+    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub factor: f64,
+    /// Tap by this much more than the label says, degrees or mm
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub drive_offset: f64,
+    /// Tap this much farther out than the label says, mm
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub a_offset: f64,
+    /// What is recorded: strain, microstrain, bridge_mV_per_V or reading [default: strain]
+    #[arg(long, value_name = "NAME")]
+    pub signal: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
