@@ -54,8 +54,10 @@ def test_ctrl_c(name, backend, precision):
 
 
 def test_a_search_keeps_the_best_so_far(root):
-    call = f"vibrissa.optimise({str(root / 'sweeps/robust.toml')!r}, run=dict(backend='cpu'))"
-    seconds, said = interrupted(call, after=3.0)
+    # Whiskers that are calibrated as another one have no charts: their taps are solved.
+    solved = dict(D=0.05, x_ss=0.3, samples=128, calibrated="nominal")
+    call = f"vibrissa.optimise({str(root / 'sweeps/robust.toml')!r}, optimise=dict(robust={solved}), run=dict(backend='cpu'))"
+    seconds, said = interrupted(call, after=4.0)
     assert seconds < 2.0 and float(said.split()[1]) > 0, (seconds, said)
 
 
