@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::evaluate::Task;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Axis, Output, Setup, Space, Study};
+use crate::scene::{Axis, Output, Setup, Space, Study, Tuple};
 use crate::verify::configuration::{self, Configuration};
 
 /// Distances at which every whisker is tapped.
@@ -34,7 +34,8 @@ fn named(name: &str) -> Option<Configuration> {
 /// The study of `c` on whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, of these D, d, a and θ; only the best designs are written.
 fn study(c: &Configuration, [big, tip, a, theta]: [Axis; 4]) -> Study {
     let [length, place, grid] = [50.0, 5.0, 2.0].map(Axis::Value);
-    let space = Space::grid([big, tip, length, place, grid, a, theta]).expect("few enough to count");
+    let space = Space::grid([big, tip, length, place, grid, a, 0.0.into(), 0.0.into(), theta])
+        .expect("few enough to count");
     let output = Output { tuples: Some(false), distances: false, top: Some(100), ..Output::default() };
     Study { setup: c.setup(), space, output }
 }
@@ -94,7 +95,7 @@ impl Taps {
         let mut tasks = Vec::with_capacity(layout.len() as usize);
         for (design, tuple) in (0..).zip(&tuples) {
             for i in 0..layout.n_distances {
-                tasks.push(Task { design, a: layout.distance(i), drive: layout.drive(tuple, 0) });
+                tasks.push(Task::of(design, &Tuple { a: layout.distance(i), ..layout.stroke(tuple, 0) }));
             }
         }
         let designs = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();
