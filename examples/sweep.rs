@@ -13,8 +13,6 @@ fn main() -> Result<(), Error> {
         5.0.into(),
         2.0.into(),
         Axis::steps(21.0, 48.0, 10)?,
-        0.0.into(),
-        0.0.into(),
         Axis::steps(0.5, 10.0, 20)?,
     ];
     let space = Space::grid(axes).expect("few enough to count");

@@ -34,8 +34,7 @@ fn named(name: &str) -> Option<Configuration> {
 /// The study of `c` on whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, of these D, d, a and θ; only the best designs are written.
 fn study(c: &Configuration, [big, tip, a, theta]: [Axis; 4]) -> Study {
     let [length, place, grid] = [50.0, 5.0, 2.0].map(Axis::Value);
-    let space = Space::grid([big, tip, length, place, grid, a, 0.0.into(), 0.0.into(), theta])
-        .expect("few enough to count");
+    let space = Space::grid([big, tip, length, place, grid, a, theta]).expect("few enough to count");
     let output = Output { tuples: Some(false), distances: false, top: Some(100), ..Output::default() };
     Study { setup: c.setup(), space, output }
 }

@@ -144,7 +144,7 @@ fn short(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
 /// The grid of `axes`, unless it is too large to be counted.
 fn grid(axes: [AxisItem<'_>; COLUMNS]) -> Result<Space> {
     let largest = axes.iter().max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
-    Space::grid(axes.map(|a| a.axis)).ok_or_else(|| {
+    Space::tilted(axes.map(|a| a.axis)).ok_or_else(|| {
         let message = "all axes together have more than 2^64 tuples; make this axis shorter";
         largest.expect("there are axes").error(message)
     })

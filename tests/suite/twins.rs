@@ -177,17 +177,7 @@ fn ranking() -> Vec<Text> {
             |from: f64, step: f64, n: u32| Axis::List((0..n).map(|i| from + step * f64::from(i)).collect());
         let (big, small, place) = (sampled(8.0, 12.0, 0), sampled(2.0, 7.0, 1), sampled(3.0, 15.0, 2));
         let (length, grid) = (Axis::Value(50.0), Axis::Value(2.0));
-        let space = Space::grid([
-            big,
-            small,
-            length,
-            place,
-            grid,
-            list(21.0, 1.5, 19),
-            0.0.into(),
-            0.0.into(),
-            list(0.5, 0.8, 12),
-        ]);
+        let space = Space::grid([big, small, length, place, grid, list(21.0, 1.5, 19), list(0.5, 0.8, 12)]);
         let space = space.expect("a grid");
         let layout = space.layout().expect("a grid");
         let output = Output { top: Some(10), by, per: Per::Design, ..Output::default() };

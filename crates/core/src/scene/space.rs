@@ -169,10 +169,16 @@ pub enum Space {
     File(Listed),
 }
 
+#[allow(non_snake_case)]
 impl Space {
+    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, at poles that are upright; as [`Self::tilted`].
+    pub fn grid([D, d, L_a, x_ss, l, a, drive]: [Axis; 7]) -> Option<Self> {
+        Self::tilted([D, d, L_a, x_ss, l, a, 0.0.into(), 0.0.into(), drive])
+    }
+
     /// Every combination of these axes, in [`Column`] order: one factor each; all sampled axes, which share their points, are one factor in
     /// the place of the first. `None` where they have more than 2^64 tuples.
-    pub fn grid(axes: [Axis; COLUMNS]) -> Option<Self> {
+    pub fn tilted(axes: [Axis; COLUMNS]) -> Option<Self> {
         let mut factors: Vec<Factor> = Vec::new();
         let mut zip = None;
         for (column, axis) in Column::ALL.into_iter().zip(axes) {
