@@ -5,7 +5,7 @@ use super::{Outcome, Task};
 use crate::design::{Design, Shared, amount};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
-use crate::scene::{Geometry, Setup, Side};
+use crate::scene::{Drive, Geometry, Setup, Side};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -37,6 +37,7 @@ pub(super) fn fast(
         tangential: response.tangential,
         arc: response.arc,
         sticking: *grip == Grip::Stick,
+        ..Found::PLANAR
     };
     let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
@@ -59,6 +60,7 @@ pub fn told(
         tangential: friction * normal,
         arc: task.a + task.a * arc,
         sticking,
+        ..Found::PLANAR
     };
     Some(Outcome { interpolated: true, ..outcome(setup, design, shared, task, linear, found) })
 }
@@ -78,11 +80,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     let amount = amount(setup.drive, task.drive);
     let linear = amount * shared.theory.curve().value(task.a);
     if setup.model.geometry == Geometry::Linear {
-        let strain = amount * shared.model.value(task.a);
-        let deviation = theories_apart(shared, task);
-        let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
-        let found = Found { strain, deviation, normal, tangential: 0.0, arc: task.a, sticking: false };
-        return outcome(setup, design, shared, task, linear, found);
+        return outcome(setup, design, shared, task, linear, closed_form(setup, shared, task, amount));
     }
     let problem = RodProblem {
         taper: shared.taper,
@@ -103,6 +101,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
                 tangential: tap.tangential_force,
                 arc: tap.contact_arc,
                 sticking: tap.sticking,
+                ..Found::PLANAR
             };
             outcome(setup, design, shared, task, linear, found)
         }
@@ -111,14 +110,65 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     }
 }
 
-/// A solved tap before its status is known; strain as on the contact side.
+/// The closed forms of the linear theory, of a pole of any direction (model §6): ε₁ = θ f cos²β, ε₂ = θ f cos β sin β.
+fn closed_form(setup: &Setup, shared: &Shared, task: &Task, amount: f64) -> Found {
+    let planar = Found {
+        strain: amount * shared.model.value(task.a),
+        deviation: theories_apart(shared, task),
+        normal: amount * shared.model.force(setup.model.material.e0(), task.a),
+        arc: task.a,
+        ..Found::PLANAR
+    };
+    if task.direction.is_upright() {
+        return planar;
+    }
+    let (tilt, lean) = (task.direction.tilt.to_radians(), task.direction.lean.to_radians());
+    let (sin, cos) = tilt.sin_cos();
+    let tan = sin / cos;
+    let reach = match setup.drive {
+        Drive::Angle => task.a + setup.hub,
+        Drive::Displacement => 1.0,
+    };
+    Found {
+        strain: planar.strain * cos * cos,
+        strain_2: planar.strain * cos * sin,
+        deviation: planar.deviation + (1.0 + planar.deviation) * tan * tan,
+        normal: planar.normal * cos,
+        azimuth: tilt,
+        slide: -amount * reach * sin / lean.cos(),
+        ..planar
+    }
+}
+
+/// A solved tap before its status is known; strains as on the contact side.
 struct Found {
     strain: f64,
+    /// Of a second gauge.
+    strain_2: f64,
     deviation: f64,
     normal: f64,
     tangential: f64,
     arc: f64,
+    /// φ, rad.
+    azimuth: f64,
+    /// λ, mm.
+    slide: f64,
     sticking: bool,
+}
+
+impl Found {
+    /// What a tap in the plane of rotation has beside its own values, where both sides of the whisker are strained alike.
+    const PLANAR: Self = Self {
+        strain: f64::NAN,
+        strain_2: 0.0,
+        deviation: f64::NAN,
+        normal: f64::NAN,
+        tangential: 0.0,
+        arc: f64::NAN,
+        azimuth: 0.0,
+        slide: 0.0,
+        sticking: false,
+    };
 }
 
 fn sign(setup: &Setup) -> f64 {
@@ -157,19 +207,24 @@ fn outcome(
         status |= Status::SLIPPED_OFF;
     }
     let strain = if no_strain { 0.0 } else { found.strain };
-    if strain.abs() > setup.gauge.strain_limit {
+    let (second, told) = (setup.gauge.second, setup.gauge.second || !task.direction.is_upright());
+    let strain_2 = if no_strain { 0.0 } else { found.strain_2 };
+    let size = if second { strain.hypot(strain_2) } else { strain.abs() };
+    // K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
+    let (cos, sin) = if second { (strain / size, strain_2 / size) } else { (1.0, 0.0) };
+    if size > setup.gauge.strain_limit {
         status |= Status::STRAIN_LIMIT;
     }
     Outcome {
         strain: sign(setup) * strain + 0.0,
-        strain_2: f64::NAN,
+        strain_2: if second { sign(setup) * strain_2 + 0.0 } else { f64::NAN },
         strain_linear: sign(setup) * linear + 0.0,
-        deviation: if no_strain { f64::NAN } else { found.deviation },
+        deviation: if no_strain { f64::NAN } else { found.deviation * cos * cos - sin * sin },
         normal_force: found.normal,
         tangential_force: found.tangential,
         arc: found.arc,
-        azimuth: f64::NAN,
-        slide: f64::NAN,
+        azimuth: if told { found.azimuth } else { f64::NAN },
+        slide: if told { found.slide } else { f64::NAN },
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,
