@@ -65,7 +65,9 @@ impl Given {
     }
 
     /// Tap `i`.
+    #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
-        Tuple::from_array(std::array::from_fn(|k| self.0[k].at(i)))
+        let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.0[k].at(i));
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
     }
 }

@@ -150,7 +150,8 @@ impl Taps {
         drive: f64,
     ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool)> {
         let mut found = [([0.0; 6], 0, false)];
-        let solved = self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, drive }, told, &mut found);
+        let solved =
+            self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }, told, &mut found);
         solved.map_err(|e| raise(py, e))?;
         let [([strain, linear, deviation, normal, tangential, arc], status, sticks)] = found;
         Ok((strain, linear, deviation, normal, tangential, arc, status, sticks))

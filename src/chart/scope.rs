@@ -111,7 +111,8 @@ impl Scope {
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let sizes = (2..=MOST_DISTANCES).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        charted(setup) && ranked && sizes && layout.len() >= LEAST_TAPS && few
+        let planar = layout.is_upright() && !setup.gauge.second;
+        charted(setup) && planar && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.

@@ -48,7 +48,7 @@ impl<'a> Taps<'a> {
                 Drive::Angle => drive.to_degrees(),
                 Drive::Displacement => drive * self.a,
             };
-            Task { design, a: self.a, drive }
+            Task { design, a: self.a, drive, ..Task::default() }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
@@ -75,8 +75,16 @@ fn design(setup: &Setup, a: f64, gauge_at: f64, q: &[f64; AXES]) -> Design {
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
     let bare = Inverse::new(curve(0.0));
-    let tuple =
-        Tuple { D, d, L_a, x_ss: gauge[0], l: width / taper.cos_alpha(), a: f64::NAN, drive: f64::NAN };
+    let tuple = Tuple {
+        D,
+        d,
+        L_a,
+        x_ss: gauge[0],
+        l: width / taper.cos_alpha(),
+        a: f64::NAN,
+        drive: f64::NAN,
+        ..Tuple::default()
+    };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
     Design { tuple, shared: Some(Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory }) }
 }

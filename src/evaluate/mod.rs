@@ -14,8 +14,7 @@ use crate::error::SolveError;
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::reduce::Sweeps;
-use crate::scene::Layout;
-use crate::scene::{Contact, Geometry, Setup};
+use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
 use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
 pub use guard::{Guard, doubts};
@@ -25,14 +24,23 @@ pub use solve::foreseen;
 use solve::{Solved, frame};
 
 /// One tap of one design of a batch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Task {
     /// Place of the design in the batch.
     pub design: u32,
     /// Contact distance, mm.
     pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
+}
+
+impl Task {
+    /// The tap `t` of the design at place `design` of the batch.
+    pub fn of(design: u32, t: &Tuple) -> Self {
+        Self { design, a: t.a, direction: t.direction(), drive: t.drive }
+    }
 }
 
 /// What a tap gives; NaN where there is no value.
@@ -40,6 +48,8 @@ pub struct Task {
 pub struct Outcome {
     /// Signed gauge strain.
     pub strain: f64,
+    /// Signed strain of the second gauge; NaN without one.
+    pub strain_2: f64,
     /// Signed strain of the estimator's theory, ±θ f.
     pub strain_linear: f64,
     /// K − 1 at full relative precision.
@@ -50,6 +60,10 @@ pub struct Outcome {
     pub tangential_force: f64,
     /// c, mm.
     pub arc: f64,
+    /// Azimuth φ of the plane in which the whisker bends, rad; NaN where it is not asked for.
+    pub azimuth: f64,
+    /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
+    pub slide: f64,
     /// Whether the contact sticks.
     pub sticking: bool,
     /// Kernel sweeps spent.
@@ -66,11 +80,14 @@ impl Outcome {
     /// No values, and nothing to say about them.
     pub const NOTHING: Self = Self {
         strain: f64::NAN,
+        strain_2: f64::NAN,
         strain_linear: f64::NAN,
         deviation: f64::NAN,
         normal_force: f64::NAN,
         tangential_force: f64::NAN,
         arc: f64::NAN,
+        azimuth: f64::NAN,
+        slide: f64::NAN,
         sticking: false,
         sweeps: 0.0,
         interpolated: false,

@@ -16,8 +16,7 @@ pub(super) fn fast(
     task: &Task,
     solved: Option<&Solved>,
 ) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
-    else {
+    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
@@ -73,8 +72,7 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 
 /// What the reference says of a tap, or where the geometry is linear, the closed forms.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
-    else {
+    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let amount = amount(setup.drive, task.drive);
@@ -130,6 +128,11 @@ fn sign(setup: &Setup) -> f64 {
     }
 }
 
+/// Whether a tap lies in the domain.
+fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
+    design.admits(setup.drive, task.a, task.drive) && task.direction.is_valid()
+}
+
 /// No values but the linear theory's.
 fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
     let off = if task.a <= shared.gauge[0] { Status::NO_STRAIN } else { Status::OK };
@@ -159,11 +162,14 @@ fn outcome(
     }
     Outcome {
         strain: sign(setup) * strain + 0.0,
+        strain_2: f64::NAN,
         strain_linear: sign(setup) * linear + 0.0,
         deviation: if no_strain { f64::NAN } else { found.deviation },
         normal_force: found.normal,
         tangential_force: found.tangential,
         arc: found.arc,
+        azimuth: f64::NAN,
+        slide: f64::NAN,
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,

@@ -39,8 +39,7 @@ impl Said {
         let begun = Instant::now();
         let designs: Vec<Design> = rows.par_iter().map(|row| Design::new(setup, row.point)).collect();
         let task = |(k, row): (usize, &Row)| {
-            let (design, drive) = (k as u32, row.point.drive);
-            row.distances.iter().map(move |&a| Task { design, a, drive }).collect::<Vec<_>>()
+            (0..row.distances.len()).map(|i| Task::of(k as u32, &row.tap(i))).collect::<Vec<_>>()
         };
         let tasks: Vec<Task> = rows.iter().enumerate().flat_map(task).collect();
         let mut evaluator = Evaluator::new(setup, choice.open(&setup.model)?);

@@ -137,8 +137,7 @@ impl<'a> Scorer<'a> {
     fn some_rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let designs: Vec<Design> = points.iter().map(|p| Design::new(judge.setup, *p)).collect();
-        let task =
-            |t: usize| Task { design: (t / n) as u32, a: judge.distances[t % n], drive: points[t / n].drive };
+        let task = |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..points[t / n] });
         let tasks: Vec<Task> = (0..points.len() * n).map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
         let ask = |(w, p): (u32, &Tuple)| Ask { design: w, drive: p.drive, reach: Reach::Asked(judge.reach) };
@@ -162,10 +161,8 @@ impl<'a> Scorer<'a> {
         let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
-        let task = |t: usize| {
-            let drive = designs[t / n].tuple.drive;
-            Task { design: (t / n) as u32, a: judge.distances[t % n], drive }
-        };
+        let task =
+            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
         let solved = |d: usize| judge.score(&designs[d..=d], &taps[d * n..(d + 1) * n], &[]);
@@ -186,10 +183,8 @@ impl<'a> Scorer<'a> {
             .into_par_iter()
             .map(|w| Design::new(judge.setup, judge.whisker(&points[w / whiskers], w % whiskers)))
             .collect();
-        let task = |t: usize| {
-            let w = t / n;
-            Task { design: w as u32, a: judge.distances[t % n], drive: designs[w].tuple.drive }
-        };
+        let task =
+            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.read(&designs, &tasks)?;
         let ask = |(w, design): (usize, &Design)| {

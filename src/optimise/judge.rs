@@ -8,7 +8,7 @@ use crate::evaluate::Outcome;
 use crate::physics::taper::Taper;
 use crate::profile::{Profile, Reach};
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
-use crate::scene::{Convention, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Convention, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 use crate::status::Status;
 
@@ -18,7 +18,7 @@ pub(super) struct Judge<'a> {
     pub search: &'a Search,
     pub distances: Vec<f64>,
     pub reach: [f64; 2],
-    pub deviations: Vec<[f64; 7]>,
+    pub deviations: Vec<[f64; COLUMNS]>,
 }
 
 impl Judge<'_> {
@@ -342,7 +342,7 @@ mod tests {
             s
         };
         let robust =
-            Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+            Robust { sd: [0.0; COLUMNS], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
         let with = |bad: usize| {
             let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
             gather(&robust, &sample(-0.5), &all).violation()

@@ -70,7 +70,13 @@ pub struct Design {
 impl Design {
     /// Its row of designs.csv.
     pub fn at_drive(&self) -> AtDrive<'_> {
-        AtDrive { design: &self.point, drive: self.point.drive, row: self.row.figures(), unit: self.unit }
+        AtDrive {
+            design: &self.point,
+            direction: self.point.direction(),
+            drive: self.point.drive,
+            row: self.row.figures(),
+            unit: self.unit,
+        }
     }
 }
 

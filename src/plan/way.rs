@@ -35,6 +35,7 @@ impl Way {
         }
         let over = |layout: &Layout| {
             study.setup.model.geometry == Geometry::Exact
+                && planar(study, layout)
                 && layout.drives().is_some_and(|axis| DriveAxis::pays(axis.len()))
                 && layout.block() <= CHUNK
         };
@@ -49,7 +50,7 @@ impl Way {
 
     /// What reads the taps of a sweep in place of solving them, where charts can and it pays.
     pub(super) fn read(study: &Study, layout: &Layout, choice: &Choice) -> Option<Reader> {
-        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+        if !planar(study, layout) || layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
@@ -59,7 +60,7 @@ impl Way {
 
     /// What reads the rows of a sweep in place of reducing them from taps, where charts can and it pays.
     pub(super) fn read_rows(study: &Study, layout: &Layout, choice: &Choice) -> Option<RowReader> {
-        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+        if !planar(study, layout) || layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
@@ -77,4 +78,9 @@ impl Way {
             Self::Reference => "solved by the reference",
         }
     }
+}
+
+/// Whether every tap is one of the plane of rotation, and told by one gauge: what charts know.
+fn planar(study: &Study, layout: &Layout) -> bool {
+    layout.is_upright() && !study.setup.gauge.second
 }

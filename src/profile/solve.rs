@@ -210,7 +210,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let n = self.nodes.len();
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
-            Task { design, a: 1.0 / placed(o.u, x), drive }
+            Task { design, a: 1.0 / placed(o.u, x), drive, ..Task::default() }
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();

@@ -77,7 +77,7 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
     let outcomes = Evaluator::new(setup, method).run(&designs, &tasks)?;
     let (mut nodes_text, mut contacts) = (header(&COLUMNS, setup)?, header(&CONTACTS, setup)?);
@@ -131,9 +131,14 @@ fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     }
 }
 
+/// What a tap is of.
+fn tap_columns(t: &Tuple) -> impl Iterator<Item = Field> {
+    [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, t.drive].map(Field::Number).into_iter()
+}
+
 fn section(tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
     let mut row = vec![Field::Count(tap as u64)];
-    row.extend(tuple.to_array().map(Field::Number));
+    row.extend(tap_columns(tuple));
     let angles = [node.psi, node.direction].map(f64::to_degrees);
     row.extend([node.s, node.at.x, node.at.y, angles[0], angles[1], node.strain].map(Field::Number));
     row
@@ -148,7 +153,7 @@ fn contact(
     bent: Option<&Shape>,
 ) -> Vec<Field> {
     let mut row = vec![Field::Count(tap as u64)];
-    row.extend(tuple.to_array().map(Field::Number));
+    row.extend(tap_columns(tuple));
     let gauge = design.shared.as_ref().map_or([f64::NAN; 2], |s| s.gauge);
     let at = bent.map_or([f64::NAN; 4], |s| [s.contact.x, s.contact.y, s.pole.x, s.pole.y]);
     let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];

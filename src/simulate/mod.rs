@@ -218,6 +218,7 @@ pub fn simulate(
             design: 0,
             a: a + settings.a_offset,
             drive: drive + settings.drive_offset,
+            ..Task::default()
         };
         let tasks: Vec<Task> = labels.iter().flat_map(|a| drives.iter().map(move |d| task(a, d))).collect();
         let outcomes = evaluator.run(&designs, &tasks)?;

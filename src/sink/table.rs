@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::rows::TableFormat;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::scene::{Convention, Drive, Setup, Tuple};
+use crate::scene::{Convention, Direction, Drive, Setup, Tuple};
 use crate::statistics::{DistanceRow, Figures};
 use crate::status::Status;
 
@@ -14,9 +14,9 @@ use crate::status::Status;
 pub enum Table {
     /// One row per tap.
     Tuples,
-    /// One row per design and drive.
+    /// One row per design and stroke: a direction of the pole and a drive.
     Designs,
-    /// One row per design and distance.
+    /// One row per design, distance and direction of the pole.
     Distances,
 }
 
@@ -126,6 +126,8 @@ pub struct TapRow<'a> {
     pub design: &'a Tuple,
     /// Contact distance, mm.
     pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
     /// What the rod gives.
@@ -136,11 +138,13 @@ pub struct TapRow<'a> {
     pub elongation: Option<f64>,
 }
 
-/// A row of designs.csv: a design at one drive, over its distances.
+/// A row of designs.csv: a design at one stroke (direction of the pole and drive), over its distances.
 #[derive(Debug, Clone, Copy)]
 pub struct AtDrive<'a> {
     /// The whisker.
     pub design: &'a Tuple,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
     /// Its statistics.
@@ -149,13 +153,15 @@ pub struct AtDrive<'a> {
     pub unit: f64,
 }
 
-/// A row of distances.csv: a design at one distance, over its drives.
+/// A row of distances.csv: a design at one distance and direction of the pole, over its drives.
 #[derive(Debug, Clone, Copy)]
 pub struct AtDistance<'a> {
     /// The whisker.
     pub design: &'a Tuple,
     /// Contact distance, mm.
     pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Its statistics.
     pub row: &'a DistanceRow,
     /// Unit of K.

@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
 };
-use crate::scene::{Column, Drive, Factor, Space, Spec, Theory};
+use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -169,13 +169,13 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let mut known = keys.map(|(_, key, ..)| key).to_vec();
     known.extend(["samples", "measure", "calibrated"]);
     item.only(&known, &known.join(", "))?;
-    let mut sd = [0.0; 7];
+    let mut sd = [0.0; COLUMNS];
     for (_, key, column, _) in keys {
         if let Some(value) = item.child(key) {
             sd[column as usize] = value.within(&DEVIATION)?;
         }
     }
-    if sd == [0.0; 7] {
+    if sd == [0.0; COLUMNS] {
         let message = "no standard deviation is larger than zero: nothing to be robust against";
         return Err(item.error(message).allowed(known.join(", ")));
     }

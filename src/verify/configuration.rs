@@ -1,6 +1,6 @@
 //! The configurations that are verified without a spec: each effect alone, the eight of model §5, and others of their kind.
 
-use crate::scene::{Contact, Drive, Estimate, Gauge, Geometry, Material, Model, Setup, Side};
+use crate::scene::{Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
@@ -105,7 +105,7 @@ impl Configuration {
             drive: self.drive,
             gauge: Gauge { side: self.side, ..Gauge::default() },
             model: self.model,
-            estimate: Estimate::default(),
+            ..Setup::default()
         }
     }
 }

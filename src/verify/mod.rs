@@ -185,7 +185,7 @@ impl Solved {
 }
 
 fn tasks(tuples: &[Tuple]) -> Vec<Task> {
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     tuples.iter().enumerate().map(task).collect()
 }
 

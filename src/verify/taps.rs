@@ -43,7 +43,7 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
         #[allow(non_snake_case)]
         let [D, d, L_a, x_ss, l, a] = lengths;
         let drive = if drive == Drive::Displacement { a * angle.to_radians() } else { angle };
-        Tuple { D, d, L_a, x_ss, l, a, drive }
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
     };
     (0..n).map(point).collect()
 }
@@ -52,7 +52,8 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
 /// strain curve, near and past the tip, tiny and huge drives, tiny gauges, tiny and huge whiskers, and the drive at which a
 /// contact begins to slide.
 pub fn hard(setup: &Setup) -> Vec<Tuple> {
-    let base = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
+    let base =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
     let mut taps = Vec::new();
     for d in [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0] {
         taps.push(Tuple { d, ..base });

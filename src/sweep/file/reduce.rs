@@ -221,7 +221,7 @@ impl Part {
         taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
         reduced.calibrate();
         let mut values = Vec::new();
-        for Tap { row, a, drive, outcome, .. } in taps {
+        for Tap { row, a, direction, drive, outcome, .. } in taps {
             let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
@@ -231,6 +231,7 @@ impl Part {
                 let row = TapRow {
                     design: &design.tuple,
                     a: *a,
+                    direction: *direction,
                     drive: *drive,
                     tap: outcome,
                     estimated: &estimated,
@@ -242,19 +243,21 @@ impl Part {
         }
         let (row, unit) = (reduced.drives[0], reduced.unit());
         if row_too {
-            fields(
-                &AtDrive::COLUMNS,
-                &AtDrive { design: &design.tuple, drive: first.drive, row: row.figures(), unit },
-                &mut values,
-            );
+            let (direction, drive) = (first.direction, first.drive);
+            let at = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
+            fields(&AtDrive::COLUMNS, &at, &mut values);
             self.designs.row(&mut values)?;
             self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
         let rank = reduced.rank(0, study.output.by);
         self.complete.extend(rank.map(|rank| {
-            let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
-            (number, Kept { rank, index, design, drive, row: row.figures(), unit, charted: f32::NAN })
+            let (index, design) = ((u64::from(first.row), 0), design.tuple);
+            let (direction, drive) = (first.direction, first.drive);
+            (
+                number,
+                Kept { rank, index, design, direction, drive, row: row.figures(), unit, charted: f32::NAN },
+            )
         }));
         Ok(())
     }

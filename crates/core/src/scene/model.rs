@@ -159,12 +159,14 @@ pub struct Gauge {
     pub strain_limit: f64,
     /// Gauge factor.
     pub factor: f64,
+    /// A second, equal gauge 90° round the whisker.
+    pub second: bool,
 }
 
 impl Default for Gauge {
     /// On the contact side, up to 5 %, gauge factor 2.21, its noise not said.
     fn default() -> Self {
-        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21 }
+        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21, second: false }
     }
 }
 
