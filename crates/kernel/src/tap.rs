@@ -314,6 +314,13 @@ impl Frame {
         }
     }
 
+    /// ψ(0) of the first-order solution, rad.
+    pub fn base_angle(&self) -> f64 {
+        let Tap { force, along, contact_radius, rest: v, .. } = self.tap;
+        force * (1.0 + 2.0 * v) / (6.0 * v * v)
+            + along * contact_radius * (1.0 + v + v * v) / (3.0 * v.powi(3))
+    }
+
     /// How far the contact has moved along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution<f64>) -> f64 {
         self.tap.arc + s.arc
