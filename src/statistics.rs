@@ -249,7 +249,7 @@ impl<'a> Reduction<'a> {
         if tap.status.counts() {
             row.deviation.push(tap.deviation);
             distance.deviation.push(tap.deviation);
-            row.strain.push(tap.size());
+            row.strain.push(tap.magnitude());
             row.force.push(tap.normal_force);
         }
     }
@@ -282,7 +282,7 @@ impl<'a> Reduction<'a> {
     ) -> Estimated {
         let row = &mut self.drives[j];
         let readable = tap.strain != 0.0 && tap.strain.is_finite() && !tap.status.has(Status::NO_STRAIN);
-        let (strain, cos) = (tap.size(), tap.cosine());
+        let (strain, cos) = (tap.magnitude(), tap.cosine());
         let estimator = self.estimator.as_ref().filter(|_| readable);
         let estimated = estimator.and_then(|e| match told {
             // f(â) = K̄ √(ε₁² + ε₂²)/(θ cos β̂), and σ_a is that of one gauge over cos²β̂.

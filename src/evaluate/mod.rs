@@ -3,6 +3,7 @@
 mod guard;
 mod outcome;
 mod solve;
+mod tilted;
 
 use std::sync::{Arc, LazyLock};
 
@@ -41,6 +42,11 @@ impl Task {
     pub fn of(design: u32, t: &Tuple) -> Self {
         Self { design, a: t.a, direction: t.direction(), drive: t.drive }
     }
+
+    /// Whether the plane of bending is asked for: a pole that is not upright, or a second gauge.
+    fn is_spatial(&self, setup: &Setup) -> bool {
+        setup.gauge.second || !self.direction.is_upright()
+    }
 }
 
 /// What a tap gives; NaN where there is no value.
@@ -77,14 +83,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// |ε|, of both gauges where there are two: √(ε₁² + ε₂²).
-    pub fn size(&self) -> f64 {
+    /// Size of the strain: of both gauges, where there are two.
+    pub fn magnitude(&self) -> f64 {
         if self.strain_2.is_nan() { self.strain.abs() } else { self.strain.hypot(self.strain_2) }
     }
 
     /// cos β̂, where tan β̂ = ε₂/ε₁; 1 of one gauge.
     pub fn cosine(&self) -> f64 {
-        if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.size() }
+        if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.magnitude() }
     }
 
     /// No values, and nothing to say about them.
@@ -113,6 +119,8 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
     sweeps: Sweeps,
+    /// Whether kernels tell the plane of bending too: while taps are solved that ask for it.
+    spatial: bool,
     /// Taps that may still be left to the reference.
     spare: usize,
     /// Read in place of solved, where that is enough.
@@ -145,6 +153,7 @@ impl<'a> Evaluator<'a> {
             taps: Vec::new(),
             solutions: Vec::new(),
             sweeps: Sweeps::default(),
+            spatial: false,
             spare: usize::MAX,
             reader: None,
             guard: None,
@@ -259,10 +268,24 @@ impl<'a> Evaluator<'a> {
         let outcomes = if self.needs_no_kernel() {
             tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect()
         } else {
-            let solved = self.solutions(designs, tasks)?;
+            let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
         };
         self.mend(designs, tasks, outcomes)
+    }
+
+    /// [`Self::solutions`] of taps of any direction.
+    fn solutions_anywhere(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
+        let setup = self.setup;
+        if tasks.iter().any(|task| task.is_spatial(setup)) {
+            self.spatial_solutions(designs, tasks)
+        } else {
+            self.solutions(designs, tasks)
+        }
     }
 
     /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them.
@@ -291,7 +314,7 @@ impl<'a> Evaluator<'a> {
         if self.needs_no_kernel() {
             return self.run(designs, tasks);
         }
-        let solved = self.solutions(designs, tasks)?;
+        let solved = self.solutions_anywhere(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
@@ -303,10 +326,10 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
-        if self.needs_no_kernel() {
+        let setup = self.setup;
+        if self.needs_no_kernel() || tasks.iter().any(|task| task.is_spatial(setup)) {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
-        let setup = self.setup;
         let ways = DriveAxis::ways(drives);
         let tolerance = self.tolerance();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
@@ -402,7 +425,7 @@ fn over_drives(
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(setup, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true })
+        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true, plane: None })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

@@ -1,8 +1,8 @@
 //! From solutions to outcomes: values in users' units, and the statuses of the physics.
 
-use super::solve::Solved;
+use super::solve::{Plane, Solved};
 use super::{Outcome, Task};
-use crate::design::{Design, Shared, amount};
+use crate::design::{Design, Shared, amount, radians};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
 use crate::scene::{Drive, Geometry, Setup, Side};
@@ -20,7 +20,7 @@ pub(super) fn fast(
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some(Solved { frame, solution, grip, interpolated, .. }) =
+    let Some(Solved { frame, solution, grip, interpolated, plane, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
@@ -30,14 +30,28 @@ pub(super) fn fast(
     let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
     let ratio = linear / frame.tap().strain - 1.0;
+    let planar = (ratio - response.deviation) / (1.0 + response.deviation);
+    let (strain, deviation, beside) = match plane {
+        None => (response.strain, planar, None),
+        Some(plane) => {
+            // Positive as on the contact side, as is the strain.
+            let axial = sign(setup) * response.axial;
+            let bending = response.strain - axial;
+            let (sin, cos) = plane.azimuth.sin_cos();
+            let in_plane = plane.azimuth == 0.0;
+            let strain = if in_plane { response.strain } else { axial + bending * cos };
+            let deviation = if in_plane { planar } else { linear / strain - 1.0 };
+            (strain, deviation, Some(Beside { strain_2: axial + bending * sin, plane: *plane }))
+        }
+    };
     let found = Found {
-        strain: response.strain,
-        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        strain,
+        deviation,
+        beside,
         normal: response.normal,
         tangential: response.tangential,
         arc: response.arc,
         sticking: *grip == Grip::Stick,
-        ..Found::PLANAR
     };
     let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
@@ -55,12 +69,12 @@ pub fn told(
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
     let found = Found {
         strain: linear + linear * strain,
+        beside: None,
         deviation: -strain / (1.0 + strain),
         normal,
         tangential: friction * normal,
         arc: task.a + task.a * arc,
         sticking,
-        ..Found::PLANAR
     };
     Some(Outcome { interpolated: true, ..outcome(setup, design, shared, task, linear, found) })
 }
@@ -80,7 +94,14 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     let amount = amount(setup.drive, task.drive);
     let linear = amount * shared.theory.curve().value(task.a);
     if setup.model.geometry == Geometry::Linear {
-        return outcome(setup, design, shared, task, linear, closed_form(setup, shared, task, amount));
+        let strain = amount * shared.model.value(task.a);
+        let deviation = theories_apart(shared, task);
+        let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
+        let beside = None;
+        let upright =
+            Found { strain, deviation, normal, beside, tangential: 0.0, arc: task.a, sticking: false };
+        let found = if task.is_spatial(setup) { upright.tilted(setup, task, amount) } else { upright };
+        return outcome(setup, design, shared, task, linear, found);
     }
     let problem = RodProblem {
         taper: shared.taper,
@@ -92,16 +113,24 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         amount,
         model: &setup.model,
     };
-    match problem.solve() {
-        Ok(tap) => {
+    let solved = if task.is_spatial(setup) {
+        problem.solve_tilted(radians(task.direction)).map(|one| {
+            let plane = Plane { azimuth: one.azimuth, slide: one.slide };
+            (one.tap, Some(Beside { strain_2: sign(setup) * one.strain_2, plane }))
+        })
+    } else {
+        problem.solve().map(|tap| (tap, None))
+    };
+    match solved {
+        Ok((tap, beside)) => {
             let found = Found {
                 strain: sign(setup) * tap.strain,
+                beside,
                 deviation: linear / (sign(setup) * tap.strain) - 1.0,
                 normal: tap.normal_force,
                 tangential: tap.tangential_force,
                 arc: tap.contact_arc,
                 sticking: tap.sticking,
-                ..Found::PLANAR
             };
             outcome(setup, design, shared, task, linear, found)
         }
@@ -110,65 +139,43 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     }
 }
 
-/// The closed forms of the linear theory, of a pole of any direction (model §6): ε₁ = θ f cos²β, ε₂ = θ f cos β sin β.
-fn closed_form(setup: &Setup, shared: &Shared, task: &Task, amount: f64) -> Found {
-    let planar = Found {
-        strain: amount * shared.model.value(task.a),
-        deviation: theories_apart(shared, task),
-        normal: amount * shared.model.force(setup.model.material.e0(), task.a),
-        arc: task.a,
-        ..Found::PLANAR
-    };
-    if task.direction.is_upright() {
-        return planar;
-    }
-    let (tilt, lean) = (task.direction.tilt.to_radians(), task.direction.lean.to_radians());
-    let (sin, cos) = tilt.sin_cos();
-    let tan = sin / cos;
-    let reach = match setup.drive {
-        Drive::Angle => task.a + setup.hub,
-        Drive::Displacement => 1.0,
-    };
-    Found {
-        strain: planar.strain * cos * cos,
-        strain_2: planar.strain * cos * sin,
-        deviation: planar.deviation + (1.0 + planar.deviation) * tan * tan,
-        normal: planar.normal * cos,
-        azimuth: tilt,
-        slide: -amount * reach * sin / lean.cos(),
-        ..planar
-    }
-}
-
-/// A solved tap before its status is known; strains as on the contact side.
+/// A solved tap before its status is known; strain as on the contact side.
 struct Found {
     strain: f64,
-    /// Of a second gauge.
-    strain_2: f64,
+    /// θ f/ε − 1 of the first gauge.
     deviation: f64,
+    beside: Option<Beside>,
     normal: f64,
     tangential: f64,
     arc: f64,
-    /// φ, rad.
-    azimuth: f64,
-    /// λ, mm.
-    slide: f64,
     sticking: bool,
 }
 
+/// What is told of a tap where the plane of bending is asked for; strain as on the contact side.
+struct Beside {
+    strain_2: f64,
+    plane: Plane,
+}
+
 impl Found {
-    /// What a tap in the plane of rotation has beside its own values, where both sides of the whisker are strained alike.
-    const PLANAR: Self = Self {
-        strain: f64::NAN,
-        strain_2: 0.0,
-        deviation: f64::NAN,
-        normal: f64::NAN,
-        tangential: 0.0,
-        arc: f64::NAN,
-        azimuth: 0.0,
-        slide: 0.0,
-        sticking: false,
-    };
+    /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
+    fn tilted(self, setup: &Setup, task: &Task, amount: f64) -> Self {
+        let [tilt, lean] = radians(task.direction);
+        let (sin, cos) = tilt.sin_cos();
+        let path = match setup.drive {
+            Drive::Angle => amount * (task.a + setup.hub),
+            Drive::Displacement => amount,
+        };
+        let plane = Plane { azimuth: tilt, slide: -path * sin / lean.cos() };
+        let t2 = tilt.tan().powi(2);
+        Self {
+            strain: self.strain * cos * cos,
+            deviation: self.deviation + t2 + self.deviation * t2,
+            beside: Some(Beside { strain_2: self.strain * cos * sin, plane }),
+            normal: self.normal * cos,
+            ..self
+        }
+    }
 }
 
 fn sign(setup: &Setup) -> f64 {
@@ -207,24 +214,31 @@ fn outcome(
         status |= Status::SLIPPED_OFF;
     }
     let strain = if no_strain { 0.0 } else { found.strain };
-    let (second, told) = (setup.gauge.second, setup.gauge.second || !task.direction.is_upright());
-    let strain_2 = if no_strain { 0.0 } else { found.strain_2 };
-    let size = if second { strain.hypot(strain_2) } else { strain.abs() };
-    // K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
-    let (cos, sin) = if second { (strain / size, strain_2 / size) } else { (1.0, 0.0) };
-    if size > setup.gauge.strain_limit {
+    let second = found.beside.as_ref().filter(|_| setup.gauge.second);
+    let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
+    if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > setup.gauge.strain_limit {
         status |= Status::STRAIN_LIMIT;
     }
+    // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
+    let deviation = match strain_2 {
+        _ if no_strain => f64::NAN,
+        None => found.deviation,
+        Some(strain_2) => {
+            let t2 = (strain_2 / strain).powi(2);
+            (found.deviation - t2) / (1.0 + t2)
+        }
+    };
+    let plane = found.beside.map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
     Outcome {
         strain: sign(setup) * strain + 0.0,
-        strain_2: if second { sign(setup) * strain_2 + 0.0 } else { f64::NAN },
+        strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
         strain_linear: sign(setup) * linear + 0.0,
-        deviation: if no_strain { f64::NAN } else { found.deviation * cos * cos - sin * sin },
+        deviation,
         normal_force: found.normal,
         tangential_force: found.tangential,
         arc: found.arc,
-        azimuth: if told { found.azimuth } else { f64::NAN },
-        slide: if told { found.slide } else { f64::NAN },
+        azimuth: plane.azimuth,
+        slide: plane.slide,
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,

@@ -291,8 +291,8 @@ impl Read {
             &Seen {
                 nearest: shared.gauge[0] / nearest,
                 farthest: largest(&|t| t.arc) / L_a,
-                strain: largest(&Outcome::size),
-                reading: largest(&|t| t.size() / t.cosine()),
+                strain: largest(&Outcome::magnitude),
+                reading: largest(&|t| t.magnitude() / t.cosine()),
                 force: largest(&|t| t.normal_force),
                 unsolved: unsolved as f64 / taps.len() as f64,
                 highest,

@@ -149,7 +149,7 @@ impl<'a> Run<'a> {
     pub fn note(&mut self, outcomes: &[Outcome]) {
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.counts.strain.push(o.size());
+            self.counts.strain.push(o.magnitude());
         }
     }
 

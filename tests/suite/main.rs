@@ -54,6 +54,7 @@ mod statuses;
 mod summary;
 mod tables;
 mod tap;
+mod tilt;
 mod trends;
 mod twins;
 mod units;
