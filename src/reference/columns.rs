@@ -63,13 +63,24 @@ pub fn tables() -> Vec<Written> {
         ),
     ];
     all.extend(
-        OTHERS.iter().map(|t| written(t.command, t.file, t.row, t.columns.iter().map(told).collect())),
+        OTHERS.iter().map(|t| {
+            written(t.command, t.file, t.row, t.columns.iter().map(|c| told(t.command, c)).collect())
+        }),
     );
     all
 }
 
-fn told((name, meaning): &Told) -> Described {
-    Described { name: (*name).to_owned(), meaning, only: Only::Always }
+fn told(command: &str, (name, meaning): &Told) -> Described {
+    // What these have only where the spec says so.
+    let asked = ["simulate", "shape"].contains(&command);
+    let only = match *name {
+        "tilt_deg" if asked => Only::Tilt,
+        "lean_deg" if asked => Only::Lean,
+        name if asked && name.ends_with("z_mm") => Only::Direction,
+        name if asked && name.starts_with("strain_2") => Only::Second,
+        _ => Only::Always,
+    };
+    Described { name: (*name).to_owned(), meaning, only }
 }
 
 /// The columns of a table of a sweep.
@@ -85,7 +96,7 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
 /// `columns` with `more` before the last of them, the status.
 fn beside(mut columns: Vec<Described>, more: &[Told]) -> Vec<Described> {
     let status = columns.len() - 1;
-    columns.splice(status..status, more.iter().map(told));
+    columns.splice(status..status, more.iter().map(|c| told("", c)));
     columns
 }
 

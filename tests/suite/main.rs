@@ -55,6 +55,7 @@ mod summary;
 mod tables;
 mod tap;
 mod tilt;
+mod tilted;
 mod trends;
 mod twins;
 mod units;

@@ -107,7 +107,15 @@ struct Text {
 /// Texts of every kind of exact kernel; the first has every effect but a sticking contact.
 fn exact() -> Vec<Text> {
     let mut texts = Vec::new();
-    let all = Effects { shear: true, extension: true, offset: true, stick: false, law: true, far: false, spatial: false };
+    let all = Effects {
+        shear: true,
+        extension: true,
+        offset: true,
+        stick: false,
+        law: true,
+        far: false,
+        spatial: false,
+    };
     let friction = Effects { extension: true, offset: true, ..Effects::default() };
     let kinds = [
         ("everything", all, Some(Material::MooneyRivlin([0.35, 0.15]))),

@@ -142,6 +142,23 @@ impl Model {
     };
 }
 
+impl Model {
+    /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
+    pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
+        match self.contact {
+            Contact::Coulomb(_) if tilt || lean => Some(
+                "with contact = { coulomb = … } the object's edge must be upright: the contact slides along the whisker and along the edge, \
+                 and friction depends on the path",
+            ),
+            Contact::Stick if self.surface && tilt => Some(
+                "with contact = \"stick\" and surface = true the object's edge must not tilt: the point that sticks lies off the plane of \
+                 rotation, and twists the whisker",
+            ),
+            _ => None,
+        }
+    }
+}
+
 impl Default for Model {
     fn default() -> Self {
         Self::PLAIN
