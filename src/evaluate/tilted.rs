@@ -60,7 +60,8 @@ impl<'a> Trial<'a> {
         let (taper, model) = (shared.taper, &setup.model);
         let amount = amount(setup.drive, task.drive);
         let direction = radians(task.direction);
-        let pole = Pole::new(&Rig { taper, hub: setup.hub, drive: setup.drive, model }, direction, task.a, amount);
+        let pole =
+            Pole::new(&Rig { taper, hub: setup.hub, drive: setup.drive, model }, direction, task.a, amount);
         let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
         let mut one = Self { setup, shared, pole, alpha, amount, phi: direction[0], contraction: 0.0 };
         let mut last = 0.0f64;
@@ -158,7 +159,8 @@ impl Evaluator<'_> {
         let begin = |task: &Task| {
             let design = &designs[task.design as usize];
             // Where nothing else is found the reference is asked.
-            let upright = frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
+            let upright =
+                frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
             let lost = Solved {
                 frame: upright,
                 solution: Solution::UNWRITTEN,

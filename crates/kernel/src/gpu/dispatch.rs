@@ -129,7 +129,11 @@ impl Gpu {
         let variant = Variant { job: *job, precision: self.precision };
         let (name, wgsl) = (variant.name(), variant.wgsl());
         if let Some((text, pipeline)) = self.pipelines.get_key_value(wgsl.as_str()) {
-            return Ok(Kernel { text: Arc::clone(text), spatial: job.effects.spatial, pipeline: pipeline.clone() });
+            return Ok(Kernel {
+                text: Arc::clone(text),
+                spatial: job.effects.spatial,
+                pipeline: pipeline.clone(),
+            });
         }
         let pipeline = self.compile(&name, &wgsl)?;
         self.heard()?;

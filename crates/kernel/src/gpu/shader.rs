@@ -44,7 +44,9 @@ impl Variant<'_> {
         let gauge = include_str!("../../../../shaders/gauge.wgsl");
         let with_spatial;
         let gauge = if spatial {
-            with_spatial = [include_str!("../../../../shaders/spatial.wgsl"), &gauge.replace(RETURN, RETURN_SPATIAL)].concat();
+            with_spatial =
+                [include_str!("../../../../shaders/spatial.wgsl"), &gauge.replace(RETURN, RETURN_SPATIAL)]
+                    .concat();
             &with_spatial
         } else {
             gauge
@@ -315,7 +317,10 @@ mod tests {
             rust!(Tap<f32>: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y
                 ratio force along arc strain)
         );
-        assert_eq!(offsets("Solution"), rust!(Solution<f32>: force along arc strain error load sweeps base axial));
+        assert_eq!(
+            offsets("Solution"),
+            rust!(Solution<f32>: force along arc strain error load sweeps base axial)
+        );
     }
 
     #[test]
