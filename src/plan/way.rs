@@ -8,7 +8,7 @@ use crate::chart::{
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
     rows::RowReader,
 };
-use crate::scene::{Column, Direction, Geometry, Layout, Study};
+use crate::scene::{Direction, Geometry, Layout, Study};
 use crate::smooth::drives::DriveAxis;
 
 /// How taps are found.

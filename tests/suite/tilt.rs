@@ -4,10 +4,13 @@ use std::collections::HashMap;
 
 use crate::common::cases::evaluate;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
-use vibrissa::design::{amount, radians};
-use vibrissa::evaluate::Outcome;
+use vibrissa::chart::ranges::Wanted;
+use vibrissa::chart::reader::Reader;
+use vibrissa::design::{Design, amount, radians};
+use vibrissa::evaluate::{Evaluator, Outcome, Task};
 use vibrissa::physics::rod::{RodProblem, TiltedTap};
 use vibrissa::physics::taper::Taper;
+use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Contact, Direction, Drive, Material, Setup, Side, Tuple};
 use vibrissa::status::Status;
 
@@ -281,9 +284,7 @@ fn a_second_gauge_leaves_the_first_as_it_is() {
 /// Tilted taps of wide ranges on the kernels, against the reference.
 #[test]
 fn random_tilted_taps_keep_the_tolerance() {
-    let unit = |k: u32, i: u32| {
-        f64::from(vibrissa::scene::sampler::Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32)
-    };
+    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32);
     for setup in rigs() {
         let tuples: Vec<Tuple> = (0..120)
             .map(|i| {
@@ -335,5 +336,120 @@ fn linear_theory_is_the_limit() {
         assert!((linear.strain / linear.strain_linear - cos * cos).abs() < 1e-15);
         // Two gauges tell the tilt of linear theory: K = 1.
         assert!(linear.deviation.abs() < 1e-14);
+    }
+}
+
+/// Whiskers of a lab with poles of two directions at three distances.
+fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) {
+    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(6, k, i)) / 2f64.powi(32);
+    let distances = vec![24.0, 33.0, 45.0];
+    let leans = Direction { tilt: -35.0, lean: 10.0 };
+    let directions = vec![Direction { tilt: 20.0, lean: 0.0 }, leans];
+    let [least, most] = if setup.drive == Drive::Angle { [0.5, 10.0] } else { [0.3, 4.0] };
+    let wanted = Wanted {
+        D: [9.0, 11.0],
+        d: [3.0, 5.0],
+        L_a: [50.0; 2],
+        x_ss: [4.0, 6.0],
+        l: [2.0; 2],
+        drive: [least, most],
+    };
+    let one = |i: u32| {
+        let direction = directions[(i % 2) as usize];
+        Tuple {
+            D: 9.0 + 2.0 * unit(0, i),
+            d: 3.0 + 2.0 * unit(1, i),
+            L_a: 50.0,
+            x_ss: 4.0 + 2.0 * unit(2, i),
+            l: 2.0,
+            a: distances[(i % 3) as usize],
+            tilt: direction.tilt,
+            lean: direction.lean,
+            drive: least + (most - least) * unit(3, i),
+        }
+    };
+    let tuples = (0..n).map(one).collect();
+    (distances, directions, wanted, tuples)
+}
+
+/// Taps against poles of a chart's direction are read from it.
+#[test]
+fn charts_hold_tilted_taps() {
+    for mut setup in rigs() {
+        for second in [false, true] {
+            setup.gauge.second = second;
+            let (distances, directions, wanted, tuples) = lab(&setup, 600);
+            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5)
+                .expect("taps are solved")
+                .expect("the model is smooth");
+            assert_eq!(reader.charts().len(), 6);
+            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
+            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
+            let read = reader.read(&setup, &designs, &tasks);
+            let solved = evaluate(&setup, CPU_F64.open(&setup), &tuples);
+            let (mut worst, mut count) = ([0.0f64; 6], 0);
+            for (read, (solved, _)) in read.iter().zip(&solved) {
+                let Some(read) = read else { continue };
+                count += 1;
+                assert_eq!(read.status, solved.status);
+                assert_eq!(read.strain_2.is_nan(), !second);
+                assert!((read.deviation - solved.deviation).abs() < 1e-4);
+                let (size, [a, b]) = (solved.strain.abs(), [read, solved].map(values));
+                let by = [size, size, 1.0, solved.normal_force, solved.arc, solved.arc];
+                let kept =
+                    |k: usize| if b[k].is_nan() || a[k].is_nan() { 0.0 } else { (a[k] - b[k]).abs() / by[k] };
+                worst = std::array::from_fn(|k| worst[k].max(kept(k)));
+            }
+            println!("{count} of {}: worst of {QUANTITIES:?}: {worst:.1?}", tuples.len());
+            assert!(
+                count > 500 && worst.iter().zip([1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5]).all(|(w, b)| *w <= b)
+            );
+            // A chart is of its direction, and says nothing of another.
+            let upright: Vec<Task> =
+                tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
+            assert!(reader.read(&setup, &designs, &upright).iter().all(Option::is_none));
+        }
+    }
+}
+
+/// What a tilt costs where it is read and where it is solved, relative to upright poles (`cargo test --test suite what_a_tilt_costs -- --ignored --nocapture`).
+#[test]
+#[ignore = "a measurement"]
+fn what_a_tilt_costs() {
+    let timed = |f: &mut dyn FnMut()| {
+        let start = std::time::Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    for mut setup in rigs() {
+        let mut best = [[f64::INFINITY; 3]; 2];
+        for (k, second, upright) in [(0, false, true), (1, false, false), (2, true, false)] {
+            setup.gauge.second = second;
+            let (distances, directions, wanted, mut tuples) = lab(&setup, 60_000);
+            let directions = if upright { vec![Direction::UPRIGHT] } else { directions };
+            if upright {
+                tuples.iter_mut().for_each(|t| [t.tilt, t.lean] = [0.0; 2]);
+            }
+            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
+            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
+            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
+            for _ in 0..5 {
+                if let Some(reader) = &reader {
+                    let seconds = timed(&mut || drop(reader.read(&setup, &designs, &tasks)));
+                    best[0][k] = best[0][k].min(seconds);
+                }
+                let mut solver = Evaluator::new(&setup, CPU.open(&setup));
+                let seconds = timed(&mut || drop(solver.run(&designs, &tasks).expect("it runs")));
+                best[1][k] = best[1][k].min(seconds);
+            }
+        }
+        for (way, [planar, tilted, both]) in ["read", "solved"].into_iter().zip(best) {
+            println!(
+                "{way}: upright {:.0} ns, tilted {:.2}, tilted with two gauges {:.2} times",
+                planar * 1e9 / 6e4,
+                tilted / planar,
+                both / planar
+            );
+        }
     }
 }
