@@ -142,7 +142,7 @@ fn csv(bencher: Bencher<'_, '_>) {
                 estimated,
                 elongation: None,
             };
-            fields(&TapRow::COLUMNS, &row, &mut values);
+            fields(&TapRow::COLUMNS, &taps.setup, &row, &mut values);
             text.row(&mut values).expect("memory");
         }
         text.into_bytes()

@@ -134,6 +134,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             fields(
                 &AtDrive::COLUMNS,
+                &rig.setup,
                 &AtDrive {
                     design,
                     direction: Direction::UPRIGHT,
@@ -166,7 +167,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
         for (i, a) in side.distances.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             let at = AtDistance { design, a: *a, direction: Direction::UPRIGHT, row: &by_distance[i], unit };
-            fields(&AtDistance::COLUMNS, &at, &mut row);
+            fields(&AtDistance::COLUMNS, &rig.setup, &at, &mut row);
             let status = row.pop();
             row.push(Field::Word(side_name(side.gauge)));
             row.extend(status);

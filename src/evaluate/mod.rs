@@ -88,6 +88,11 @@ impl Outcome {
         if self.strain_2.is_nan() { self.strain.abs() } else { self.strain.hypot(self.strain_2) }
     }
 
+    /// cos β̂, where tan β̂ = ε₂/ε₁; 1 of one gauge.
+    pub fn cosine(&self) -> f64 {
+        if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.magnitude() }
+    }
+
     /// No values, and nothing to say about them.
     pub const NOTHING: Self = Self {
         strain: f64::NAN,

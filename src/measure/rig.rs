@@ -4,7 +4,7 @@ use crate::design::Design;
 use crate::error::InputError;
 use crate::measure::Data;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Convention, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
+use crate::scene::{Convention, DirectionColumns, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
@@ -27,7 +27,8 @@ impl Rig {
     ///
     /// # Errors
     /// Numbers that are no whisker with a gauge on it.
-    pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
+    pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
+        setup.directions = DirectionColumns::default();
         let design = Design::new(&setup, tuple);
         match design.shared {
             Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),

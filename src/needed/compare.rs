@@ -47,7 +47,7 @@ impl Said {
         let ask = |(k, row): (usize, &Row)| Ask {
             design: k as u32,
             drive: row.point.drive,
-            reach: Reach::Asked(row.reach),
+            reach: Reach::of(row.point.direction(), row.reach),
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
         let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
@@ -60,7 +60,8 @@ impl Said {
             reduced.calibrate();
             taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
                 let at = (row.distances[i], row.point.drive);
-                let estimated = reduced.estimate_by((i, 0), at, tap, Told::by(&own, k));
+                let estimated =
+                    reduced.estimate_by((i, 0), at, tap, Told::by(&own, k).towards(row.point.direction()));
                 Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
             let row = &reduced.drives[0];

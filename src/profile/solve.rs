@@ -12,7 +12,7 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
-use crate::scene::{Geometry, Setup, Theory};
+use crate::scene::{Direction, Geometry, Setup, Theory};
 
 use super::{Piece, Profile, Ratio};
 
@@ -42,6 +42,13 @@ pub enum Reach {
     Peak([f64; 2]),
     /// From the gauge to the tip.
     Whole([f64; 2]),
+}
+
+impl Reach {
+    /// Of taps between these distances (mm) at a pole of this direction: readings of one that is not upright may lie anywhere on the curve.
+    pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
+        if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
+    }
 }
 
 /// A curve that is wanted.

@@ -3,7 +3,7 @@
 use super::layout::{Entry, Part};
 use super::tables::{AT_DISTANCE, AT_DRIVE, OTHERS, Told};
 use crate::scene::Drive;
-use crate::sink::table::{AtDistance, AtDrive, Column, Name, TapRow};
+use crate::sink::table::{AtDistance, AtDrive, Column, Name, Only, TapRow};
 
 /// Before the tables.
 pub const ABOUT: &str = "CSV in UTF-8 with one header and no comment lines; numbers in the shortest form that reads back the same. A value \
@@ -31,6 +31,8 @@ pub struct Described {
     pub name: String,
     /// What it says.
     pub meaning: &'static str,
+    /// Which tables have it.
+    pub only: Only,
 }
 
 /// All tables.
@@ -67,7 +69,7 @@ pub fn tables() -> Vec<Written> {
 }
 
 fn told((name, meaning): &Told) -> Described {
-    Described { name: (*name).to_owned(), meaning }
+    Described { name: (*name).to_owned(), meaning, only: Only::Always }
 }
 
 /// The columns of a table of a sweep.
@@ -77,7 +79,7 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
         Name::Drive => [Drive::Angle, Drive::Displacement].map(Drive::column).join(" or "),
         Name::K(plain, mm) => format!("{plain} or {mm}"),
     };
-    columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning }).collect()
+    columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only }).collect()
 }
 
 /// `columns` with `more` before the last of them, the status.
@@ -89,8 +91,13 @@ fn beside(mut columns: Vec<Described>, more: &[Told]) -> Vec<Described> {
 
 /// One part for each table.
 pub fn parts() -> Vec<Part> {
-    let entry =
-        |c: Described| Entry { facts: vec![unit(&c.name)], meaning: c.meaning.to_owned(), name: c.name };
+    let entry = |c: Described| {
+        let meaning = match c.only.when() {
+            "" => c.meaning.to_owned(),
+            when => format!("{} ({when})", c.meaning),
+        };
+        Entry { facts: vec![unit(&c.name)], meaning, name: c.name }
+    };
     let part = |t: Written| Part {
         title: format!("{} ({})", t.file, t.command),
         about: t.row.to_owned(),

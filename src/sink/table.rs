@@ -101,22 +101,64 @@ pub struct Column<R> {
     pub name: Name,
     /// What it says.
     pub meaning: &'static str,
+    /// Which tables have it.
+    pub only: Only,
     /// Its value in a row.
     pub read: fn(&R) -> Field,
 }
 
+/// Which tables have a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Only {
+    /// All.
+    Always,
+    /// Where the spec, or its tuple file, says `tilt`.
+    Tilt,
+    /// Where it says `lean`.
+    Lean,
+    /// With a second gauge.
+    Second,
+}
+
+impl Only {
+    /// Whether tables of `setup` have it.
+    pub fn holds(self, setup: &Setup) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Tilt => setup.directions.tilt,
+            Self::Lean => setup.directions.lean,
+            Self::Second => setup.gauge.second,
+        }
+    }
+
+    /// When, in words; nothing of a column that is always there.
+    pub fn when(self) -> &'static str {
+        match self {
+            Self::Always => "",
+            Self::Tilt => "where tilt is said",
+            Self::Lean => "where lean is said",
+            Self::Second => "with a second gauge",
+        }
+    }
+}
+
 const fn column<R>(name: Name, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
-    Column { name, meaning, read }
+    Column { name, meaning, only: Only::Always, read }
 }
 
-/// Names of `columns`, in order.
+/// A column that only some tables have.
+const fn only<R>(only: Only, name: &'static str, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
+    Column { name: Name::Is(name), meaning, only, read }
+}
+
+/// Names of `columns` for `setup`, in order.
 pub fn names<R>(columns: &[Column<R>], setup: &Setup) -> Vec<&'static str> {
-    columns.iter().map(|c| c.name.of(setup)).collect()
+    columns.iter().filter(|c| c.only.holds(setup)).map(|c| c.name.of(setup)).collect()
 }
 
-/// Values of `columns` in `row`, after what `out` holds.
-pub fn fields<R>(columns: &[Column<R>], row: &R, out: &mut Vec<Field>) {
-    out.extend(columns.iter().map(|c| (c.read)(row)));
+/// Values of those `columns` in `row` that tables of `setup` have, after what `out` holds.
+pub fn fields<R>(columns: &[Column<R>], setup: &Setup, row: &R, out: &mut Vec<Field>) {
+    out.extend(columns.iter().filter(|c| c.only.holds(setup)).map(|c| (c.read)(row)));
 }
 
 /// A row of tuples.csv: one tap.
@@ -177,6 +219,9 @@ const LENGTH: &str = "length L_a";
 const PLACE: &str = "place of the gauge's near end x_ss";
 const GRID: &str = "length of the gauge's grid l";
 const DISTANCE: &str = "contact distance a";
+const TILT: &str = "tilt β of the object's edge round the whisker's axis (§6)";
+const LEAN: &str = "lean γ of the object's edge along the whisker (§6)";
+const AZIMUTH: &str = "azimuth φ of the plane in which the whisker bends, from that of rotation (§6)";
 const DRIVE: &str = "tap angle θ, or displacement δ of the object";
 const COUNTED: &str = "taps that count (§4.5)";
 const MEAN: &str = "mean of K over the taps that count (22)";
@@ -195,21 +240,25 @@ fn sd(sd: Option<f64>, unit: f64) -> Field {
 
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub const COLUMNS: [Column<Self>; 19] = [
+    pub const COLUMNS: [Column<Self>; 24] = [
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
         column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
         column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
+        only(Only::Tilt, "tilt_deg", TILT, |r| Number(r.direction.tilt)),
+        only(Only::Lean, "lean_deg", LEAN, |r| Number(r.direction.lean)),
         column(DriveName, DRIVE, |r| Number(r.drive)),
         column(Is("strain"), "mean strain over the grid, tension positive (§1)", |r| Number(r.tap.strain)),
         column(Is("strain_linear"), "the same of the estimator's theory, ±θ f (20)", |r| {
             Number(r.tap.strain_linear)
         }),
-        column(K("K", "K_mm"), "strain_linear/strain (20)", |r| {
-            Number((1.0 + r.tap.deviation) * r.elongation.unwrap_or(1.0))
-        }),
+        column(
+            K("K", "K_mm"),
+            "strain_linear/strain (20); of two gauges θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁ (§6)",
+            |r| Number((1.0 + r.tap.deviation) * r.elongation.unwrap_or(1.0)),
+        ),
         column(Is("K_deviation"), "K − 1 at full relative precision (21); empty where K has a unit", |r| {
             Number(if r.elongation.is_some() { f64::NAN } else { r.tap.deviation })
         }),
@@ -231,18 +280,27 @@ impl TapRow<'_> {
             let state = if r.tap.sticking { "stick" } else { "slide" };
             Word(if r.tap.arc.is_finite() { state } else { "" })
         }),
+        only(Only::Second, "strain_2", "strain of the second gauge, 90° round the whisker (§6)", |r| {
+            Number(r.tap.strain_2)
+        }),
+        only(Only::Second, "bending_azimuth_deg", AZIMUTH, |r| Number(r.tap.azimuth.to_degrees())),
+        only(Only::Second, "slide_mm", "slide λ of the contact along the object's edge (§6)", |r| {
+            Number(r.tap.slide)
+        }),
         column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
     ];
 }
 
 impl AtDrive<'_> {
     /// Columns of designs.csv.
-    pub const COLUMNS: [Column<Self>; 17] = [
+    pub const COLUMNS: [Column<Self>; 19] = [
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
         column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
+        only(Only::Tilt, "tilt_deg", TILT, |r| Number(r.direction.tilt)),
+        only(Only::Lean, "lean_deg", LEAN, |r| Number(r.direction.lean)),
         column(DriveName, DRIVE, |r| Number(r.drive)),
         column(Is("n"), COUNTED, |r| Count(r.row.n)),
         column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(r.row.mean, r.unit)),
@@ -254,7 +312,9 @@ impl AtDrive<'_> {
         column(Is("total_rms_mm"), "bias (error_rms_mm) and noise in quadrature (§4.4)", |r| {
             r.row.total_rms().into()
         }),
-        column(Is("strain_max"), "largest |strain|", |r| r.row.strain_max.into()),
+        column(Is("strain_max"), "largest |strain|; of two gauges √(ε₁² + ε₂²)", |r| {
+            r.row.strain_max.into()
+        }),
         column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max.into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
     ];
@@ -262,13 +322,15 @@ impl AtDrive<'_> {
 
 impl AtDistance<'_> {
     /// Columns of distances.csv.
-    pub const COLUMNS: [Column<Self>; 10] = [
+    pub const COLUMNS: [Column<Self>; 12] = [
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
         column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
         column(Is("l_mm"), GRID, |r| Number(r.design.l)),
         column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
+        only(Only::Tilt, "tilt_deg", TILT, |r| Number(r.direction.tilt)),
+        only(Only::Lean, "lean_deg", LEAN, |r| Number(r.direction.lean)),
         column(Is("n"), COUNTED, |r| Count(r.row.deviation.n)),
         column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(r.row.deviation.mean(), r.unit)),
         column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(r.row.deviation.sd(), r.unit)),

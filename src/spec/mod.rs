@@ -7,6 +7,7 @@
 mod axis;
 mod check;
 mod curve;
+mod direction;
 pub mod keys;
 mod model;
 mod optimise;
@@ -83,9 +84,13 @@ pub(crate) fn of_table(
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let (space, directions, mut warnings) = space::read(&sections, drive, base)?;
+    let space::Read { space, directions, leaning, mut warnings } = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
-    sections::rankable(&sections, &estimate, &output)?;
+    direction::allowed(&leaning, &model.model)?;
+    direction::told(&sections, &gauge, &estimate)?;
+    if leaning.iter().all(Option::is_none) {
+        sections::rankable(&sections, &estimate, &output)?;
+    }
     warnings.extend(sections::idle(&estimate));
     let mut spec = Spec {
         name: Path::new(label)

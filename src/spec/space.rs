@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::axis::AxisItem;
 use super::check::{self, LEANING, LENGTH, PLACE, TAP_ANGLE};
-use super::reader::Result;
+use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::tuple_file;
 use crate::scene::space::AXIS_LIMIT;
@@ -25,8 +25,16 @@ pub(super) const KEYS: [(&str, &str); 8] = [
 /// Of these, the keys of the pole's direction.
 pub(super) const DIRECTIONS: [&str; 2] = ["tilt", "lean"];
 
-/// The tuples, which columns of the pole's direction they have, and warnings about their file.
-pub(super) type Read = (Space, DirectionColumns, Vec<String>);
+/// The tuples, and what is said of them.
+pub(super) struct Read<'a> {
+    pub space: Space,
+    /// Columns of the pole's direction that were asked for.
+    pub directions: DirectionColumns,
+    /// Where poles tilt, and where they lean, if they do.
+    pub leaning: [Option<Item<'a>>; 2],
+    /// About a tuple file.
+    pub warnings: Vec<String>,
+}
 
 /// Key of a drive in `[tap]`.
 pub(super) fn drive_key(drive: Drive) -> &'static str {
@@ -37,7 +45,7 @@ pub(super) fn drive_key(drive: Drive) -> &'static str {
 }
 
 /// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
-pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result<Read> {
+pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let key = drive_key(drive);
     let other = drive_key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
     let tap = sections.section("tap");
@@ -78,7 +86,16 @@ pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result
     zipped(&axes)?;
     short(&axes)?;
     let [tilt, lean] = DIRECTIONS.map(|key| tap.written(key).is_some());
-    grid(axes).map(|space| (space, DirectionColumns { tilt, lean }, Vec::new()))
+    let leaning = [Column::Tilt, Column::Lean].map(|column| {
+        let AxisItem { item, axis } = &axes[column as usize];
+        (axis.min() != 0.0 || axis.max() != 0.0).then(|| item.clone())
+    });
+    Ok(Read {
+        space: grid(axes)?,
+        directions: DirectionColumns { tilt, lean },
+        leaning,
+        warnings: Vec::new(),
+    })
 }
 
 /// Sampled axes share one point set, and `a` shares it with none.

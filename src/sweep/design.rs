@@ -82,13 +82,14 @@ pub(super) fn render(
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
         let ((a, direction), drive) = ((axes.distance)(i), (axes.stroke)(j).drive);
-        let estimated = reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j));
+        let estimated =
+            reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j).towards(direction));
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
             let row =
                 TapRow { design: &design.tuple, a, direction, drive, tap, estimated: &estimated, elongation };
-            fields(&TapRow::COLUMNS, &row, &mut values);
+            fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
             text.row(&mut values)?;
             out.rows[0] += 1;
             waiting += 1;
@@ -107,7 +108,7 @@ pub(super) fn render(
         let (direction, drive, row) = (stroke.direction(), stroke.drive, row.figures());
         if (wanted.tables)(Table::Designs) {
             let at = AtDrive { design: &design.tuple, direction, drive, row, unit };
-            fields(&AtDrive::COLUMNS, &at, &mut values);
+            fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             out.designs.row(&mut values)?;
             out.rows[1] += 1;
         }
@@ -127,7 +128,7 @@ pub(super) fn render(
         for (i, row) in reduced.distances.iter().enumerate() {
             let (a, direction) = (axes.distance)(i);
             let row = AtDistance { design: &design.tuple, a, direction, row, unit };
-            fields(&AtDistance::COLUMNS, &row, &mut values);
+            fields(&AtDistance::COLUMNS, &study.setup, &row, &mut values);
             out.distances.row(&mut values)?;
             out.rows[2] += 1;
         }

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
-use crate::scene::Tuple;
+use crate::scene::{Direction, Tuple};
 use crate::sink::{pack::Packed, rows::Rows, table::Table};
 
 /// Evaluates the designs of `layout` that are the run's own and writes their tables.
@@ -138,7 +138,7 @@ pub(super) fn write_kept(
         kept.iter().map(|row| Tuple { drive: row.drive, ..row.design.towards(row.direction) }).collect();
     let (mut rows, mut values) = (run.rows(), Vec::new());
     for row in kept {
-        row.fields(&mut values);
+        row.fields(&run.study.setup, &mut values);
         rows.row(&mut values)?;
         run.best.offer(row.clone());
     }
@@ -283,14 +283,17 @@ pub(super) fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task
     Task::of(place, &Tuple { a: layout.distance(i), ..layout.stroke(&design.tuple, j) })
 }
 
-/// The designs rows of one design: its place, a drive, and the ends of its distances.
+/// The designs rows of one design: its place, a stroke, and the ends of its distances.
 fn rows<'a>(
     layout: &'a Layout,
     design: &'a Design,
     place: u32,
-) -> impl Iterator<Item = (u32, f64, [f64; 2])> + use<'a> {
+) -> impl Iterator<Item = (u32, Direction, f64, [f64; 2])> + use<'a> {
     let reach = layout.reach();
-    (0..layout.n_drives).map(move |j| (place, layout.drive(&design.tuple, j), reach))
+    (0..layout.n_drives).map(move |j| {
+        let stroke = layout.stroke(&design.tuple, j);
+        (place, stroke.direction(), stroke.drive, reach)
+    })
 }
 
 fn with_axes<R>(

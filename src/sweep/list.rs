@@ -90,7 +90,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             let these = (place as u32..).zip(&groups[place..]).take(TOGETHER);
             let rows = these.flat_map(|(d, group)| {
                 let reach = reach(&group.distances.values);
-                group.drives.values.iter().map(move |(drive, _)| (d, *drive, reach))
+                group.drives.values.iter().map(move |(drive, direction)| (d, *direction, *drive, reach))
             });
             (profiles, first) = (run.profiles(&designs, rows, None)?, 0);
         }
@@ -102,7 +102,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let told = Told::by(&profiles, first + j);
+            let told = Told::by(&profiles, first + j).towards(t.direction());
             estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));
         }
         first += n.1;
@@ -229,7 +229,7 @@ fn write_tuples(
                     estimated: &estimates[r],
                     elongation: reduced[d].elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &run.study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
             Ok(text)
@@ -267,13 +267,13 @@ fn write_rows(
                 let (drive, direction) = groups[d].drives.values[place];
                 let row = reduced.drives[place].figures();
                 let row = AtDrive { design: &designs[d].tuple, direction, drive, row, unit };
-                fields(&AtDrive::COLUMNS, &row, &mut values);
+                fields(&AtDrive::COLUMNS, &run.study.setup, &row, &mut values);
             }
             _ => {
                 let (a, direction) = groups[d].distances.values[place];
                 let row = &reduced.distances[place];
                 let row = AtDistance { design: &designs[d].tuple, a, direction, row, unit };
-                fields(&AtDistance::COLUMNS, &row, &mut values);
+                fields(&AtDistance::COLUMNS, &run.study.setup, &row, &mut values);
             }
         }
         text.row(&mut values)?;

@@ -139,7 +139,12 @@ fn write(
             let unit = unit(design);
             let (direction, drive) = (design.direction(), design.drive);
             let (rank, row) = (row.rank(by, unit), row.figures());
-            fields(&AtDrive::COLUMNS, &AtDrive { design, direction, drive, row, unit }, &mut values);
+            fields(
+                &AtDrive::COLUMNS,
+                &study.setup,
+                &AtDrive { design, direction, drive, row, unit },
+                &mut values,
+            );
             out.row(&mut values)?;
             if let Some(rank) = rank {
                 let r = places[p * PIECE + i];

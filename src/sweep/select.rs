@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use crate::scene::{Direction, Tuple};
+use crate::scene::{Direction, Setup, Tuple};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::table::{AtDrive, Field, fields};
 use crate::statistics::Figures;
@@ -58,11 +58,11 @@ impl Packed for Best {
 }
 
 impl Kept {
-    /// Its row of designs.csv, after what `out` holds.
-    pub fn fields(&self, out: &mut Vec<Field>) {
+    /// Its row of designs.csv for `setup`, after what `out` holds.
+    pub fn fields(&self, setup: &Setup, out: &mut Vec<Field>) {
         let Self { direction, drive, row, unit, .. } = *self;
         let row = AtDrive { design: &self.design, direction, drive, row, unit };
-        fields(&AtDrive::COLUMNS, &row, out);
+        fields(&AtDrive::COLUMNS, setup, &row, out);
     }
 
     /// Better first: smaller value, then smaller index.

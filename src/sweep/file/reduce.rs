@@ -133,7 +133,7 @@ impl Reduced {
         let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
             let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
-                let told = Told::by(&profiles, k);
+                let told = Told::by(&profiles, k).towards(taps[0].direction);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
             }
             Ok(part)
@@ -237,7 +237,7 @@ impl Part {
                     estimated: &estimated,
                     elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 self.tuples.row(&mut values)?;
             }
         }
@@ -245,7 +245,7 @@ impl Part {
         if row_too {
             let (direction, drive) = (first.direction, first.drive);
             let at = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
-            fields(&AtDrive::COLUMNS, &at, &mut values);
+            fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             self.designs.row(&mut values)?;
             self.firsts.push(first.row);
         }

@@ -57,7 +57,7 @@ pub(super) fn write_tuples(
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
                 let Tap { a, direction, drive, outcome, .. } = tap;
-                let told = Told::by(&profiles, places[&groups.drives[row]]);
+                let told = Told::by(&profiles, places[&groups.drives[row]]).towards(*direction);
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;
                 let row = TapRow {
@@ -69,7 +69,7 @@ pub(super) fn write_tuples(
                     estimated: &estimated,
                     elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
             Ok(text)
@@ -132,7 +132,7 @@ pub(super) fn write_distances(
             row: &reduced,
             unit: unit.unwrap_or(1.0),
         };
-        fields(&AtDistance::COLUMNS, &reduced, &mut values);
+        fields(&AtDistance::COLUMNS, &study.setup, &reduced, &mut values);
         text.row(&mut values)?;
         run.place(std::iter::once(all.place(groups, Table::Distances, row)))?;
         rows += 1;

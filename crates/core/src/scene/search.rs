@@ -107,6 +107,13 @@ pub struct Robust {
     pub calibrated: Calibrated,
 }
 
+impl Robust {
+    /// Whether poles are not upright, which no calibration knows.
+    pub fn tilts(&self) -> bool {
+        [Column::Tilt, Column::Lean].into_iter().any(|column| self.sd[column as usize] != 0.0)
+    }
+}
+
 /// `[optimise]`.
 #[derive(Debug, Clone)]
 pub struct Search {
