@@ -2,10 +2,11 @@
 
 struct Spatial {
     base: real,
+    // Over the first-order strain.
     axial: real,
 }
 
-// The angle at the base, and the mean strain of the centreline over the gauge, over the first-order strain.
+// The angle at the base, and the mean strain of the centreline over the gauge.
 fn spatial(tap: Tap, state: ptr<function, State>, series: Nodes, climbs: Nodes, angles: Nodes) -> Spatial {
     let x = tap.arc + state.arc;
     let c = 1.0 + x;

@@ -2,10 +2,11 @@
 
 use super::solve::{Plane, Solved};
 use super::{Outcome, Task};
+use crate::chart::beside;
 use crate::design::{Design, Shared, amount, radians};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
-use crate::scene::{Drive, Geometry, Setup, Side};
+use crate::scene::{Geometry, Setup, Side};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -57,20 +58,34 @@ pub(super) fn fast(
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
 }
 
-/// What a chart says of a tap: δ = ε/(θ f) − 1, c/a − 1, P (N) and T/P. `None` of a design that is no whisker.
+/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what its functions [`beside`](crate::chart::beside)
+/// are. `None` of a design that is no whisker.
 pub fn told(
     setup: &Setup,
     design: &Design,
     task: &Task,
-    [strain, arc, normal, friction]: [f64; 4],
+    ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
     let shared = design.shared.as_ref()?;
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let (share, deviation) = match task.direction.is_upright() {
+        true => (1.0, -strain / (1.0 + strain)),
+        false => {
+            let share = radians(task.direction)[0].cos().powi(2);
+            (share, 1.0 / (share + share * strain) - 1.0)
+        }
+    };
+    let beside = beside.map(|found| {
+        let [strain_2, azimuth, slide] =
+            std::array::from_fn(|f| beside::linear(task.direction)[f] + found[f]);
+        let path = amount(setup.drive, task.drive) * beside::path(setup, task.a);
+        Beside { strain_2: linear * strain_2, plane: Plane { azimuth, slide: path * slide } }
+    });
     let found = Found {
-        strain: linear + linear * strain,
-        beside: None,
-        deviation: -strain / (1.0 + strain),
+        strain: share * (linear + linear * strain),
+        beside,
+        deviation,
         normal,
         tangential: friction * normal,
         arc: task.a + task.a * arc,
@@ -160,18 +175,14 @@ struct Beside {
 impl Found {
     /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(self, setup: &Setup, task: &Task, amount: f64) -> Self {
-        let [tilt, lean] = radians(task.direction);
-        let (sin, cos) = tilt.sin_cos();
-        let path = match setup.drive {
-            Drive::Angle => amount * (task.a + setup.hub),
-            Drive::Displacement => amount,
-        };
-        let plane = Plane { azimuth: tilt, slide: -path * sin / lean.cos() };
-        let t2 = tilt.tan().powi(2);
+        let cos = radians(task.direction)[0].cos();
+        let [strain_2, azimuth, slide] = beside::linear(task.direction);
+        let plane = Plane { azimuth, slide: amount * beside::path(setup, task.a) * slide };
+        let t2 = azimuth.tan().powi(2);
         Self {
             strain: self.strain * cos * cos,
             deviation: self.deviation + t2 + self.deviation * t2,
-            beside: Some(Beside { strain_2: self.strain * cos * sin, plane }),
+            beside: Some(Beside { strain_2: self.strain * strain_2, plane }),
             normal: self.normal * cos,
             ..self
         }

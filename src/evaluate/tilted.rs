@@ -22,9 +22,9 @@ const SHARE: f64 = 0.1;
 /// Planes in which a tap is solved at most; the reference is asked of those that need more.
 const MOST_PLANES: usize = 8;
 
-/// Rounds of the closed form at most, and the change of φ, rad, below which there are no more.
+/// Rounds of the closed form at most, and the change of φ, rad, below which there are no more: what the first-order solution itself is off.
 const ROUNDS: usize = 12;
-const STILL: f64 = 1e-9;
+const STILL: f64 = 3e-5;
 
 /// Largest contraction that is believed.
 const STEEPEST: f64 = 0.9;
@@ -69,7 +69,7 @@ impl<'a> Trial<'a> {
             let base = one.frame(&pole.planar(one.phi)?)?.base_angle();
             let step = pole.azimuth(base + alpha)? - one.phi;
             one.phi += step;
-            if last.abs() > STILL {
+            if last != 0.0 {
                 one.contraction = (step / last).clamp(-STEEPEST, STEEPEST);
             }
             if step.abs() <= STILL {

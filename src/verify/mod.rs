@@ -69,6 +69,9 @@ impl Case {
             let setup = c.setup();
             let mut tuples = taps::hard(&setup);
             tuples.extend(taps::random(c.drive, c.hub, samples, seed));
+            if c.tilted {
+                taps::tilt(&mut tuples, seed);
+            }
             Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
         let wanted = |c: &&configuration::Configuration| !quick || configuration::QUICK.contains(&c.name);

@@ -48,6 +48,16 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(point).collect()
 }
 
+/// Gives the poles of `tuples` tilts within ±60° and leans within ±30°: of the first six these are tiny, a tilt or a lean alone, or both large.
+pub fn tilt(tuples: &mut [Tuple], seed: u64) {
+    let hard = [[1e-6, 0.0], [0.0, 1e-6], [45.0, 0.0], [0.0, -20.0], [70.0, 10.0], [-60.0, 30.0]];
+    for (index, tuple) in (0..).zip(tuples) {
+        let at = |dimension, most: f64| most * (2.0 * unit(seed, dimension, index) - 1.0);
+        let random = || [at(7, 60.0), at(8, 30.0)];
+        [tuple.tilt, tuple.lean] = hard.get(index as usize).copied().unwrap_or_else(random);
+    }
+}
+
 /// The hard cases of `study`: whiskers of every taper, contacts on and next to the gauge, at and below the peak of the
 /// strain curve, near and past the tip, tiny and huge drives, tiny gauges, tiny and huge whiskers, and the drive at which a
 /// contact begins to slide.

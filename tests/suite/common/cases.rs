@@ -119,7 +119,7 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
 /// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.
 pub fn evaluate(setup: &Setup, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive, ..Task::default() };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
     let outcomes = Evaluator::new(setup, method).run(&designs, &tasks).expect("the backend answers");
     let least = |(i, t): (usize, &Tuple)| {

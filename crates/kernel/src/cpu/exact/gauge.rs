@@ -2,7 +2,7 @@
 
 use super::super::pack::{Pack, Scalar};
 use super::legendre::{legendre, primitive};
-use super::spatial::spatial;
+use super::spatial::{Spatial, spatial};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -231,10 +231,10 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     }
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
-    let [base, axial] = if effects.spatial {
+    let Spatial { base, axial } = if effects.spatial {
         spatial::<T, N, L, FMA, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
     } else {
-        [zero; 2]
+        Spatial { base: zero, axial: zero }
     };
     Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps, base, axial }
 }

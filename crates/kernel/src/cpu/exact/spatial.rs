@@ -7,7 +7,15 @@ use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
 
-/// ψ at the base, and the mean strain of the centreline over the gauge, over the first-order strain. `series`, `climbs` and `angles` are those of
+/// Where the rod stands at its base, and what its centreline shows.
+pub struct Spatial<P> {
+    /// ψ, rad.
+    pub base: P,
+    /// Mean strain of the centreline over the gauge, over the first-order strain.
+    pub axial: P,
+}
+
+/// The angle at the base, and the mean strain of the centreline over the gauge. `series`, `climbs` and `angles` are those of
 /// the shortening, the height and the angle.
 #[inline(always)]
 pub fn spatial<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
@@ -18,7 +26,7 @@ pub fn spatial<T: Scalar, const N: usize, const L: usize, const FMA: bool, const
     series: &[Pack<T, L, FMA>; N],
     climbs: &[Pack<T, L, FMA>; N],
     angles: &[Pack<T, L, FMA>; N],
-) -> [Pack<T, L, FMA>; 2] {
+) -> Spatial<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let n = tables.nodes::<PLAIN>();
@@ -45,7 +53,7 @@ pub fn spatial<T: Scalar, const N: usize, const L: usize, const FMA: bool, const
     let scale = if PLAIN { of(4.0) * w_force * m * m * g4 } else { two * m * g4 * ig2 };
     base = base - scale * dot(n, &tables.weights, &state.bending);
     if !extension && !law {
-        return [base, zero];
+        return Spatial { base, axial: zero };
     }
 
     let (c1, c2) = (tap.near + x, tap.far + x);
@@ -80,5 +88,5 @@ pub fn spatial<T: Scalar, const N: usize, const L: usize, const FMA: bool, const
         sum = sum + weight * direct / y3;
     }
     let bent = c2.if_less(zero, c1.max(zero) / tap.width, one);
-    [base, bent * sum / (length * tap.strain)]
+    Spatial { base, axial: bent * sum / (length * tap.strain) }
 }

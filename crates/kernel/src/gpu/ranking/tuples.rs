@@ -59,7 +59,7 @@ impl Tuples {
                 };
             }
         }
-        let [big, small, length, place, grid, _, drive] = &values[..] else { return None };
+        let [big, small, length, place, grid, .., drive] = &values[..] else { return None };
         let _ = writeln!(
             body,
             "    return Whisker({big}, {small}, {length}, {place}, {grid}, {:?}f * ({drive}));\n}}",
