@@ -82,15 +82,10 @@ pub struct Counts {
 /// Writes both tables of the taps of `spec`, each with `nodes` sections from clamp to contact.
 ///
 /// # Errors
-/// Too many taps; poles that are not upright; a backend or a file that fails.
+/// Too many taps; a backend or a file that fails.
 pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> Result<Counts, Error> {
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
-    if let Some(t) = tuples.iter().find(|t| !t.direction().is_upright()) {
-        let error = InputError::new("the tables of a shape have no place for what is out of the plane of rotation");
-        let value = format!("tilt {} and lean {} degrees", t.tilt, t.lean);
-        return Err(error.key("tap.tilt").value(value).allowed("tilt = 0 and lean = 0").into());
-    }
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
     let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
