@@ -67,6 +67,7 @@ fn tuple(index: u32) -> Tuple {
         l: 2.0,
         a: between(2, 20.0, 48.0),
         drive: between(3, 0.5, 10.0),
+        ..Tuple::default()
     }
 }
 

@@ -133,8 +133,16 @@ fn csv(bencher: Bencher<'_, '_>) {
         let (mut text, mut values) = (Text::default(), Vec::new());
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
             let (design, tap, estimated) = (&design.tuple, black_box(o), &estimated);
-            let row = TapRow { design, a: t.a, drive: t.drive, tap, estimated, elongation: None };
-            fields(&TapRow::COLUMNS, &row, &mut values);
+            let row = TapRow {
+                design,
+                a: t.a,
+                direction: t.direction,
+                drive: t.drive,
+                tap,
+                estimated,
+                elongation: None,
+            };
+            fields(&TapRow::COLUMNS, &taps.setup, &row, &mut values);
             text.row(&mut values).expect("memory");
         }
         text.into_bytes()

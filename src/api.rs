@@ -4,7 +4,7 @@
 //! ```no_run
 //! use vibrissa::api::*;
 //! let setup = Setup::default().material(Material::NeoHookean(3.2)).surface().noise(20e-6);
-//! let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0 };
+//! let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0, ..Tuple::default() };
 //! let tap = strains(&setup, &[whisker])?[0];
 //! println!("{:.6} {}", tap.strain, tap.status);
 //! # Ok::<(), vibrissa::api::Error>(())

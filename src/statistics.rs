@@ -9,7 +9,7 @@ use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
 use crate::profile::Profile;
 use crate::reduce::{Errors, Largest, Spread};
-use crate::scene::{Drive, RankBy, Setup};
+use crate::scene::{Direction, Drive, RankBy, Setup};
 use crate::status::Status;
 
 /// Statistics of a design at one drive, over its distances: a row of designs.csv.
@@ -51,7 +51,7 @@ impl DriveRow {
         row
     }
 
-    /// Largest |strain| of the counting taps.
+    /// Largest |strain| of the counting taps, of two gauges √(ε₁² + ε₂²).
     pub fn strain_max(&self) -> Option<f64> {
         self.strain.get()
     }
@@ -187,6 +187,15 @@ impl<'p> Told<'p> {
     pub fn by(profiles: &'p [Option<Profile>], k: usize) -> Self {
         profiles.get(k).map_or(Self::Formula, |profile| Self::Own(profile.as_ref()))
     }
+
+    /// The same of a tap at a pole of this direction: nobody knows that it is not upright, so that the model's own curve, that of upright
+    /// poles, is the curve of another tap.
+    pub fn towards(self, direction: Direction) -> Self {
+        match self {
+            Self::Own(Some(profile)) if !direction.is_upright() => Self::Other(profile),
+            told => told,
+        }
+    }
 }
 
 /// A design on its way from taps to rows.
@@ -240,7 +249,7 @@ impl<'a> Reduction<'a> {
         if tap.status.counts() {
             row.deviation.push(tap.deviation);
             distance.deviation.push(tap.deviation);
-            row.strain.push(tap.strain.abs());
+            row.strain.push(tap.magnitude());
             row.force.push(tap.normal_force);
         }
     }
@@ -273,10 +282,14 @@ impl<'a> Reduction<'a> {
     ) -> Estimated {
         let row = &mut self.drives[j];
         let readable = tap.strain != 0.0 && tap.strain.is_finite() && !tap.status.has(Status::NO_STRAIN);
-        let strain = tap.strain.abs();
+        let (strain, cos) = (tap.magnitude(), tap.cosine());
         let estimator = self.estimator.as_ref().filter(|_| readable);
         let estimated = estimator.and_then(|e| match told {
-            Told::Formula => row.k.map(|k| e.estimate(k, strain, amount(self.kind, drive))),
+            // f(â) = K̄ √(ε₁² + ε₂²)/(θ cos β̂), and σ_a is that of one gauge over cos²β̂.
+            Told::Formula => row.k.map(|k| {
+                let told = e.estimate(k, strain / cos, amount(self.kind, drive));
+                Estimated { sigma: told.sigma / (cos * cos), ..told }
+            }),
             Told::Own(profile) => profile.map(|p| p.estimate(e, Some(a), strain)),
             Told::Other(profile) => Some(profile.estimate(e, None, strain)),
         });

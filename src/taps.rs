@@ -105,7 +105,7 @@ impl Taps {
         };
         let places = || (0..out.len()).into_par_iter().with_min_len(BLOCK);
         places().map(|i| Design::new(&self.setup, tap(i))).collect_into_vec(&mut designs);
-        let task = |i: usize| Task { design: i as u32, a: designs[i].tuple.a, drive: designs[i].tuple.drive };
+        let task = |i: usize| Task::of(i as u32, &designs[i].tuple);
         places().map(task).collect_into_vec(&mut tasks);
         let mut evaluator = Evaluator::new(&self.setup, method);
         let outcomes = evaluator.run(&designs, &tasks)?;

@@ -61,7 +61,7 @@ pub fn journal(data: &[u8]) {
     let whole = if flipped { data.to_vec() } else { [&header, data].concat() };
     std::fs::write(&path, whole).expect("a file");
     let Some(mut journal) = told(Journal::new(&out, "identity", true, GivesWay::Told(3))) else { return };
-    let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0 };
+    let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0, ..Tuple::default() };
     for stage in 0..4 {
         match told(journal.replay(stage, &[point; 2])) {
             Some(Some(scores)) => told(journal.append(stage, &[point; 2], &scores)),

@@ -5,7 +5,7 @@ use std::ptr::NonNull;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use vibrissa::scene::Tuple;
+use vibrissa::scene::{DirectionColumns, Tuple};
 
 /// An array of contiguous numbers that lives at least as long as this.
 pub struct Held {
@@ -42,15 +42,22 @@ impl Argument {
     }
 }
 
-/// Taps as seven arguments.
-pub struct Given([Argument; 7]);
+impl Argument {
+    /// NaN for all taps stands for what was not given.
+    fn is_missing(&self) -> bool {
+        matches!(self, Self::One(x) if x.is_nan())
+    }
+}
+
+/// Taps as arguments: D, d, L_a, x_ss, l, a and the drive, and where poles need not be upright, tilt and lean.
+pub struct Given(Vec<Argument>);
 
 impl Given {
-    /// `n` taps from seven contiguous arrays of one or `n` values.
+    /// `n` taps from seven contiguous arrays of one or `n` values, or from nine.
     ///
     /// # Errors
     /// Arrays of other lengths.
-    pub fn new(py: Python<'_>, n: usize, columns: [PyReadonlyArray1<'_, f64>; 7]) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, n: usize, columns: Vec<PyReadonlyArray1<'_, f64>>) -> PyResult<Self> {
         let wrong = || crate::error::run(py, "arrays of other lengths");
         let one = |column: PyReadonlyArray1<'_, f64>| match column.as_slice().map_err(|_| wrong())? {
             [one] => Ok(Argument::One(*one)),
@@ -61,11 +68,30 @@ impl Given {
             _ => Err(wrong()),
         };
         let all = columns.into_iter().map(one).collect::<PyResult<Vec<_>>>()?;
-        all.try_into().map(Self).map_err(|_| wrong())
+        if [7, 9].contains(&all.len()) { Ok(Self(all)) } else { Err(wrong()) }
     }
 
     /// Tap `i`.
+    #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
-        Tuple::from_array(std::array::from_fn(|k| self.0[k].at(i)))
+        let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.0[k].at(i));
+        let given = |k: usize| self.0.get(k).filter(|column| !column.is_missing());
+        let [tilt, lean] = [7, 8].map(|k| given(k).map_or(0.0, |column| column.at(i)));
+        Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive }
+    }
+
+    /// Whether poles tilt, and lean, in any of the `n` taps.
+    pub fn leaning(&self, n: usize) -> [bool; 2] {
+        let some = |column: &Argument| match column {
+            Argument::One(x) => !x.is_nan() && *x != 0.0,
+            Argument::Each(all) => (0..n).any(|i| all.at(i) != 0.0),
+        };
+        [7, 8].map(|k| self.0.get(k).is_some_and(some))
+    }
+
+    /// Which of tilt and lean were given.
+    pub fn directions(&self) -> DirectionColumns {
+        let [tilt, lean] = [7, 8].map(|k| self.0.get(k).is_some_and(|column| !column.is_missing()));
+        DirectionColumns { tilt, lean }
     }
 }

@@ -9,7 +9,7 @@ use vibrissa::calibrate::{self as lab, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{self, locator::opener};
 use vibrissa::measure::{Data, Names, Rig, Unit};
-use vibrissa::scene::{Column, Drive};
+use vibrissa::scene::Drive;
 use vibrissa::simulate::{self as synthetic, Settings};
 use vibrissa::sink::folder::hash_all;
 use vibrissa::spec;
@@ -144,11 +144,11 @@ pub fn simulate(
             unit,
         };
         settings.check()?;
-        let axes =
-            [Column::Distance, Column::Drive].map(|c| spec.study.space.axis(c).expect("a rig has axes"));
+        let layout = spec.study.space.layout().expect("a rig has axes");
+        let taps = synthetic::Asked { layout: &layout, directions: spec.study.setup.directions };
         let method = opener(&spec.run)(&rig.setup.model)?;
         let mut bytes = Vec::new();
-        let counts = synthetic::simulate(&rig, axes, &settings, method, &mut |some| {
+        let counts = synthetic::simulate(&rig, taps, &settings, method, &mut |some| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Run("interrupted".into()));
             }

@@ -55,19 +55,22 @@ pub fn sweep<'py>(
     path: Option<PathBuf>,
     text: String,
     name: &str,
-    listed: Option<(usize, [PyReadonlyArray1<'py, f64>; 7])>,
+    listed: Option<(usize, Vec<PyReadonlyArray1<'py, f64>>)>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Vec<(&'static str, Option<Table>)>, String)> {
     let asked = asked(py, path, text, name)?;
     let listed = listed.map(|(n, columns)| {
         let given = Given::new(py, n, columns)?;
-        Ok::<_, PyErr>((0..n).into_par_iter().map(|i| given.tap(i)).collect())
+        let tuples: Vec<Tuple> = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
+        Ok::<_, PyErr>((tuples, given.leaning(n), given.directions()))
     });
-    let listed: Option<Vec<Tuple>> = listed.transpose()?;
+    let listed = listed.transpose()?;
     let read = || match listed {
         None => asked.read(spec::parse),
-        Some(tuples) => {
+        Some((tuples, leaning, directions)) => {
             let mut spec = taps::shared(&asked)?;
+            taps::refuse(&spec.study.setup.model, leaning)?;
+            spec.study.setup.directions = directions;
             let kind = spec.study.setup.drive;
             spec.study.space = Space::List(tuples);
             let of_tuples =

@@ -10,12 +10,12 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 use vibrissa::api::{Outcome, Tuple};
 use vibrissa::design::{Design, amount};
-use vibrissa::error::Error;
+use vibrissa::error::{Error, InputError};
 use vibrissa::evaluate::Method;
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
 use vibrissa::physics::onset::Grip;
-use vibrissa::scene::{BackendChoice, RunOptions, Spec};
+use vibrissa::scene::{BackendChoice, Model, RunOptions, Spec};
 use vibrissa::spec;
 use vibrissa::status::Status;
 
@@ -63,17 +63,23 @@ pub struct Taps {
     threads: Option<usize>,
 }
 
-/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, words as bits, and whether it sticks.
-type Told = ([f64; 6], u16, bool);
+/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
+/// words as bits, and whether it sticks.
+type Told = ([f64; NUMBERS], u16, bool);
+
+const NUMBERS: usize = 9;
 
 fn told(o: &Outcome) -> Told {
-    let numbers = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
+    let upright = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
+    let [strain, linear, deviation, normal, tangential, arc] = upright;
+    let azimuth = o.azimuth.to_degrees();
+    let numbers = [strain, linear, deviation, normal, tangential, arc, o.strain_2, azimuth, o.slide];
     (numbers, bits(o.status), o.sticking)
 }
 
 /// What is told of taps, by columns.
 struct Answers {
-    numbers: [Vec<f64>; 6],
+    numbers: [Vec<f64>; NUMBERS],
     status: Vec<u16>,
     sticking: Vec<bool>,
 }
@@ -94,11 +100,12 @@ impl Answers {
 
     fn into_arrays(self, py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
         let numbers = self.numbers.into_iter().map(|column| PyArray1::from_vec(py, column).into_any());
-        let status = PyArray1::from_vec(py, self.status).into_any();
-        PyTuple::new(
-            py,
-            numbers.chain([status, PyArray1::from_vec(py, self.sticking).into_any()]).collect::<Vec<_>>(),
-        )
+        let mut all: Vec<_> = numbers.collect();
+        let last = all.split_off(6);
+        all.push(PyArray1::from_vec(py, self.status).into_any());
+        all.push(PyArray1::from_vec(py, self.sticking).into_any());
+        all.extend(last);
+        PyTuple::new(py, all)
     }
 }
 
@@ -120,6 +127,23 @@ fn parts(
     Ok(())
 }
 
+impl Taps {
+    /// Refuses poles of which there is no model with this contact.
+    fn allowed(&self, py: Python<'_>, leaning: [bool; 2]) -> PyResult<()> {
+        refuse(&self.taps.setup().model, leaning).map_err(|e| raise(py, e))
+    }
+}
+
+/// Refuses poles that tilt, and lean, where `model` is none of them.
+///
+/// # Errors
+/// Why.
+pub fn refuse(model: &Model, leaning: [bool; 2]) -> Result<(), Error> {
+    let Some(why) = model.forbids(leaning) else { return Ok(()) };
+    let key = if leaning[0] { "tilt" } else { "lean" };
+    Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\"").into())
+}
+
 #[pymethods]
 impl Taps {
     /// Of the model that `text`, sections of a spec, describes; on the CPU kernels where its `[run]` says nothing.
@@ -135,8 +159,9 @@ impl Taps {
         made().map_err(|e| raise(py, e))
     }
 
-    /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks.
-    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, /))]
+    /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks; strain of the second gauge, azimuth
+    /// (degrees) and slide.
+    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, tilt = 0.0, lean = 0.0, /))]
     #[allow(non_snake_case, clippy::too_many_arguments, clippy::type_complexity)]
     fn one(
         &self,
@@ -148,26 +173,32 @@ impl Taps {
         l: f64,
         a: f64,
         drive: f64,
-    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool)> {
-        let mut found = [([0.0; 6], 0, false)];
-        let solved = self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, drive }, told, &mut found);
+        tilt: f64,
+        lean: f64,
+    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64)> {
+        self.allowed(py, [tilt != 0.0, lean != 0.0])?;
+        let mut found = [Told::default()];
+        let solved =
+            self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive }, told, &mut found);
         solved.map_err(|e| raise(py, e))?;
-        let [([strain, linear, deviation, normal, tangential, arc], status, sticks)] = found;
-        Ok((strain, linear, deviation, normal, tangential, arc, status, sticks))
+        let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
+            found;
+        Ok((strain, linear, deviation, normal, tangential, arc, status, sticks, second, azimuth, slide))
     }
 
-    /// `n` taps from seven contiguous arrays of one or `n` values each; the numbers of [`Self::one`], each as an array. Only the strain
+    /// `n` taps from seven contiguous arrays of one or `n` values each, or nine; the numbers of [`Self::one`], each as an array. Only the strain
     /// unless `full`.
     #[pyo3(signature = (n, columns, full, progress = None))]
     fn many<'py>(
         &self,
         py: Python<'py>,
         n: usize,
-        columns: [PyReadonlyArray1<'py, f64>; 7],
+        columns: Vec<PyReadonlyArray1<'py, f64>>,
         full: bool,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let given = Given::new(py, n, columns)?;
+        self.allowed(py, given.leaning(n))?;
         let taps = Arc::clone(&self.taps);
         let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
             let (mut strains, mut answers) = (Vec::new(), Answers::new(if full { n } else { 0 }));
@@ -215,7 +246,7 @@ impl Taps {
         &self,
         py: Python<'_>,
         n: usize,
-        columns: [PyReadonlyArray1<'_, f64>; 7],
+        columns: Vec<PyReadonlyArray1<'_, f64>>,
         engine: bool,
         repeats: usize,
     ) -> PyResult<f64> {

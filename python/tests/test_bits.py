@@ -295,3 +295,31 @@ def test_devices(cli):
     told["backend"].pop("device", None)
     found["auto"].pop("device", None)
     assert found["auto"] == told["backend"]
+
+
+def test_tilted_taps(cli, tmp_path):
+    """Directions and a second gauge, as axes, as tuples and tap by tap: the numbers of the program."""
+    gauge = dict(x_ss=5, l=2, second=True)
+    sections = dict(whisker=dict(D=10, d=4, L_a=50), gauge=gauge, tap=dict(a=[21, 33], tilt=[-20, 0, 30], lean=10, theta=[1, 10]), run=CPU)
+    spec = tmp_path / "tilted.toml"
+    spec.write_text(vibrissa.spec_text(**sections))
+    cli("sweep", spec, "--quiet", "--out", tmp_path / "out")
+    swept = vibrissa.sweep(spec)
+    for table in ("tuples", "designs", "distances"):
+        same_table(getattr(swept, table), tmp_path / "out" / f"{table}.csv")
+    taps = pd.read_csv(tmp_path / "out" / "tuples.csv")
+    listed = vibrissa.sweep(tuples=taps, gauge=dict(second=True), run=CPU)
+    np.testing.assert_array_equal(listed.tuples["strain_2"], swept.tuples["strain_2"])
+    assert listed.tuples.columns == swept.tuples.columns
+    one = vibrissa.sweep(tuples=taps.drop(columns="lean_deg"), gauge=dict(second=True), run=CPU)
+    assert "tilt_deg" in one.tuples.columns and "lean_deg" not in one.tuples.columns
+    place = (10, 4, 50, 5, 2, taps.a_mm, taps.theta_deg)
+    told = vibrissa.strain(*place, tilt=taps.tilt_deg, lean=10, second=True, full=True)
+    for mine, column in [(told.strain, "strain"), (told.strain_2, "strain_2"), (told.bending_azimuth_deg, "bending_azimuth_deg"), (told.slide_mm, "slide_mm")]:
+        np.testing.assert_allclose(mine, taps[column], rtol=1e-5, atol=1e-9)
+    alone = vibrissa.strain(10, 4, 50, 5, 2, 21, 10, tilt=30, lean=10, second=True, full=True)
+    assert alone.strain_2 == pytest.approx(taps.strain_2[5], rel=1e-5)
+    assert np.isnan(vibrissa.strain(10, 4, 50, 5, 2, 21, 10, full=True).strain_2)
+    with pytest.raises(vibrissa.InputError) as caught:
+        vibrissa.strain(10, 4, 50, 5, 2, 21, 10, tilt=[0, 30], extension=True, contact={"coulomb": 0.3})
+    assert caught.value.key == "tilt"

@@ -21,7 +21,8 @@ from ._taps import _UNITS, columns as broadcast
 # Place of a warning about keywords, which have none.
 _OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
-_OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "theta", "delta")}
+_DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
+_OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
 
 
 def _warn(run: dict[str, Any]) -> None:
@@ -35,7 +36,7 @@ def _name(spec: Spec, name: str | None, command: str) -> str:
 
 
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
-    """Taps given one by one: their number, and seven columns."""
+    """Taps given one by one: their number, and seven columns, or nine with tilt and lean."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
         return None
     for section, keys in _OF_TUPLES.items():
@@ -50,6 +51,13 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
             given[key] = tuples[column]
         except (KeyError, IndexError, TypeError, ValueError):
             raise InputError(f"column {column} is missing", key="tuples", allowed=", ".join(wanted)) from None
+    directions = {}
+    for column, key in _DIRECTIONS.items():
+        try:
+            directions[key] = tuples[column]
+        except (KeyError, IndexError, TypeError, ValueError):
+            pass
+    given |= directions
     shape, n, flat = broadcast(given, _UNITS)
     if len(shape) > 1:
         raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {shape}")
@@ -57,6 +65,9 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=_UNITS[key])
+    if len(directions) == 1:
+        # What is missing is NaN, in its place.
+        flat.insert(8 if "tilt" in directions else 7, np.array([np.nan]))
     return n, flat
 
 
@@ -66,7 +77,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
 
     A value is a number, a list, a numpy array, a range, :func:`axis`, or :func:`samples`; all are crossed, the last fastest, in
-    the order D, d, L_a, x_ss, l, a, theta. Units are mm, degrees, MPa, N. Nothing is written.
+    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N. Nothing is written.
 
     >>> result = sweep(whisker=dict(D=10, d=[4, 7, 10], L_a=50), gauge=dict(x_ss=5, l=2),
     ...                tap=dict(a=range(21, 49, 3), theta=[0.5, *range(1, 11)]))
@@ -76,15 +87,15 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     Args:
         spec: path of a spec, or a dict of its sections; keywords go before what it says.
         whisker: ``D``, ``d``, ``L_a``; ``hub``.
-        gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``.
-        tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``.
+        gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``, ``second`` (a gauge 90° round the whisker).
+        tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``; ``tilt``, ``lean`` of the object's edge, degrees.
         model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``.
         estimate: ``theory``, ``convention``, ``range``, ``K``.
         output: ``tuples``, ``designs``, ``distances`` (which tables), ``top``, ``by``, ``per`` (the best rows only).
         run: ``backend`` ("auto": a hardware adapter, else a software one, else the CPU kernels), ``adapter``, ``precision``,
             ``tolerance``, ``threads``, ``model_error`` (effects that change strain less are left off).
         tuples: taps one by one instead of axes: a DataFrame or dict with D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm and theta_deg
-            (delta_mm), or ``{"file": path}``.
+            (delta_mm), perhaps tilt_deg and lean_deg, or ``{"file": path}``.
         name: name of the result in ``run``.
         progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
 

@@ -64,6 +64,12 @@ class Tap(NamedTuple):
     """Bits of :class:`Status`."""
     sticks: Any
     """Whether the contact sticks."""
+    strain_2: Any = float("nan")
+    """Strain of a second gauge, 90° round the whisker; with ``second=True``."""
+    bending_azimuth_deg: Any = float("nan")
+    """Azimuth φ of the plane in which the whisker bends, degrees; with ``second=True``, or a pole that is not upright."""
+    slide_mm: Any = float("nan")
+    """Slide λ of the contact along the object's edge, mm; likewise."""
 
     @property
     def K(self) -> Any:
@@ -72,7 +78,7 @@ class Tap(NamedTuple):
 
 
 _SECTION = {
-    "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "theory": "estimate",
+    "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "second": "gauge", "theory": "estimate",
     "backend": "run", "adapter": "run", "precision": "run", "tolerance": "run", "threads": "run",
 }
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
@@ -139,17 +145,18 @@ def columns(given: dict[str, Any], units: dict[str, str]) -> tuple[tuple[int, ..
 _UNITS = {
     "D": "numbers > 0, mm", "d": "numbers > 0, mm", "L_a": "numbers > 0, mm", "x_ss": "numbers ≥ 0, mm", "l": "numbers > 0, mm",
     "a": "numbers > 0 and ≤ L_a, mm", "theta": "numbers > 0 and < 90, degrees", "delta": "numbers > 0, mm",
+    "tilt": "numbers > −90 and < 90, degrees", "lean": "numbers > −90 and < 90, degrees",
 }
 
 
 @overload
 def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
-           delta: ArrayLike | None = None, full: Literal[False] = False, progress: Progress = None, **model: Any) -> Any: ...
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[False] = False, progress: Progress = None, **model: Any) -> Any: ...
 @overload
 def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
-           delta: ArrayLike | None = None, full: Literal[True], progress: Progress = None, **model: Any) -> Tap: ...
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[True], progress: Progress = None, **model: Any) -> Tap: ...
 def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *,
-           delta: Any = None, full: bool = False, progress: Progress = None, **model: Any) -> Any:
+           delta: Any = None, tilt: Any = 0.0, lean: Any = 0.0, full: bool = False, progress: Progress = None, **model: Any) -> Any:
     """Mean strain of the gauge when a whisker taps an object.
 
     Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape.
@@ -161,10 +168,12 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         a: contact distance, mm, 0 < a ≤ L_a.
         theta: tap angle, degrees, 0 < θ < 90; or
         delta: displacement of the object, mm.
+        tilt: turns the object's edge, and the contact, round the whisker's axis, degrees, between −90 and 90.
+        lean: leans the edge along the whisker, degrees, between −90 and 90.
         full: return a :class:`Tap` with forces, contact, K and ``status`` beside the strain.
         progress: True (a bar, if tqdm is installed) or a function of (taps done, taps).
         **model: keys of a spec's [model] (``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``,
-            ``contact``, ``material={"neo-hookean": 3.2}``), and ``hub``, ``side``, ``strain_limit``, ``theory``,
+            ``contact``, ``material={"neo-hookean": 3.2}``), and ``hub``, ``side``, ``second``, ``strain_limit``, ``theory``,
             ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f32"), ``tolerance`` (1e-5 in f32), ``threads``.
 
     Returns:
@@ -189,18 +198,21 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     else:
         name, drive = "theta", theta
     solver = _solver(model, name == "delta")
-    if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive)} <= _SCALARS:
+    upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
+    if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
         try:
-            one = solver.one(D, d, L_a, x_ss, l, a, drive)
+            one = solver.one(D, d, L_a, x_ss, l, a, drive, tilt, lean)
         except OverflowError as e:
             raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
-        return Tap(*one[:6], Status(one[6]), one[7]) if full else one[0]
+        return Tap(*one[:6], Status(one[6]), *one[7:]) if full else one[0]
     given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
+    if not upright:
+        given |= {"tilt": tilt, "lean": lean}
     shape, n, flat = columns(given, _UNITS)
     if n == 0:
         empty = np.empty(shape)
         words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
-        return Tap(empty, empty, empty, empty, empty, empty, words, sticks) if full else empty
+        return Tap(empty, empty, empty, empty, empty, empty, words, sticks, empty, empty, empty) if full else empty
     with shown(progress) as tell:
         found = solver.many(n, flat, full, tell)
     shaped: list[Any] = [x.reshape(shape) for x in found]

@@ -118,7 +118,7 @@ fn load(c: &Configuration, place: usize, p: &Place, settings: &Settings) -> Resu
     Evaluator::new(&few.setup, method).run(&few.designs, &few.tasks)?;
     // The CPU kernels read and write f64 whatever they compute in; a GPU is sent its own numbers.
     let word = if p.adapter.is_some() && p.precision == Precision::F32 { 4 } else { 8 };
-    let bytes = word * (Tap::<f32>::FIELDS.len() + Solution::<f32>::FIELDS.len());
+    let bytes = word * (Tap::<f32>::FIELDS.len() + Solution::<f32>::words(false));
     let operations = counter.total();
     let configuration = c.name;
     Ok(Load { configuration, place, tolerance, sweeps, counted: few.tasks.len(), operations, bytes, kernel })

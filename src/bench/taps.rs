@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::evaluate::Task;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Axis, Output, Setup, Space, Study};
+use crate::scene::{Axis, Output, Setup, Space, Study, Tuple};
 use crate::verify::configuration::{self, Configuration};
 
 /// Distances at which every whisker is tapped.
@@ -94,7 +94,7 @@ impl Taps {
         let mut tasks = Vec::with_capacity(layout.len() as usize);
         for (design, tuple) in (0..).zip(&tuples) {
             for i in 0..layout.n_distances {
-                tasks.push(Task { design, a: layout.distance(i), drive: layout.drive(tuple, 0) });
+                tasks.push(Task::of(design, &Tuple { a: layout.distance(i), ..layout.stroke(tuple, 0) }));
             }
         }
         let designs = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();

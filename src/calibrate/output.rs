@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::estimator::PAPER;
 use crate::locate::Locator;
 use crate::measure::Data;
-use crate::scene::{Setup, Side};
+use crate::scene::{Direction, Setup, Side};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
@@ -134,7 +134,14 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             fields(
                 &AtDrive::COLUMNS,
-                &AtDrive { design, drive: *drive, row: side.table.by_drive[j].figures(), unit },
+                &rig.setup,
+                &AtDrive {
+                    design,
+                    direction: Direction::UPRIGHT,
+                    drive: *drive,
+                    row: side.table.by_drive[j].figures(),
+                    unit,
+                },
                 &mut row,
             );
             let status = row.pop();
@@ -159,7 +166,8 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
         let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
-            fields(&AtDistance::COLUMNS, &AtDistance { design, a: *a, row: &by_distance[i], unit }, &mut row);
+            let at = AtDistance { design, a: *a, direction: Direction::UPRIGHT, row: &by_distance[i], unit };
+            fields(&AtDistance::COLUMNS, &rig.setup, &at, &mut row);
             let status = row.pop();
             row.push(Field::Word(side_name(side.gauge)));
             row.extend(status);

@@ -119,14 +119,8 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
         strain: ask.sign * c.signal,
         strain_linear: ask.sign * c.linear,
         deviation: (c.linear - c.signal) / c.signal,
-        normal_force: f64::NAN,
-        tangential_force: f64::NAN,
-        arc: f64::NAN,
-        sticking: false,
-        sweeps: 0.0,
-        interpolated: false,
-        referred: false,
         status: if beyond { Status::STRAIN_LIMIT } else { Status::OK },
+        ..Outcome::NOTHING
     }
 }
 

@@ -3,23 +3,25 @@
 use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, MIDDLE, Map, Quantity};
+use super::beside;
 use super::build::{Bound, Built, build, check_points};
 use super::taps::Taps;
+use crate::design::radians;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
 use crate::physics::{linear::shear_length2, onset::Grip, root::bracketed, taper::Taper};
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Drive, Material, Setup, Theory};
+use crate::scene::{Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
 /// What a chart holds of a tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// δ = ε/(θ f) − 1, f of the estimator's theory: 1/K − 1.
+    /// δ = ε/(θ f cos² β) − 1, f of the estimator's theory: 1/K − 1 of an upright pole.
     Strain,
     /// c/a − 1.
     Arc,
-    /// P over that of the linear theory, less 1.
+    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1.
     Force,
 }
 
@@ -50,12 +52,16 @@ const CHOICES: usize = 128;
 pub struct DistanceChart {
     /// a, mm.
     pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// g: the place of the gauge is that of x1 + g (x2 − x1).
     pub gauge_at: f64,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
     pub branches: Vec<Built<FUNCTIONS>>,
+    /// What is beside the first gauge's strain, where there is a second: functions of [`super::beside`], over a box of their own.
+    pub beside: Option<Built<FUNCTIONS>>,
     /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
     pub ratios: Vec<f64>,
     /// Largest error of the strain found where the contact chooses, relative; that of the series where it does not.
@@ -89,7 +95,17 @@ impl DistanceChart {
         (ranges, gauge_at): ([[f64; 2]; AXES], f64),
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        let power = power(setup);
+        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), (power(setup), tolerance))
+    }
+
+    /// The same against poles of a direction, over driveᵉ, e = `power`; `None` also where the contact of one that is not upright, or is told by
+    /// two gauges, has friction.
+    pub fn towards(
+        setup: &Setup,
+        (a, direction): (f64, Direction),
+        (ranges, gauge_at): ([[f64; 2]; AXES], f64),
+        (power, tolerance): (i32, f64),
+    ) -> Result<Option<Self>, SolveError> {
         let maps = [
             if power == 2 { Map::Square } else { Map::Linear },
             if gauge_at == MIDDLE { Map::Square } else { Map::Linear },
@@ -100,15 +116,32 @@ impl DistanceChart {
         let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
         let mut sweeps = Sweeps::default();
         let job = (power, tolerance);
+        if setup.gauge.second || !direction.is_upright() {
+            if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
+                return Ok(None);
+            }
+            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, &mut sweeps)? else {
+                return Ok(None);
+            };
+            let mut chart = Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps);
+            chart.direction = direction;
+            if setup.gauge.second {
+                let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
+                let (place, job) = ((a, gauge_at, direction), (power, error, solved(power, false)));
+                chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
+            }
+            return Ok(Some(chart).filter(|chart| chart.beside.is_some() == setup.gauge.second));
+        }
         let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, gauge_at, None), axes, job, &mut sweeps)? else {
+            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, &mut sweeps)? else {
                 return Ok(None);
             };
             return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
         };
         if mu == 0.0 {
             let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, gauge_at, frictionless), axes, job, &mut sweeps)? else {
+            let Some(built) = branch(setup, (a, gauge_at, direction, frictionless), axes, job, &mut sweeps)?
+            else {
                 return Ok(None);
             };
             return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
@@ -119,7 +152,8 @@ impl DistanceChart {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, gauge_at, grip), axes, job, &mut sweeps)? else {
+                let Some(built) = branch(setup, (a, gauge_at, direction, grip), axes, job, &mut sweeps)?
+                else {
                     return Ok(None);
                 };
                 if built.axes != axes {
@@ -150,7 +184,8 @@ impl DistanceChart {
         let error =
             |b: &Built<FUNCTIONS>| b.errors[0] * b.axes[Quantity::Drive as usize].range[1].powi(power);
         let error = branches.iter().map(error).fold(0.0, f64::max);
-        Self { a, gauge_at, power, branches, ratios, error, sweeps }
+        let (direction, beside) = (Direction::UPRIGHT, None);
+        Self { a, direction, gauge_at, power, branches, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -218,7 +253,7 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
 /// Box and series of taps at `a` mm held by `grip`.
 fn branch(
     setup: &Setup,
-    (a, gauge_at, grip): (f64, f64, Option<Grip>),
+    (a, gauge_at, direction, grip): (f64, f64, Direction, Option<Grip>),
     axes: [Axis; AXES],
     (power, tolerance): (i32, f64),
     sweeps: &mut Sweeps,
@@ -234,13 +269,9 @@ fn branch(
         Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
         Bound::of(10.0 * SHARE * tolerance / most),
     ];
-    // Where K → 1 at small drives the solutions must be good relative to K − 1.
-    let solved = match (power, chooses) {
-        (0, false) => 1e-8,
-        (0, true) => 1e-9,
-        _ => 1e-10,
-    };
-    let mut taps = Taps::new(setup, a, gauge_at, grip, solved);
+    let mut taps = Taps::new(setup, a, gauge_at, grip, solved(power, chooses)).towards(direction);
+    let cos = radians(direction)[0].cos();
+    let spatial = setup.gauge.second || !direction.is_upright();
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let bad =
             [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
@@ -249,7 +280,11 @@ fn branch(
         }
         let scale = q[Quantity::Drive as usize].powi(power);
         let linear = linear_force(setup, a, q);
-        let values = [-o.deviation / (1.0 + o.deviation), o.arc / a - 1.0, o.normal_force / linear - 1.0];
+        let strain = match spatial {
+            true => o.strain / (o.strain_linear * cos * cos) - 1.0,
+            false => -o.deviation / (1.0 + o.deviation),
+        };
+        let values = [strain, o.arc / a - 1.0, o.normal_force / (linear * cos) - 1.0];
         Some(values.map(|v| v / scale)).filter(|v| v.iter().all(|v| v.is_finite()))
     };
     let built = build(axes, &bounds, &mut |q| {
@@ -258,6 +293,15 @@ fn branch(
     })?;
     sweeps.merge(&taps.sweeps);
     Ok(built)
+}
+
+/// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.
+fn solved(power: i32, chooses: bool) -> f64 {
+    match (power, chooses) {
+        (0, false) => 1e-8,
+        (0, true) => 1e-9,
+        _ => 1e-10,
+    }
 }
 
 /// P of the linear theory, with shear where the model has it, N.

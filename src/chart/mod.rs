@@ -18,6 +18,7 @@
 
 pub mod adaptive;
 pub mod axis;
+pub mod beside;
 pub mod build;
 pub mod distance;
 pub mod document;
@@ -32,7 +33,7 @@ pub mod series;
 pub mod taps;
 
 use crate::error::{Error, InputError};
-use crate::scene::{Layout, Study};
+use crate::scene::{Direction, Layout, Study};
 
 /// Tolerance of a chart where nothing is said: that of single precision.
 pub const TOLERANCE: f64 = 1e-5;
@@ -50,9 +51,12 @@ fn layout(study: &Study) -> Result<Layout, InputError> {
 /// The distances of `study`, mm, each of which has its chart.
 ///
 /// # Errors
-/// Tuples that are listed; more than 64 distances.
+/// Tuples that are listed; more than 64 distances; poles that are not upright.
 pub fn distances(study: &Study) -> Result<Vec<f64>, InputError> {
     let layout = layout(study)?;
+    if !layout.is_upright() {
+        return Err(refused("a chart is written of upright poles", "tap.tilt", "tilt = 0 and lean = 0"));
+    }
     if layout.n_distances > reader::MOST_DISTANCES as u64 {
         let error = refused("each distance has its chart", "tap.a", "64 distances at most");
         return Err(error.value(layout.n_distances));
@@ -66,7 +70,10 @@ pub fn distances(study: &Study) -> Result<Vec<f64>, InputError> {
 /// As [`distances`]; a model that has no chart anywhere; a backend that fails.
 pub fn of_study(study: &Study, tolerance: f64) -> Result<Vec<distance::DistanceChart>, Error> {
     let wanted = ranges::Wanted::of(&layout(study)?);
-    let found = reader::charts(&study.setup, &distances(study)?, &wanted, tolerance)?;
+    // The document holds what the first gauge shows.
+    let mut setup = study.setup.clone();
+    setup.gauge.second = false;
+    let found = reader::charts(&setup, (&distances(study)?, &[Direction::UPRIGHT]), &wanted, tolerance)?;
     if found.is_empty() {
         let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
         return Err(

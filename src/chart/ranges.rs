@@ -4,7 +4,7 @@ use super::axis::{AXES, MIDDLE, NEAR_END};
 use crate::design::amount;
 use crate::physics::taper::Taper;
 use crate::plan::Layout;
-use crate::scene::{Drive, Setup};
+use crate::scene::{Column, Drive, Setup};
 
 /// Largest x2/a of a charted tap: nearer contacts are solved.
 pub const NEAREST: f64 = 0.9;
@@ -33,8 +33,8 @@ pub struct Wanted {
 impl Wanted {
     /// Of the designs of `layout`.
     pub fn of(layout: &Layout) -> Self {
-        let drive = layout.drives().map_or(layout.bounds(6), |axis| [axis.min(), axis.max()]);
-        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(k));
+        let drive = layout.bounds(Column::Drive);
+        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(Column::ALL[k]));
         Self { D: base, d: tip, L_a: length, x_ss, l: grid, drive }
     }
 

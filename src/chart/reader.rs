@@ -3,16 +3,16 @@
 use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
-use super::distance::{DistanceChart, linear_force};
+use super::distance::{DistanceChart, linear_force, power};
 use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled};
 use super::scope::Summary;
-use crate::design::{Design, amount};
+use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Task, told};
 use crate::kernel::Effects;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Drive, Geometry, Setup};
+use crate::scene::{Contact, Direction, Drive, Geometry, Setup};
 
 /// Taps below which charts do not pay.
 pub const LEAST_TAPS: u64 = 1 << 17;
@@ -28,6 +28,8 @@ const GRAIN: usize = 4096;
 pub struct Reader {
     charts: Vec<DistanceChart>,
     readings: Readings,
+    /// The functions beside the first gauge's, of the same charts; empty without a second gauge.
+    beside: (Vec<DistanceChart>, Option<Readings>),
     contact: Contact,
     kind: Drive,
 }
@@ -41,15 +43,29 @@ impl Reader {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read.
+        Self::towards(setup, (distances, &[Direction::UPRIGHT]), wanted, tolerance)
+    }
+
+    /// The same against poles of some directions.
+    pub fn towards(
+        setup: &Setup,
+        (distances, directions): (&[f64], &[Direction]),
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<Option<Self>, SolveError> {
+        // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read, in one plane.
         let sticks = setup.model.contact == Contact::Stick;
-        if sticks || Effects::new(&setup.model, setup.gauge.side, sticks).plain() {
+        let planar = !setup.gauge.second && directions.iter().all(|d| d.is_upright());
+        if sticks || planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain() {
             return Ok(None);
         }
-        let charts = charts(setup, distances, wanted, tolerance)?;
+        let charts = charts(setup, (distances, directions), wanted, tolerance)?;
         let readings = Readings::new(&charts, setup.drive);
+        let besides: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
+        let of_besides = (!besides.is_empty()).then(|| Readings::new(&besides, setup.drive));
         let (contact, kind) = (setup.model.contact, setup.drive);
-        Ok((!charts.is_empty()).then_some(Self { charts, readings, contact, kind }))
+        let beside = (besides, of_besides);
+        Ok((!charts.is_empty()).then_some(Self { charts, readings, beside, contact, kind }))
     }
 
     /// The charts.
@@ -74,21 +90,29 @@ impl Reader {
         let part = |tasks: &[Task]| {
             let mut out = vec![None; tasks.len()];
             let (mut places, mut taps, mut found) = (Vec::new(), Vec::new(), Vec::new());
+            let mut found_beside = Vec::new();
             for (i, chart) in self.charts.iter().enumerate() {
                 places.clear();
                 taps.clear();
                 found.clear();
+                found_beside.clear();
+                let also = self.beside.0.get(i);
                 for (place, task) in tasks.iter().enumerate() {
-                    let Some(numbers) = self.numbers(setup, chart, designs, task) else { continue };
+                    let Some(numbers) = self.numbers(setup, (chart, also), designs, task) else { continue };
                     places.push(place);
                     taps.push(numbers);
                 }
                 self.readings.read(i, &taps, &mut found);
-                for ((place, read), q) in places.iter().zip(&found).zip(&taps) {
+                if let Some(beside) = &self.beside.1 {
+                    beside.read(i, &taps, &mut found_beside);
+                }
+                let cos = radians(chart.direction)[0].cos();
+                for (k, ((place, read), q)) in places.iter().zip(&found).zip(&taps).enumerate() {
                     let task = &tasks[*place];
                     let mut mm = *q;
                     mm[0] /= if factors(setup.drive, chart.a)[0] == 1.0 { 1.0 } else { chart.a };
-                    let force = linear_force(setup, chart.a, &mm) * (1.0 + f64::from(read.functions[2]));
+                    let force =
+                        linear_force(setup, chart.a, &mm) * cos * (1.0 + f64::from(read.functions[2]));
                     let friction = match self.contact {
                         Contact::Coulomb(mu) if mu != 0.0 => f64::from(read.share) * mu,
                         _ => 0.0,
@@ -96,7 +120,9 @@ impl Reader {
                     let sticking = friction != 0.0 && read.share.abs() < 1.0;
                     let design = &designs[task.design as usize];
                     let [strain, arc, _] = read.functions.map(f64::from);
-                    out[*place] = told(setup, design, task, [strain, arc, force, friction], sticking);
+                    let beside = found_beside.get(k).map(|read| read.functions.map(f64::from));
+                    out[*place] =
+                        told(setup, design, task, ([strain, arc, force, friction], beside), sticking);
                 }
             }
             out
@@ -104,16 +130,16 @@ impl Reader {
         tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
     }
 
-    /// Quantities of `task`, the drive in rad or mm, if it is at the distance of `chart` and within it.
+    /// Quantities of `task`, the drive in rad or mm, if it is at the distance and direction of `chart` and within it, and within what `also` is read.
     fn numbers(
         &self,
         setup: &Setup,
-        chart: &DistanceChart,
+        (chart, also): (&DistanceChart, Option<&DistanceChart>),
         designs: &[Design],
         task: &Task,
     ) -> Option<[f64; AXES]> {
         let a = chart.a;
-        if task.a != a {
+        if task.a != a || task.direction != chart.direction || also.is_some() != setup.gauge.second {
             return None;
         }
         let design = &designs[task.design as usize];
@@ -123,29 +149,38 @@ impl Reader {
         let place = (x1 + chart.gauge_at * (x2 - x1)) / a;
         let q = [drive, (x2 - x1) / a, design.tuple.D / a, shared.taper.tau * a, place];
         let scale = factors(setup.drive, a)[Quantity::Drive as usize];
-        let inside = chart.axes().iter().zip(q).enumerate().all(|(k, (axis, q))| {
-            holds(axis.range, if k == Quantity::Drive as usize { q * scale } else { q })
-        });
-        inside.then_some(q)
+        let inside = |chart: &DistanceChart| {
+            chart.axes().iter().zip(q).enumerate().all(|(k, (axis, q))| {
+                holds(axis.range, if k == Quantity::Drive as usize { q * scale } else { q })
+            })
+        };
+        (inside(chart) && also.is_none_or(inside)).then_some(q)
     }
 }
 
-/// Charts of `setup` at `distances` mm for whiskers as `wanted`, their strain good to a tenth of `tolerance`: those that there are.
+/// Charts of `setup` at `distances` mm, against poles of each of `directions`, for whiskers as `wanted`, their strain good to a tenth of
+/// `tolerance`: those that there are.
 pub fn charts(
     setup: &Setup,
-    distances: &[f64],
+    (distances, directions): (&[f64], &[Direction]),
     wanted: &Wanted,
     tolerance: f64,
 ) -> Result<Vec<DistanceChart>, SolveError> {
-    if setup.model.geometry != Geometry::Exact || distances.len() > MOST_DISTANCES {
+    if setup.model.geometry != Geometry::Exact || distances.len() * directions.len() > MOST_DISTANCES {
         return Ok(Vec::new());
     }
     let far = distances.iter().copied().fold(0.0, f64::max);
-    let chart = |a: &f64| {
+    // A lean tells the sign of the drive.
+    let leans = directions.iter().any(|direction| direction.lean != 0.0);
+    let power = if leans { power(setup).min(1) } else { power(setup) };
+    let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, at)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
-        DistanceChart::new(setup, *a, (scaled(setup.drive, &ranges, *a), at), tolerance)
+        let ranges = scaled(setup.drive, &ranges, *a);
+        DistanceChart::towards(setup, (*a, *direction), (ranges, at), (power, tolerance))
     };
+    let places: Vec<(f64, Direction)> =
+        distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();
     let charts: Vec<Option<DistanceChart>> =
-        distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
+        places.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
     Ok(charts.into_iter().flatten().collect())
 }

@@ -77,10 +77,11 @@ impl Summary {
     }
 }
 
-/// Whether rows of `setup` can be read from charts: distances told by a theory, and the given K, if any, the same of all designs.
+/// Whether rows of `setup` can be read from charts: one gauge, distances told by a theory, and the given K, if any, the same of all designs.
 fn charted(setup: &Setup) -> bool {
     let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
-    setup.model.geometry == Geometry::Exact && setup.estimate.theory != Theory::Exact && !unit
+    let exact = setup.model.geometry == Geometry::Exact;
+    exact && setup.estimate.theory != Theory::Exact && !unit && !setup.gauge.second
 }
 
 /// Everything that the designs of a sweep share.
@@ -111,7 +112,7 @@ impl Scope {
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let sizes = (2..=MOST_DISTANCES).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        charted(setup) && ranked && sizes && layout.len() >= LEAST_TAPS && few
+        charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
@@ -211,7 +212,9 @@ impl Scope {
             self.within[Quantity::Drive as usize][0]
         };
         let numbers = [drive, x2 - x1, t.D, taper.tau, x1 + self.gauge_at * (x2 - x1)];
-        let inside = self.within.iter().zip(numbers).all(|(range, number)| holds(*range, number));
+        // Rows are those of upright poles; a design may leave it to its strokes.
+        let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
+        let inside = !tilted && self.within.iter().zip(numbers).all(|(range, number)| holds(*range, number));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }
 

@@ -14,7 +14,7 @@ use crate::physics::{
     taper::Taper,
 };
 use crate::reduce::Sweeps;
-use crate::scene::{Drive, Precision, Setup, Theory, Tuple};
+use crate::scene::{Direction, Drive, Precision, Setup, Theory, Tuple};
 
 /// Solves taps at one distance for what a chart holds.
 pub struct Taps<'a> {
@@ -26,6 +26,7 @@ pub struct Taps<'a> {
     gauge_at: f64,
     /// What holds the contact; none where the model says.
     grip: Option<Grip>,
+    direction: Direction,
     /// Spent on them.
     pub sweeps: Sweeps,
 }
@@ -35,7 +36,13 @@ impl<'a> Taps<'a> {
     pub fn new(setup: &'a Setup, a: f64, gauge_at: f64, grip: Option<Grip>, tolerance: f64) -> Self {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
-        Self { setup, evaluator: Evaluator::new(setup, method), a, gauge_at, grip, sweeps: Sweeps::default() }
+        let (evaluator, sweeps) = (Evaluator::new(setup, method), Sweeps::default());
+        Self { setup, evaluator, a, gauge_at, grip, direction: Direction::UPRIGHT, sweeps }
+    }
+
+    /// Against poles of `direction`.
+    pub fn towards(self, direction: Direction) -> Self {
+        Self { direction, ..self }
     }
 
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
@@ -48,7 +55,7 @@ impl<'a> Taps<'a> {
                 Drive::Angle => drive.to_degrees(),
                 Drive::Displacement => drive * self.a,
             };
-            Task { design, a: self.a, drive }
+            Task { design, a: self.a, direction: self.direction, drive }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {
@@ -75,8 +82,16 @@ fn design(setup: &Setup, a: f64, gauge_at: f64, q: &[f64; AXES]) -> Design {
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
     let bare = Inverse::new(curve(0.0));
-    let tuple =
-        Tuple { D, d, L_a, x_ss: gauge[0], l: width / taper.cos_alpha(), a: f64::NAN, drive: f64::NAN };
+    let tuple = Tuple {
+        D,
+        d,
+        L_a,
+        x_ss: gauge[0],
+        l: width / taper.cos_alpha(),
+        a: f64::NAN,
+        drive: f64::NAN,
+        ..Tuple::default()
+    };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
     Design { tuple, shared: Some(Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory }) }
 }

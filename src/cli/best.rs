@@ -27,23 +27,28 @@ pub fn table(spec: &Spec, report: &Report) -> String {
     };
     let (shown, ranked) = (report.highlights.len(), grouped(report.ranked));
     let mut text = format!("best {shown} of {ranked} {what} by {}:\n", by.name());
-    let _ = write!(
-        text,
-        "  {:>8} {:>8} {:>8} {:>8} {:>6} {symbol:>8}   {:>10}",
-        "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "K_mean"
-    );
+    let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm");
+    let shown = spec.study.setup.directions;
+    let angles = [(shown.tilt, "tilt"), (shown.lean, "lean")];
+    angles.iter().filter(|(shown, _)| *shown).for_each(|(_, name)| text += &format!(" {name:>8}"));
+    let _ = write!(text, " {symbol:>8}   {:>10}", "K_mean");
     columns.iter().for_each(|column| text += &format!(" {:>12}", column.name()));
     text.push('\n');
     for k in &report.highlights {
         let d = &k.design;
-        let drive = format!("{:.4}", k.drive);
-        let drive = format!("{}{unit}", drive.trim_end_matches('0').trim_end_matches('.'));
+        let short = |x: f64| {
+            let x = format!("{x:.4}");
+            x.trim_end_matches('0').trim_end_matches('.').to_owned()
+        };
+        let drive = format!("{}{unit}", short(k.drive));
         let mean = k.row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
-        let _ = write!(
-            text,
-            "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3} {drive:>8}   {mean:>10}",
-            d.D, d.d, d.L_a, d.x_ss, d.l
-        );
+        let _ = write!(text, "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3}", d.D, d.d, d.L_a, d.x_ss, d.l);
+        for (_, angle) in
+            [(shown.tilt, k.direction.tilt), (shown.lean, k.direction.lean)].iter().filter(|x| x.0)
+        {
+            text += &format!(" {:>8}", short(*angle) + "°");
+        }
+        let _ = write!(text, " {drive:>8}   {mean:>10}");
         columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
         text.push('\n');
     }

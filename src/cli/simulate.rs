@@ -6,8 +6,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Rig, Unit};
-use vibrissa::scene::Column;
-use vibrissa::simulate::{self, Settings};
+use vibrissa::simulate::{self, Asked, Settings};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::spec;
@@ -26,10 +25,9 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
-    let axes = [Column::Distance, Column::Drive]
-        .map(|column| spec.study.space.axis(column).expect("a rig has axes"));
-    let [distances, drives] = axes;
-    let taps = distances.len().saturating_mul(drives.len()).saturating_mul(settings.repeats);
+    let layout = spec.study.space.layout().expect("a rig has axes");
+    let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
+    let taps = layout.len().saturating_mul(settings.repeats);
     if taps >= 1 << 32 {
         let error =
             InputError::new("these are too many taps for one file").key("--repeats").value(settings.repeats);
@@ -57,7 +55,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
     let method = opener(&options)(&rig.setup.model)?;
     let mut file = folder.file("measurements.csv")?;
-    let counts = simulate::simulate(&rig, axes, &settings, method, &mut |bytes| file.write(bytes))?;
+    let counts = simulate::simulate(&rig, asked, &settings, method, &mut |bytes| file.write(bytes))?;
     file.close()?;
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });

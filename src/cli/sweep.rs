@@ -240,6 +240,14 @@ fn row(spec: &Spec, k: &Kept) -> Value {
         "force_max_N": k.row.force_max,
         "status": k.row.status.to_string(),
     });
+    let shown = spec.study.setup.directions;
+    for (column, angle, shown) in
+        [("tilt_deg", k.direction.tilt, shown.tilt), ("lean_deg", k.direction.lean, shown.lean)]
+    {
+        if shown {
+            value[column] = angle.into();
+        }
+    }
     value[spec.study.setup.drive.column()] = k.drive.into();
     let unit = if spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation {
         "_mm"

@@ -32,7 +32,7 @@ impl<'a> Guard<'a> {
         let doubtful = |i: &usize| {
             let tap = &outcomes[*i];
             let design = &designs[tasks[*i].design as usize];
-            doubts(self.setup, design, (tap.strain, tap.arc, tap.status), self.margin)
+            doubts(self.setup, design, (tap.magnitude(), tap.arc, tap.status), self.margin)
         };
         let places: Vec<usize> = (0..tasks.len()).filter(doubtful).collect();
         let whisker = |i: &usize| Design::new(self.setup, designs[tasks[*i].design as usize].tuple);

@@ -3,6 +3,7 @@
 mod guard;
 mod outcome;
 mod solve;
+mod tilted;
 
 use std::sync::{Arc, LazyLock};
 
@@ -14,8 +15,7 @@ use crate::error::SolveError;
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::reduce::Sweeps;
-use crate::scene::Layout;
-use crate::scene::{Contact, Geometry, Setup};
+use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
 use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
 pub use guard::{Guard, doubts};
@@ -25,14 +25,28 @@ pub use solve::foreseen;
 use solve::{Solved, frame};
 
 /// One tap of one design of a batch.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Task {
     /// Place of the design in the batch.
     pub design: u32,
     /// Contact distance, mm.
     pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
+}
+
+impl Task {
+    /// The tap `t` of the design at place `design` of the batch.
+    pub fn of(design: u32, t: &Tuple) -> Self {
+        Self { design, a: t.a, direction: t.direction(), drive: t.drive }
+    }
+
+    /// Whether the plane of bending is asked for: a pole that is not upright, or a second gauge.
+    fn is_spatial(&self, setup: &Setup) -> bool {
+        setup.gauge.second || !self.direction.is_upright()
+    }
 }
 
 /// What a tap gives; NaN where there is no value.
@@ -40,6 +54,8 @@ pub struct Task {
 pub struct Outcome {
     /// Signed gauge strain.
     pub strain: f64,
+    /// Signed strain of the second gauge; NaN without one.
+    pub strain_2: f64,
     /// Signed strain of the estimator's theory, ±θ f.
     pub strain_linear: f64,
     /// K − 1 at full relative precision.
@@ -50,6 +66,10 @@ pub struct Outcome {
     pub tangential_force: f64,
     /// c, mm.
     pub arc: f64,
+    /// Azimuth φ of the plane in which the whisker bends, rad; NaN where it is not asked for.
+    pub azimuth: f64,
+    /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
+    pub slide: f64,
     /// Whether the contact sticks.
     pub sticking: bool,
     /// Kernel sweeps spent.
@@ -63,14 +83,27 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Size of the strain: of both gauges, where there are two.
+    pub fn magnitude(&self) -> f64 {
+        if self.strain_2.is_nan() { self.strain.abs() } else { self.strain.hypot(self.strain_2) }
+    }
+
+    /// cos β̂, where tan β̂ = ε₂/ε₁; 1 of one gauge.
+    pub fn cosine(&self) -> f64 {
+        if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.magnitude() }
+    }
+
     /// No values, and nothing to say about them.
     pub const NOTHING: Self = Self {
         strain: f64::NAN,
+        strain_2: f64::NAN,
         strain_linear: f64::NAN,
         deviation: f64::NAN,
         normal_force: f64::NAN,
         tangential_force: f64::NAN,
         arc: f64::NAN,
+        azimuth: f64::NAN,
+        slide: f64::NAN,
         sticking: false,
         sweeps: 0.0,
         interpolated: false,
@@ -86,6 +119,8 @@ pub struct Evaluator<'a> {
     taps: Vec<Tap<f64>>,
     solutions: Vec<Solution<f64>>,
     sweeps: Sweeps,
+    /// Whether kernels tell the plane of bending too: while taps are solved that ask for it.
+    spatial: bool,
     /// Taps that may still be left to the reference.
     spare: usize,
     /// Read in place of solved, where that is enough.
@@ -118,6 +153,7 @@ impl<'a> Evaluator<'a> {
             taps: Vec::new(),
             solutions: Vec::new(),
             sweeps: Sweeps::default(),
+            spatial: false,
             spare: usize::MAX,
             reader: None,
             guard: None,
@@ -232,10 +268,24 @@ impl<'a> Evaluator<'a> {
         let outcomes = if self.needs_no_kernel() {
             tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect()
         } else {
-            let solved = self.solutions(designs, tasks)?;
+            let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
         };
         self.mend(designs, tasks, outcomes)
+    }
+
+    /// [`Self::solutions`] of taps of any direction.
+    fn solutions_anywhere(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
+        let setup = self.setup;
+        if tasks.iter().any(|task| task.is_spatial(setup)) {
+            self.spatial_solutions(designs, tasks)
+        } else {
+            self.solutions(designs, tasks)
+        }
     }
 
     /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them.
@@ -264,7 +314,7 @@ impl<'a> Evaluator<'a> {
         if self.needs_no_kernel() {
             return self.run(designs, tasks);
         }
-        let solved = self.solutions(designs, tasks)?;
+        let solved = self.solutions_anywhere(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
@@ -276,10 +326,10 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
-        if self.needs_no_kernel() {
+        let setup = self.setup;
+        if self.needs_no_kernel() || tasks.iter().any(|task| task.is_spatial(setup)) {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
-        let setup = self.setup;
         let ways = DriveAxis::ways(drives);
         let tolerance = self.tolerance();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
@@ -375,7 +425,7 @@ fn over_drives(
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(setup, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true })
+        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true, plane: None })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

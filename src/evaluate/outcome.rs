@@ -1,8 +1,9 @@
 //! From solutions to outcomes: values in users' units, and the statuses of the physics.
 
-use super::solve::Solved;
+use super::solve::{Plane, Solved};
 use super::{Outcome, Task};
-use crate::design::{Design, Shared, amount};
+use crate::chart::beside;
+use crate::design::{Design, Shared, amount, radians};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem};
 use crate::scene::{Geometry, Setup, Side};
@@ -16,12 +17,11 @@ pub(super) fn fast(
     task: &Task,
     solved: Option<&Solved>,
 ) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
-    else {
+    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some(Solved { frame, solution, grip, interpolated, .. }) =
+    let Some(Solved { frame, solution, grip, interpolated, plane, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
@@ -31,9 +31,24 @@ pub(super) fn fast(
     let response = frame.response(solution);
     // K = θ f/ε and ε = ε₀ (1 + δ): the ratio of two closed forms in f64, then the kernel's δ.
     let ratio = linear / frame.tap().strain - 1.0;
+    let planar = (ratio - response.deviation) / (1.0 + response.deviation);
+    let (strain, deviation, beside) = match plane {
+        None => (response.strain, planar, None),
+        Some(plane) => {
+            // Positive as on the contact side, as is the strain.
+            let axial = sign(setup) * response.axial;
+            let bending = response.strain - axial;
+            let (sin, cos) = plane.azimuth.sin_cos();
+            let in_plane = plane.azimuth == 0.0;
+            let strain = if in_plane { response.strain } else { axial + bending * cos };
+            let deviation = if in_plane { planar } else { linear / strain - 1.0 };
+            (strain, deviation, Some(Beside { strain_2: axial + bending * sin, plane: *plane }))
+        }
+    };
     let found = Found {
-        strain: response.strain,
-        deviation: (ratio - response.deviation) / (1.0 + response.deviation),
+        strain,
+        deviation,
+        beside,
         normal: response.normal,
         tangential: response.tangential,
         arc: response.arc,
@@ -43,19 +58,34 @@ pub(super) fn fast(
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
 }
 
-/// What a chart says of a tap: δ = ε/(θ f) − 1, c/a − 1, P (N) and T/P. `None` of a design that is no whisker.
+/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what its functions [`beside`](crate::chart::beside)
+/// are. `None` of a design that is no whisker.
 pub fn told(
     setup: &Setup,
     design: &Design,
     task: &Task,
-    [strain, arc, normal, friction]: [f64; 4],
+    ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
     let shared = design.shared.as_ref()?;
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let (share, deviation) = match task.direction.is_upright() {
+        true => (1.0, -strain / (1.0 + strain)),
+        false => {
+            let share = radians(task.direction)[0].cos().powi(2);
+            (share, 1.0 / (share + share * strain) - 1.0)
+        }
+    };
+    let beside = beside.map(|found| {
+        let [strain_2, azimuth, slide] =
+            std::array::from_fn(|f| beside::linear(task.direction)[f] + found[f]);
+        let path = amount(setup.drive, task.drive) * beside::path(setup, task.a);
+        Beside { strain_2: linear * strain_2, plane: Plane { azimuth, slide: path * slide } }
+    });
     let found = Found {
-        strain: linear + linear * strain,
-        deviation: -strain / (1.0 + strain),
+        strain: share * (linear + linear * strain),
+        beside,
+        deviation,
         normal,
         tangential: friction * normal,
         arc: task.a + task.a * arc,
@@ -73,8 +103,7 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 
 /// What the reference says of a tap, or where the geometry is linear, the closed forms.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
-    let Some(shared) = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))
-    else {
+    let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let amount = amount(setup.drive, task.drive);
@@ -83,7 +112,10 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         let strain = amount * shared.model.value(task.a);
         let deviation = theories_apart(shared, task);
         let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
-        let found = Found { strain, deviation, normal, tangential: 0.0, arc: task.a, sticking: false };
+        let beside = None;
+        let upright =
+            Found { strain, deviation, normal, beside, tangential: 0.0, arc: task.a, sticking: false };
+        let found = if task.is_spatial(setup) { upright.tilted(setup, task, amount) } else { upright };
         return outcome(setup, design, shared, task, linear, found);
     }
     let problem = RodProblem {
@@ -96,10 +128,19 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         amount,
         model: &setup.model,
     };
-    match problem.solve() {
-        Ok(tap) => {
+    let solved = if task.is_spatial(setup) {
+        problem.solve_tilted(radians(task.direction)).map(|one| {
+            let plane = Plane { azimuth: one.azimuth, slide: one.slide };
+            (one.tap, Some(Beside { strain_2: sign(setup) * one.strain_2, plane }))
+        })
+    } else {
+        problem.solve().map(|tap| (tap, None))
+    };
+    match solved {
+        Ok((tap, beside)) => {
             let found = Found {
                 strain: sign(setup) * tap.strain,
+                beside,
                 deviation: linear / (sign(setup) * tap.strain) - 1.0,
                 normal: tap.normal_force,
                 tangential: tap.tangential_force,
@@ -116,11 +157,36 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
 /// A solved tap before its status is known; strain as on the contact side.
 struct Found {
     strain: f64,
+    /// θ f/ε − 1 of the first gauge.
     deviation: f64,
+    beside: Option<Beside>,
     normal: f64,
     tangential: f64,
     arc: f64,
     sticking: bool,
+}
+
+/// What is told of a tap where the plane of bending is asked for; strain as on the contact side.
+struct Beside {
+    strain_2: f64,
+    plane: Plane,
+}
+
+impl Found {
+    /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
+    fn tilted(self, setup: &Setup, task: &Task, amount: f64) -> Self {
+        let cos = radians(task.direction)[0].cos();
+        let [strain_2, azimuth, slide] = beside::linear(task.direction);
+        let plane = Plane { azimuth, slide: amount * beside::path(setup, task.a) * slide };
+        let t2 = azimuth.tan().powi(2);
+        Self {
+            strain: self.strain * cos * cos,
+            deviation: self.deviation + t2 + self.deviation * t2,
+            beside: Some(Beside { strain_2: self.strain * strain_2, plane }),
+            normal: self.normal * cos,
+            ..self
+        }
+    }
 }
 
 fn sign(setup: &Setup) -> f64 {
@@ -128,6 +194,11 @@ fn sign(setup: &Setup) -> f64 {
         Side::Contact => 1.0,
         Side::Far => -1.0,
     }
+}
+
+/// Whether a tap lies in the domain.
+fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
+    design.admits(setup.drive, task.a, task.drive) && task.direction.is_valid()
 }
 
 /// No values but the linear theory's.
@@ -154,16 +225,31 @@ fn outcome(
         status |= Status::SLIPPED_OFF;
     }
     let strain = if no_strain { 0.0 } else { found.strain };
-    if strain.abs() > setup.gauge.strain_limit {
+    let second = found.beside.as_ref().filter(|_| setup.gauge.second);
+    let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
+    if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > setup.gauge.strain_limit {
         status |= Status::STRAIN_LIMIT;
     }
+    // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
+    let deviation = match strain_2 {
+        _ if no_strain => f64::NAN,
+        None => found.deviation,
+        Some(strain_2) => {
+            let t2 = (strain_2 / strain).powi(2);
+            (found.deviation - t2) / (1.0 + t2)
+        }
+    };
+    let plane = found.beside.map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
     Outcome {
         strain: sign(setup) * strain + 0.0,
+        strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
         strain_linear: sign(setup) * linear + 0.0,
-        deviation: if no_strain { f64::NAN } else { found.deviation },
+        deviation,
         normal_force: found.normal,
         tangential_force: found.tangential,
         arc: found.arc,
+        azimuth: plane.azimuth,
+        slide: plane.slide,
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,

@@ -37,6 +37,17 @@ pub(super) struct Solved {
     pub sweeps: f64,
     /// Read from solutions at other drives.
     pub interpolated: bool,
+    /// The plane in which the rod bends, where it is asked for.
+    pub plane: Option<Plane>,
+}
+
+/// The plane in which the rod bends.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Plane {
+    /// φ, rad.
+    pub azimuth: f64,
+    /// λ, mm.
+    pub slide: f64,
 }
 
 impl Evaluator<'_> {
@@ -68,7 +79,7 @@ impl Evaluator<'_> {
     }
 
     /// Solutions of `frames`, where there are any.
-    fn solve_framed(
+    pub(super) fn solve_framed(
         &mut self,
         frames: &[Option<Frame>],
         grip: &(dyn Fn(usize) -> Grip + Sync),
@@ -83,11 +94,14 @@ impl Evaluator<'_> {
         self.taps.clear();
         self.taps.extend(frames.iter().flatten().map(|frame| *frame.tap()));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
+        let effects = Effects { spatial: self.spatial, ..effects };
+        let plane = self.spatial.then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let mut solutions = self.solutions.iter();
         let solved = |(i, frame): (usize, &Option<Frame>)| {
             let (frame, solution) = ((*frame)?, *solutions.next()?);
-            Some(Solved { frame, solution, grip: grip(i), sweeps: solution.sweeps, interpolated: false })
+            let (grip, sweeps) = (grip(i), solution.sweeps);
+            Some(Solved { frame, solution, grip, sweeps, interpolated: false, plane })
         };
         Ok(frames.iter().enumerate().map(solved).collect())
     }

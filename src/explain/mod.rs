@@ -9,12 +9,12 @@ mod sample;
 mod switch;
 
 pub use sample::{LIMIT, Sample};
-pub use switch::{Effect, FRICTION, HUB, POLE_RADIUS, Pair, Setting, Switch, without};
+pub use switch::{Aim, Effect, FRICTION, HUB, LEAN, POLE_RADIUS, Pair, Setting, Switch, TILT, without};
 
 use crate::backend::Choice;
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Outcome};
+use crate::evaluate::{Evaluator, Outcome, Task};
 use crate::reduce::Spread;
 use crate::scene::{Setup, Study, Tuple};
 use crate::status::Status;
@@ -87,7 +87,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     let Study { setup, .. } = study;
     let sample = Sample::new(study)?;
     let mut bench = Bench { setup: setup.clone(), choice, sample: &sample, known: Vec::new() };
-    let said = Setting::of(setup);
+    let said = Setting::of(setup).asked(&sample.tasks);
     let mut effects = Vec::new();
     for effect in Effect::ALL {
         let switch = Switch::new(effect, &said, setup.drive);
@@ -97,7 +97,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         };
         effects.push(Explained { switch, change });
     }
-    let in_model = |e: &&Explained| e.switch.on == Some(true) && e.switch.effect != Effect::Hub;
+    let in_model = |e: &&Explained| e.switch.on == Some(true) && !e.switch.effect.is_of_rig();
     let linear = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
         _ => bench.compare(&said, &said.linear())?,
@@ -141,7 +141,8 @@ impl Bench<'_> {
         setup.gauge.side = setting.side;
         let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();
         let method = self.choice.open(&setup.model)?;
-        let outcomes = Evaluator::new(setup, method).run(&designs, &self.sample.tasks)?;
+        let tasks: Vec<Task> = self.sample.tasks.iter().map(|task| setting.aimed(*task)).collect();
+        let outcomes = Evaluator::new(setup, method).run(&designs, &tasks)?;
         self.known.push((setting.clone(), outcomes));
         Ok(self.known.len() - 1)
     }
@@ -157,7 +158,7 @@ fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change
         for i in row[0]..row[1] {
             match (counts(&base[i]), counts(&other[i])) {
                 (true, true) => {
-                    let (from, to) = (base[i].strain.abs(), other[i].strain.abs());
+                    let (from, to) = (base[i].magnitude(), other[i].magnitude());
                     ratios.push(to / from);
                     changes.push((100.0 * (to - from) / from, i));
                 }

@@ -44,8 +44,8 @@ impl Sample {
 
     /// Tap `i` as a tuple.
     pub fn tuple(&self, i: usize) -> Tuple {
-        let Task { design, a, drive } = self.tasks[i];
-        Tuple { a, drive, ..self.designs[design as usize] }
+        let Task { design, a, direction, drive } = self.tasks[i];
+        Tuple { a, drive, ..self.designs[design as usize].towards(direction) }
     }
 
     fn grid(layout: &Layout) -> Self {
@@ -63,12 +63,9 @@ impl Sample {
             let place = sample.designs.len() as u32;
             sample.designs.push(design);
             for j in even(layout.n_drives, drives) {
-                let drive = layout.drive(&design, j);
-                let row = even(layout.n_distances, distances).map(|i| Task {
-                    design: place,
-                    a: layout.distance(i),
-                    drive,
-                });
+                let stroke = layout.stroke(&design, j);
+                let row = even(layout.n_distances, distances)
+                    .map(|i| Task::of(place, &Tuple { a: layout.distance(i), ..stroke }));
                 sample.tasks.extend(row);
                 sample.rows.push(sample.tasks.len());
             }
@@ -101,7 +98,7 @@ impl Sample {
             let design = sample.designs.len() as u32;
             sample.designs.push(tuples[row[0]]);
             let taps = even(n, n.min(longest)).map(|i| tuples[row[i as usize]]);
-            sample.tasks.extend(taps.map(|t| Task { design, a: t.a, drive: t.drive }));
+            sample.tasks.extend(taps.map(|t| Task::of(design, &t)));
             sample.rows.push(sample.tasks.len());
         }
         sample
@@ -173,6 +170,7 @@ mod tests {
             l: 2.0,
             a: 20.0 + i as f64,
             drive: 1.0,
+            ..Tuple::default()
         };
         for (designs, distances) in [(1000, 10), (5000, 1), (3, 5000)] {
             let tuples: Vec<_> =

@@ -1,6 +1,7 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
-use crate::scene::{Contact, Drive, Geometry, Material, Model, Setup, Side};
+use crate::evaluate::Task;
+use crate::scene::{Contact, Direction, Drive, Geometry, Material, Model, Setup, Side};
 
 /// Radius of the object where the spec has a thin edge, mm.
 pub const POLE_RADIUS: f64 = 2.0;
@@ -11,6 +12,43 @@ pub const HUB: f64 = 10.0;
 /// Coefficient of friction where the spec has none.
 pub const FRICTION: f64 = 0.3;
 
+/// Tilt where the spec's poles are upright, degrees.
+pub const TILT: f64 = 20.0;
+
+/// Lean where the spec's poles do not lean, degrees.
+pub const LEAN: f64 = 20.0;
+
+/// An angle of the pole.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Aim {
+    /// Of every tap as the spec says, somewhere not 0.
+    Asked,
+    /// 0 for every tap.
+    #[default]
+    Upright,
+    /// This for every tap, degrees.
+    All(f64),
+}
+
+impl Aim {
+    /// What it makes of an angle of the spec, degrees.
+    pub fn of(self, asked: f64) -> f64 {
+        match self {
+            Self::Asked => asked,
+            Self::Upright => 0.0,
+            Self::All(angle) => angle,
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::Asked => "as asked".into(),
+            Self::Upright => "0 deg".into(),
+            Self::All(angle) => format!("{angle} deg"),
+        }
+    }
+}
+
 /// What strain depends on besides the tuple.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
@@ -20,18 +58,38 @@ pub struct Setting {
     pub hub: f64,
     /// Side of the gauge.
     pub side: Side,
+    /// Tilt of the pole.
+    pub tilt: Aim,
+    /// Lean of the pole.
+    pub lean: Aim,
 }
 
 impl Setting {
-    /// As the setup says.
+    /// As the setup says, of upright poles.
     pub fn of(setup: &Setup) -> Self {
-        Self { model: setup.model, hub: setup.hub, side: setup.gauge.side }
+        let (tilt, lean) = (Aim::Upright, Aim::Upright);
+        Self { model: setup.model, hub: setup.hub, side: setup.gauge.side, tilt, lean }
+    }
+
+    /// With poles as `tasks` ask for them.
+    pub fn asked(self, tasks: &[Task]) -> Self {
+        let aim = |angle: fn(&Task) -> f64| match tasks.iter().any(|task| angle(task) != 0.0) {
+            true => Aim::Asked,
+            false => Aim::Upright,
+        };
+        Self { tilt: aim(|task| task.direction.tilt), lean: aim(|task| task.direction.lean), ..self }
+    }
+
+    /// `task` with the pole of this setting.
+    pub fn aimed(&self, task: Task) -> Task {
+        let Direction { tilt, lean } = task.direction;
+        Task { direction: Direction { tilt: self.tilt.of(tilt), lean: self.lean.of(lean) }, ..task }
     }
 
     /// The paper's theory: linear, without any effect; rig and gauge stay.
     pub fn linear(&self) -> Self {
         let mut plain = self.clone();
-        Effect::ALL.iter().filter(|e| **e != Effect::Hub).for_each(|e| e.switch(&mut plain, false));
+        Effect::ALL.iter().filter(|e| !e.is_of_rig()).for_each(|e| e.switch(&mut plain, false));
         plain
     }
 }
@@ -57,13 +115,17 @@ pub enum Effect {
     Stick,
     /// A nonlinear law of the rubber.
     Rubber,
+    /// Tilt of the pole round the whisker's axis.
+    Tilt,
+    /// Lean of the pole along the whisker.
+    Lean,
     /// The gauge on the other side: neither on nor off.
     Side,
 }
 
 impl Effect {
     /// All, in the order in which they are reported.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Rotation,
         Self::Shear,
         Self::Extension,
@@ -73,8 +135,15 @@ impl Effect {
         Self::Coulomb,
         Self::Stick,
         Self::Rubber,
+        Self::Tilt,
+        Self::Lean,
         Self::Side,
     ];
+
+    /// Whether it is of the rig, not of the model: nobody can leave it off.
+    pub fn is_of_rig(self) -> bool {
+        matches!(self, Self::Hub | Self::Tilt | Self::Lean)
+    }
 
     /// For people.
     pub fn name(self) -> &'static str {
@@ -88,6 +157,8 @@ impl Effect {
             Self::Coulomb => "friction",
             Self::Stick => "stick",
             Self::Rubber => "rubber nonlinearity",
+            Self::Tilt => "tilt",
+            Self::Lean => "lean",
             Self::Side => "other side",
         }
     }
@@ -103,6 +174,8 @@ impl Effect {
             Self::Hub => "whisker.hub",
             Self::Coulomb | Self::Stick => "model.contact",
             Self::Rubber => "model.material",
+            Self::Tilt => "tap.tilt",
+            Self::Lean => "tap.lean",
             Self::Side => "gauge.side",
         }
     }
@@ -119,6 +192,8 @@ impl Effect {
             Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
             Self::Stick => s.model.contact == Contact::Stick,
             Self::Rubber => !hooke(&s.model),
+            Self::Tilt => s.tilt != Aim::Upright,
+            Self::Lean => s.lean != Aim::Upright,
             Self::Side => return None,
         })
     }
@@ -138,6 +213,8 @@ impl Effect {
             Self::Stick if on => m.contact = Contact::Stick,
             Self::Coulomb | Self::Stick => m.contact = Contact::Frictionless,
             Self::Rubber => m.material = if on { Material::NeoHookean(e0) } else { Material::Hooke(e0) },
+            Self::Tilt => s.tilt = if on { Aim::All(TILT) } else { Aim::Upright },
+            Self::Lean => s.lean = if on { Aim::All(LEAN) } else { Aim::Upright },
             Self::Side if on => s.side = if s.side == Side::Far { Side::Contact } else { Side::Far },
             Self::Side => {}
         }
@@ -165,6 +242,8 @@ impl Effect {
                 Material::MooneyRivlin(_) => "mooney-rivlin".into(),
                 Material::Yeoh(_) => "yeoh".into(),
             },
+            Self::Tilt => s.tilt.words(),
+            Self::Lean => s.lean.words(),
             Self::Side if s.side == Side::Far => "far".into(),
             Self::Side => "contact".into(),
         }
@@ -177,6 +256,12 @@ impl Effect {
             Self::Extension if s.model.extension && rubbing => Some("friction needs extension"),
             Self::Pole if rubbing => Some("friction needs pole_radius = 0"),
             Self::Coulomb | Self::Stick if s.model.pole_radius > 0.0 => Some("needs pole_radius = 0"),
+            Self::Tilt | Self::Lean if matches!(s.model.contact, Contact::Coulomb(_)) => {
+                Some("coulomb friction needs an upright pole")
+            }
+            Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.surface => {
+                Some("a contact that sticks on the surface needs an upright pole")
+            }
             Self::Hub if drive == Drive::Displacement => Some("the base does not turn"),
             Self::Side if hooke(&s.model) && !s.model.extension => {
                 Some("the sides are equal: hooke without extension")
@@ -193,7 +278,17 @@ impl Effect {
                     .map(|e| (e, false))
                     .to_vec()
             }
-            (Self::Coulomb | Self::Stick, _) => vec![(Self::Rotation, true), (Self::Extension, true)],
+            (Self::Coulomb | Self::Stick, _) => {
+                vec![
+                    (Self::Rotation, true),
+                    (Self::Extension, true),
+                    (Self::Tilt, false),
+                    (Self::Lean, false),
+                ]
+            }
+            (Self::Surface, _) if s.model.contact == Contact::Stick => {
+                vec![(Self::Rotation, true), (Self::Tilt, false), (Self::Lean, false)]
+            }
             (Self::Extension | Self::Surface | Self::Pole | Self::Rubber, _) => vec![(Self::Rotation, true)],
             _ => vec![],
         };
@@ -253,7 +348,8 @@ impl Switch {
 
     /// Whether the spec may do without it: on, and nothing else has to change for that.
     pub fn removable(&self) -> bool {
-        self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
+        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean);
+        !pole && self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
     }
 }
 

@@ -43,7 +43,7 @@ impl Census {
                 }
             }
             let designs: Vec<Design> = taps.iter().map(|(t, _)| Design::new(&own, *t)).collect();
-            let task = |(design, (t, _)): (u32, &(Tuple, f64))| Task { design, a: t.a, drive: t.drive };
+            let task = |(design, (t, _)): (u32, &(Tuple, f64))| Task::of(design, t);
             let tasks: Vec<Task> = (0..).zip(&taps).map(task).collect();
             let found = Evaluator::new(&own, f64_method(&own, 1e-10)).run(&designs, &tasks)?;
             for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
@@ -82,5 +82,6 @@ fn whisker(domain: &Domain, i: usize, hub: f64) -> Tuple {
         l: at(5, domain.l),
         a: at(6, domain.a),
         drive: at(7, domain.drive),
+        ..Tuple::default()
     }
 }

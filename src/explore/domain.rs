@@ -4,7 +4,7 @@ use crate::chart::axis::AXES;
 use crate::design::amount;
 use crate::error::InputError;
 use crate::plan::Layout;
-use crate::scene::{Axis, Drive, Setup, Tuple};
+use crate::scene::{Axis, Column, Drive, Setup, Tuple};
 
 /// Smallest x/a of the chart: that of the middle of a point's gauge at the clamp.
 pub const FIRST_PLACE: f64 = 0.5 * POINT;
@@ -67,8 +67,8 @@ impl Domain {
                 .value(pole)
                 .allowed("0, or hub = 0 in [whisker]"));
         }
-        let drives = layout.drives().map_or(layout.bounds(6), |axis| [axis.min(), axis.max()]);
-        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(k));
+        let drives = layout.bounds(Column::Drive);
+        let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(Column::ALL[k]));
         let reach = layout.reach();
         let mut drive = around(drives, [0.5, 2.0]);
         if angle {

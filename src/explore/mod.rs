@@ -66,6 +66,12 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
             "[whisker], [gauge] and [tap]",
         );
     };
+    if !layout.is_upright() {
+        return refuse("a page shows upright poles", "tap.tilt", "not 0".into(), "tilt = 0 and lean = 0");
+    }
+    if setup.gauge.second {
+        return refuse("a page shows one gauge", "gauge.second", "true".into(), "false");
+    }
     let domain = Domain::new(setup, &layout)?;
     for ratios in RATIOS {
         let Some(chart) = Along::new(setup, &domain, strain, ratios)? else { break };

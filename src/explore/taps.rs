@@ -49,8 +49,10 @@ impl<'a> Taps<'a> {
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Option<[f64; FUNCTIONS]>>, SolveError> {
         let (setup, grip, power) = (self.setup, self.grip, self.power);
         let asked: Vec<(Design, f64, f64)> = points.par_iter().map(|q| tap(setup, q)).collect();
-        let tasks: Vec<Task> =
-            (0..).zip(&asked).map(|(design, (_, a, drive))| Task { design, a: *a, drive: *drive }).collect();
+        let tasks: Vec<Task> = (0..)
+            .zip(&asked)
+            .map(|(design, (_, a, drive))| Task { design, a: *a, drive: *drive, ..Task::default() })
+            .collect();
         let designs: Vec<Design> = asked.into_iter().map(|(design, ..)| design).collect();
         let mut found = Vec::new();
         for evaluator in &mut self.sides {
@@ -108,7 +110,8 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
         true => Inverse::new(curve(shear_length2(&taper, setup.model.nu))),
         false => bare.clone(),
     };
-    let tuple = Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN };
+    let tuple =
+        Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN, ..Tuple::default() };
     let shared = Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory };
     let drive = match setup.drive {
         Drive::Angle => q[DRIVE].to_degrees(),

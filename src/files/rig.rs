@@ -60,6 +60,7 @@ impl Rig {
             ("strain_limit", s.gauge.strain_limit.into()),
             ("factor", s.gauge.factor.into()),
         ];
+        gauge.extend(s.gauge.second.then_some(("second", true.into())));
         gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];

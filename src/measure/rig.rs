@@ -4,7 +4,7 @@ use crate::design::Design;
 use crate::error::InputError;
 use crate::measure::Data;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Convention, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
+use crate::scene::{Convention, DirectionColumns, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
@@ -27,7 +27,8 @@ impl Rig {
     ///
     /// # Errors
     /// Numbers that are no whisker with a gauge on it.
-    pub fn new(setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
+    pub fn new(mut setup: Setup, tuple: Tuple) -> Result<Self, InputError> {
+        setup.directions = DirectionColumns::default();
         let design = Design::new(&setup, tuple);
         match design.shared {
             Some(_) => Ok(Self { setup, design, known: true, before: 0.0, warnings: Vec::new() }),
@@ -44,8 +45,16 @@ impl Rig {
     /// A distance that is none.
     pub fn unknown(setup: Setup, furthest: f64) -> Result<Self, InputError> {
         let L_a = 2.0 * furthest;
-        let tuple =
-            Tuple { D: 0.1 * L_a, d: 0.1 * L_a, L_a, x_ss: 0.0, l: 1e-6 * L_a, a: furthest, drive: 1.0 };
+        let tuple = Tuple {
+            D: 0.1 * L_a,
+            d: 0.1 * L_a,
+            L_a,
+            x_ss: 0.0,
+            l: 1e-6 * L_a,
+            a: furthest,
+            drive: 1.0,
+            ..Tuple::default()
+        };
         Ok(Self { known: false, ..Self::new(setup, tuple)? })
     }
 

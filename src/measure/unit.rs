@@ -27,6 +27,16 @@ impl Unit {
         }
     }
 
+    /// The column of a second gauge.
+    pub fn second(self) -> &'static str {
+        match self {
+            Self::Strain => "strain_2",
+            Self::Microstrain => "microstrain_2",
+            Self::Bridge => "bridge_mV_per_V_2",
+            Self::Reading => "reading_2",
+        }
+    }
+
     /// The unit of a column, if it is a signal.
     pub fn of_column(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|u| u.column() == name)

@@ -19,7 +19,7 @@ pub(super) enum Orders {
     /// One part behind the other.
     Behind,
     /// By their places: of every part, those of each table.
-    Places { parts: Vec<[Vec<Place>; 3]>, kept: Option<Kept>, distances: Option<u64> },
+    Places { parts: Vec<[Vec<Place>; 3]>, kept: Option<Kept>, distances: Option<[u64; 2]> },
 }
 
 /// The rows that `top` keeps of the whole.
@@ -45,7 +45,9 @@ impl Orders {
         }
         let places = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
         let kept = parts[0].number("top").map(|top| kept(&places, top, parts[0].number("candidates")));
-        Ok(Self::Places { parts: places, kept, distances: parts[0].number("distances_each") })
+        let directions = parts[0].number("directions_each").unwrap_or(1);
+        let distances = parts[0].number("distances_each").map(|n| [n, directions]);
+        Ok(Self::Places { parts: places, kept, distances })
     }
 
     /// How many rows `top` keeps; `None` where it is not asked for.
@@ -114,7 +116,7 @@ fn keys(
     table: Table,
     places: &[Vec<Place>; 3],
     kept: Option<&Kept>,
-    distances: Option<u64>,
+    distances: Option<[u64; 2]>,
 ) -> Vec<(Key, bool)> {
     let designs = &places[Table::Designs as usize];
     let is_kept = |index: (u64, u32)| kept.is_none_or(|kept| kept.rows.contains(&index));
@@ -127,8 +129,8 @@ fn keys(
         (Table::Designs, _) => listed(&|place| is_kept(place.index)),
         (Table::Tuples, None) => listed(&|place| kept.is_none_or(|kept| kept.firsts.contains(&place.owner))),
         (Table::Distances, None) => listed(&|place| design_kept(place.owner)),
-        // Of a grid: designs in order, then distances, then the drives that the part kept.
-        (_, Some(n)) => {
+        // Of a grid: designs in order, then distances, then the strokes that the part kept, or all directions.
+        (_, Some([n, directions])) => {
             let mut indices: Vec<(u64, u32)> = designs.iter().map(|place| place.index).collect();
             indices.sort_unstable();
             let design = |rows: &[(u64, u32)]| -> Vec<(Key, bool)> {
@@ -136,7 +138,7 @@ fn keys(
                 let taps = |i: u64| rows.iter().map(move |&(_, j)| ([k, i, j.into()], is_kept((k, j))));
                 match table {
                     Table::Tuples => (0..n).flat_map(taps).collect(),
-                    _ => (0..n).map(|i| ([k, i, 0], design_kept(k))).collect(),
+                    _ => (0..n * directions).map(|i| ([k, i, 0], design_kept(k))).collect(),
                 }
             };
             indices.chunk_by(|a, b| a.0 == b.0).flat_map(design).collect()

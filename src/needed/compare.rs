@@ -39,8 +39,7 @@ impl Said {
         let begun = Instant::now();
         let designs: Vec<Design> = rows.par_iter().map(|row| Design::new(setup, row.point)).collect();
         let task = |(k, row): (usize, &Row)| {
-            let (design, drive) = (k as u32, row.point.drive);
-            row.distances.iter().map(move |&a| Task { design, a, drive }).collect::<Vec<_>>()
+            (0..row.distances.len()).map(|i| Task::of(k as u32, &row.tap(i))).collect::<Vec<_>>()
         };
         let tasks: Vec<Task> = rows.iter().enumerate().flat_map(task).collect();
         let mut evaluator = Evaluator::new(setup, choice.open(&setup.model)?);
@@ -48,7 +47,7 @@ impl Said {
         let ask = |(k, row): (usize, &Row)| Ask {
             design: k as u32,
             drive: row.point.drive,
-            reach: Reach::Asked(row.reach),
+            reach: Reach::of(row.point.direction(), row.reach),
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
         let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
@@ -61,7 +60,8 @@ impl Said {
             reduced.calibrate();
             taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
                 let at = (row.distances[i], row.point.drive);
-                let estimated = reduced.estimate_by((i, 0), at, tap, Told::by(&own, k));
+                let estimated =
+                    reduced.estimate_by((i, 0), at, tap, Told::by(&own, k).towards(row.point.direction()));
                 Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
             let row = &reduced.drives[0];

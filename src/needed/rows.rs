@@ -6,7 +6,7 @@ use crate::chart::ranges::Wanted;
 use crate::error::Error;
 use crate::explain::Sample;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Layout, Space, Study, Tuple};
+use crate::scene::{COLUMNS, Layout, Space, Study, Tuple};
 
 /// Distances of a row at most.
 const DISTANCES: u64 = 8;
@@ -78,8 +78,8 @@ impl Rows {
             |i: u64, ratio: f64, n: u64| ((((i as f64 + 1.0) * ratio).fract() * n as f64) as u64).min(n - 1);
         let own = (0..OWN.div_ceil(distances.len() as u64)).map(|i| {
             let design = layout.design(place(i, 0.754_877_666_246_692_7, layout.n_designs));
-            let drive = layout.drive(&design, place(i, 0.569_840_290_998_053_3, layout.n_drives));
-            Row { point: Tuple { drive, ..design }, distances: distances.clone(), reach: layout.reach() }
+            let point = layout.stroke(&design, place(i, 0.569_840_290_998_053_3, layout.n_drives));
+            Row { point, distances: distances.clone(), reach: layout.reach() }
         });
         Ok(Self { spread, own: own.collect() })
     }
@@ -90,7 +90,7 @@ impl Rows {
         if sample.tasks.len() == tuples.len() {
             return Self { spread, own: Vec::new() };
         }
-        for column in 0..7 {
+        for column in 0..COLUMNS {
             let key = |t: &&Tuple| t.to_array()[column];
             let least = tuples.iter().min_by(|a, b| key(a).total_cmp(&key(b)));
             let largest = tuples.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
@@ -134,7 +134,7 @@ fn sides(w: &Wanted) -> [[f64; 2]; 6] {
 
 #[allow(non_snake_case)]
 fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
-    Tuple { D, d, L_a, x_ss, l, a: f64::NAN, drive }
+    Tuple { D, d, L_a, x_ss, l, a: f64::NAN, drive, ..Tuple::default() }
 }
 
 /// The corners of a box, each once.
@@ -163,7 +163,10 @@ fn of_sample(sample: &Sample) -> Vec<Row> {
     let row = |ends: &[usize]| {
         let tasks = &sample.tasks[ends[0]..ends[1]];
         let design = sample.designs[tasks[0].design as usize];
-        Row::new(Tuple { drive: tasks[0].drive, ..design }, tasks.iter().map(|t| t.a).collect())
+        Row::new(
+            Tuple { drive: tasks[0].drive, ..design.towards(tasks[0].direction) },
+            tasks.iter().map(|t| t.a).collect(),
+        )
     };
     sample.rows.windows(2).filter(|ends| ends[1] > ends[0]).map(row).collect()
 }
@@ -215,6 +218,7 @@ mod tests {
             l: 2.0,
             a: 20.0 + i as f64,
             drive: 1.0 + 1e-3 * (k % 7) as f64,
+            ..Tuple::default()
         };
         let tuples: Vec<Tuple> = (0..10).flat_map(|i| (0..1000).map(move |k| tuple(k, i))).collect();
         let rows = Rows::of_list(&tuples);

@@ -18,7 +18,7 @@ use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
 use crate::profile::{self, Ask, Reach};
 use crate::scene::search::Search;
-use crate::scene::{Setup, Theory, Tuple};
+use crate::scene::{Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
 
 /// Taps that go to the backend together: to a GPU, and to a CPU, which is asked to stop between them. The model's own curves that
@@ -85,7 +85,9 @@ impl<'a> Scorer<'a> {
 
     /// Taps of one evaluation.
     pub fn taps(&self) -> usize {
-        (1 + self.judge.deviations.len()) * self.judge.distances.len()
+        let samples = self.judge.deviations.len();
+        let again = if self.judge.blind() { samples } else { 0 };
+        (1 + samples + again) * self.judge.distances.len()
     }
 
     /// Scores of `points`, each a design with its drive, in their order.
@@ -137,11 +139,14 @@ impl<'a> Scorer<'a> {
     fn some_rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let designs: Vec<Design> = points.iter().map(|p| Design::new(judge.setup, *p)).collect();
-        let task =
-            |t: usize| Task { design: (t / n) as u32, a: judge.distances[t % n], drive: points[t / n].drive };
+        let task = |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..points[t / n] });
         let tasks: Vec<Task> = (0..points.len() * n).map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
-        let ask = |(w, p): (u32, &Tuple)| Ask { design: w, drive: p.drive, reach: Reach::Asked(judge.reach) };
+        let ask = |(w, p): (u32, &Tuple)| Ask {
+            design: w,
+            drive: p.drive,
+            reach: Reach::of(p.direction(), judge.reach),
+        };
         let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
         let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
         let row = |w: usize| judge.reduce(&designs[w], &taps[w * n..(w + 1) * n], Told::by(&own, w), None);
@@ -162,13 +167,11 @@ impl<'a> Scorer<'a> {
         let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
-        let task = |t: usize| {
-            let drive = designs[t / n].tuple.drive;
-            Task { design: (t / n) as u32, a: judge.distances[t % n], drive }
-        };
+        let task =
+            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
-        let solved = |d: usize| judge.score(&designs[d..=d], &taps[d * n..(d + 1) * n], &[]);
+        let solved = |d: usize| judge.score(&designs[d..=d], (&taps[d * n..(d + 1) * n], &[]), &[]);
         let solved: Vec<Score> = (0..designs.len()).into_par_iter().map(solved).collect();
         open.into_iter().zip(solved).for_each(|(w, score)| scores[w] = Some(score));
         let scores: Vec<Score> = scores.into_iter().map(|s| s.unwrap_or(Score::NOTHING)).collect();
@@ -186,14 +189,19 @@ impl<'a> Scorer<'a> {
             .into_par_iter()
             .map(|w| Design::new(judge.setup, judge.whisker(&points[w / whiskers], w % whiskers)))
             .collect();
-        let task = |t: usize| {
-            let w = t / n;
-            Task { design: w as u32, a: judge.distances[t % n], drive: designs[w].tuple.drive }
-        };
+        let task =
+            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.read(&designs, &tasks)?;
+        let upright = if judge.blind() {
+            let sampled = tasks.iter().filter(|t| !(t.design as usize).is_multiple_of(whiskers));
+            let tasks: Vec<Task> = sampled.map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
+            self.evaluator.read(&designs, &tasks)?
+        } else {
+            Vec::new()
+        };
         let ask = |(w, design): (usize, &Design)| {
-            let reach = judge.reach_of(w % whiskers)?;
+            let reach = judge.reach_of(w % whiskers, design.tuple.direction())?;
             Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
@@ -203,7 +211,9 @@ impl<'a> Scorer<'a> {
         let score = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
             let own = own.get(first..last).unwrap_or_default();
-            judge.score(&designs[first..last], &taps[first * n..last * n], own)
+            let again = (last - first - 1) * n;
+            let upright = upright.get(p * again..(p + 1) * again).unwrap_or_default();
+            judge.score(&designs[first..last], (&taps[first * n..last * n], upright), own)
         };
         Ok((0..points.len()).into_par_iter().map(score).collect())
     }

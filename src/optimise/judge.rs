@@ -7,8 +7,9 @@ use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
 use crate::physics::taper::Taper;
 use crate::profile::{Profile, Reach};
+use crate::reduce::Spread;
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
-use crate::scene::{Convention, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Column, Convention, Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 use crate::status::Status;
 
@@ -18,10 +19,16 @@ pub(super) struct Judge<'a> {
     pub search: &'a Search,
     pub distances: Vec<f64>,
     pub reach: [f64; 2],
-    pub deviations: Vec<[f64; 7]>,
+    pub deviations: Vec<[f64; COLUMNS]>,
 }
 
 impl Judge<'_> {
+    /// Whether each sampled whisker is calibrated at upright poles, and judged at poles whose direction it does not know.
+    pub fn blind(&self) -> bool {
+        let each = self.search.robust.as_ref().filter(|r| r.calibrated == Calibrated::Each);
+        !self.deviations.is_empty() && each.is_some_and(Robust::tilts)
+    }
+
     /// Whisker `w` of a point: the nominal one, or a sampled one.
     pub fn whisker(&self, point: &Tuple, w: usize) -> Tuple {
         let (Some(robust), Some(sample)) = (&self.search.robust, w.checked_sub(1)) else { return *point };
@@ -30,12 +37,13 @@ impl Judge<'_> {
             // A gauge bonded at the clamp cannot lie before it.
             *value += sd * z;
         }
-        values[3] = values[3].max(0.0);
+        let place = &mut values[Column::GaugePosition as usize];
+        *place = place.max(0.0);
         Tuple::from_array(values)
     }
 
-    /// Where the model's own curve of whisker `w` of a point is wanted, if it is.
-    pub fn reach_of(&self, w: usize) -> Option<Reach> {
+    /// Where the model's own curve of whisker `w` of a point is wanted, which taps a pole of this direction, if it is.
+    pub fn reach_of(&self, w: usize, direction: Direction) -> Option<Reach> {
         if self.setup.estimate.theory != Theory::Exact {
             return None;
         }
@@ -43,6 +51,7 @@ impl Judge<'_> {
         let nominal = robust.is_some_and(|r| r.calibrated == Calibrated::Nominal);
         match (nominal, self.search.limits.unambiguous) {
             (true, _) if w == 0 => Some(Reach::Whole(self.reach)),
+            (false, _) if !direction.is_upright() => Some(Reach::Whole(self.reach)),
             (_, true) => Some(Reach::Peak(self.reach)),
             (true, false) => None,
             (false, false) => Some(Reach::Asked(self.reach)),
@@ -50,8 +59,13 @@ impl Judge<'_> {
     }
 
     /// Score of one candidate: its nominal whisker, then the sampled ones; `own` are the model's own curves, where distances are told by
-    /// them.
-    pub fn score(&self, designs: &[Design], taps: &[Outcome], own: &[Option<Profile>]) -> Score {
+    /// them; `upright`: the taps at upright poles by which each of the sampled ones is calibrated, where it is [`Self::blind`].
+    pub fn score(
+        &self,
+        designs: &[Design],
+        (taps, upright): (&[Outcome], &[Outcome]),
+        own: &[Option<Profile>],
+    ) -> Score {
         let n = self.distances.len();
         let nominal = Read::new(self, &designs[0], &taps[..n], Told::by(own, 0), None);
         let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
@@ -67,6 +81,7 @@ impl Judge<'_> {
                     k: nominal.k,
                     drive: designs[0].tuple.drive,
                     profile,
+                    upright: None,
                 })
             }
             _ => None,
@@ -74,11 +89,32 @@ impl Judge<'_> {
         let samples: Vec<Score> = (1..designs.len())
             .map(|w| {
                 let taps = &taps[w * n..(w + 1) * n];
-                let read = Read::new(self, &designs[w], taps, Told::by(own, w), calibration.as_ref());
-                read.score
+                let mine = upright.chunks(n).nth(w - 1).and_then(|upright| {
+                    self.calibrated(&designs[w], upright, own.get(w).and_then(Option::as_ref))
+                });
+                let calibration = mine.as_ref().or(calibration.as_ref());
+                Read::new(self, &designs[w], taps, Told::by(own, w), calibration).score
             })
             .collect();
         gather(robust, &nominal.score, &samples)
+    }
+
+    /// The calibration of a whisker by its taps at upright poles.
+    fn calibrated<'d>(
+        &self,
+        design: &'d Design,
+        upright: &[Outcome],
+        profile: Option<&'d Profile>,
+    ) -> Option<Calibration<'d>> {
+        let estimator = Estimator::new(self.setup, design.shared.as_ref()?, self.reach);
+        let row = self.reduce(design, &continued(upright), Told::Formula, None);
+        Some(Calibration {
+            estimator,
+            k: row.k,
+            drive: design.tuple.drive,
+            profile,
+            upright: Some(row.deviation),
+        })
     }
 
     /// Score of one whisker by itself, from what charts say of it.
@@ -98,6 +134,7 @@ impl Judge<'_> {
                 nearest: x1 / nearest,
                 farthest: figures.arc[1] / tuple.L_a,
                 strain: figures.strain,
+                reading: figures.strain,
                 force: figures.force,
                 unsolved: 0.0,
                 highest: row.k.map(|k| (k, highest)),
@@ -138,7 +175,7 @@ impl Judge<'_> {
             score.set(Limit::Force, seen.force / force - 1.0);
         }
         if let (Some((k, peak)), true) = (seen.highest, self.search.objective.needs_distance()) {
-            score.set(Limit::Root, k * seen.strain / peak - 1.0);
+            score.set(Limit::Root, k * seen.reading / peak - 1.0);
         }
         if limits.unambiguous {
             let range = self.setup.estimate.range.unwrap_or(self.reach);
@@ -161,6 +198,7 @@ impl Judge<'_> {
         };
         taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
         let told = given.and_then(|other| other.profile).map_or(own, Told::Other);
+        let told = told.towards(design.tuple.direction());
         let drive = match given {
             Some(other) => {
                 reduced.calibrate_as(other.k);
@@ -187,6 +225,13 @@ pub(super) struct Calibration<'a> {
     drive: f64,
     /// The model's curve, where it stands in for f.
     profile: Option<&'a Profile>,
+    /// K − 1 of the taps that it was made of, where these are other taps of the same whisker.
+    upright: Option<Spread>,
+}
+
+/// A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
+fn continued(taps: &[Outcome]) -> Vec<Outcome> {
+    taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
 }
 
 /// What one whisker gives.
@@ -213,11 +258,13 @@ impl Read {
             }
             return Self { score, k: None };
         };
-        // A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
-        let taps: Vec<Outcome> =
-            taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect();
+        let taps = continued(taps);
         let own = Estimator::new(setup, shared, judge.reach);
-        let row = judge.reduce(design, &taps, told, other);
+        let mut row = judge.reduce(design, &taps, told, other);
+        // K̄ and its spread are those of the calibration.
+        if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
+            row.deviation = spread;
+        }
         if row.complete() {
             score.figures = figures(judge, &row, own.k_unit, L_a);
         }
@@ -244,7 +291,8 @@ impl Read {
             &Seen {
                 nearest: shared.gauge[0] / nearest,
                 farthest: largest(&|t| t.arc) / L_a,
-                strain: largest(&|t| t.strain.abs()),
+                strain: largest(&Outcome::magnitude),
+                reading: largest(&|t| t.magnitude() / t.cosine()),
                 force: largest(&|t| t.normal_force),
                 unsolved: unsolved as f64 / taps.len() as f64,
                 highest,
@@ -263,6 +311,8 @@ struct Seen {
     farthest: f64,
     /// Largest |ε|.
     strain: f64,
+    /// Largest K̄⁻¹ θ f(â) that is read: |ε|, of two gauges √(ε₁² + ε₂²)/cos β̂.
+    reading: f64,
     /// Largest P, N.
     force: f64,
     /// Share of the taps that are not solved.
@@ -342,7 +392,7 @@ mod tests {
             s
         };
         let robust =
-            Robust { sd: [0.0; 7], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+            Robust { sd: [0.0; COLUMNS], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
         let with = |bad: usize| {
             let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
             gather(&robust, &sample(-0.5), &all).violation()

@@ -4,17 +4,37 @@
 #![allow(clippy::excessive_precision)]
 
 use crate::scene::sampler::Sampler;
+use crate::scene::{COLUMNS, Column};
 
 /// Φ(−3).
 const BELOW: f64 = 1.349_898_031_630_094_5e-3;
 
+/// Columns by the dimension of the Sobol points that they take: those of the pole's direction after those of whisker and drive.
+const DIMENSIONS: [Column; COLUMNS] = [
+    Column::BaseDiameter,
+    Column::TipDiameter,
+    Column::Length,
+    Column::GaugePosition,
+    Column::GridLength,
+    Column::Distance,
+    Column::Drive,
+    Column::Tilt,
+    Column::Lean,
+];
+
 /// Standard normal deviations cut at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
-pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; 7]> {
+pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
     // Any seed but 0 scrambles.
     let seed = seed.wrapping_mul(2).wrapping_add(1);
     let uniform =
         |i: u32, column: u32| (f64::from(Sampler::Sobol.coordinate(seed, column, i)) + 0.5) / 4_294_967_296.0;
-    let one = |i| std::array::from_fn(|c| quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform(i, c as u32)));
+    let one = |i| {
+        let mut z = [0.0; COLUMNS];
+        for (dimension, column) in (0..).zip(DIMENSIONS) {
+            z[column as usize] = quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform(i, dimension));
+        }
+        z
+    };
     (0..samples).map(one).collect()
 }
 
@@ -95,7 +115,7 @@ mod tests {
     fn samples_are_normal_cut_at_three_sigma() {
         for seed in [0, 1, 7, u64::MAX] {
             let all = deviations(seed, 1024);
-            for column in 0..7 {
+            for column in 0..COLUMNS {
                 let of = |power: i32| all.iter().map(|s| s[column].powi(power)).sum::<f64>() / 1024.0;
                 assert!(all.iter().all(|s| s[column].abs() <= 3.0));
                 // Variance of a normal distribution cut at ±3σ: 0.97334.

@@ -28,7 +28,7 @@ use crate::chart::{
 use crate::error::{Error, InputError};
 use crate::needed::{MOST, Needed, Row, Rows};
 use crate::plan::Layout;
-use crate::scene::search::{Calibrated, Objective, Search};
+use crate::scene::search::{Calibrated, Objective, Robust, Search};
 use crate::scene::{BackendChoice, Column, Model, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
 use crate::sink::table::AtDrive;
@@ -70,7 +70,13 @@ pub struct Design {
 impl Design {
     /// Its row of designs.csv.
     pub fn at_drive(&self) -> AtDrive<'_> {
-        AtDrive { design: &self.point, drive: self.point.drive, row: self.row.figures(), unit: self.unit }
+        AtDrive {
+            design: &self.point,
+            direction: self.point.direction(),
+            drive: self.point.drive,
+            row: self.row.figures(),
+            unit: self.unit,
+        }
     }
 }
 
@@ -107,7 +113,7 @@ pub struct Report {
     pub at_bounds: Vec<(Column, &'static str)>,
     /// Limits that bind.
     pub binding: Vec<Limit>,
-    /// What the other estimator would make of the best design; `None` where no distance is told, or the search was asked to stop.
+    /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.
     pub other: Option<Other>,
     /// Sensitivities.
     pub sensitivity: Sensitivity,
@@ -206,7 +212,11 @@ fn readers(
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
     let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
-    let Some(tolerance) = choice.chart_tolerance().filter(|_| !few) else { return Ok(Readers::default()) };
+    let planar =
+        layout.is_upright() && !setup.gauge.second && !search.robust.as_ref().is_some_and(Robust::tilts);
+    let Some(tolerance) = choice.chart_tolerance().filter(|_| planar && !few) else {
+        return Ok(Readers::default());
+    };
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
     let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
@@ -381,7 +391,8 @@ fn search_with(
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
-    let other = (search.objective.needs_distance() && !asked_to_stop).then(|| {
+    let one = search.objective.needs_distance() && !setup.gauge.second;
+    let other = (one && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
         other::judge((setup, &layout), search, method, (&best.point, goal))
     });

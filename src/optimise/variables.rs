@@ -18,7 +18,7 @@ pub struct Variables {
 impl Variables {
     /// Of `search` over the distances of `layout`. Parts of the bounds in which no candidate can lie are cut off.
     pub fn new(layout: &Layout, search: &Search) -> Self {
-        let base = Tuple { a: 0.0, ..layout.design(0) };
+        let base = Tuple { a: 0.0, ..layout.stroke(&layout.design(0), 0) };
         let mut list = search.variables.clone();
         for v in &mut list {
             let farthest = layout.reach()[1];

@@ -100,7 +100,7 @@ pub fn seconds(report: &Report) -> Value {
 pub fn row(spec: &Spec, design: &Design) -> Value {
     let names = Table::Designs.columns(&spec.study.setup);
     let (mut objects, mut values) = (Objects::new(&names), Vec::new());
-    fields(&AtDrive::COLUMNS, &design.at_drive(), &mut values);
+    fields(&AtDrive::COLUMNS, &spec.study.setup, &design.at_drive(), &mut values);
     let Ok(()) = objects.row(&mut values);
     objects.rows.remove(0)
 }
@@ -240,7 +240,7 @@ fn pareto(spec: &Spec, points: &[Design]) -> csv::Result<Vec<u8>> {
     let (mut text, mut values) = (Text::default(), Vec::new());
     text.header(&Table::Designs.columns(&spec.study.setup))?;
     for d in points {
-        fields(&AtDrive::COLUMNS, &d.at_drive(), &mut values);
+        fields(&AtDrive::COLUMNS, &spec.study.setup, &d.at_drive(), &mut values);
         text.row(&mut values)?;
     }
     Ok(text.into_bytes())

@@ -67,11 +67,19 @@ impl Plan {
         let (taps, designs, full) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
-                (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances])
+                (
+                    l.len(),
+                    l.n_designs,
+                    [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances * l.n_directions],
+                )
             }
             Space::List(tuples) => {
-                let designs = distinct(tuples, |_| 0.0);
-                let rows = [tuples.len() as u64, distinct(tuples, |t| t.drive), distinct(tuples, |t| t.a)];
+                let designs = distinct(tuples, |_| [0.0; 3]);
+                let rows = [
+                    tuples.len() as u64,
+                    distinct(tuples, |t| [t.tilt, t.lean, t.drive]),
+                    distinct(tuples, |t| [t.tilt, t.lean, t.a]),
+                ];
                 (rows[0], designs, rows)
             }
             Space::File(file) => {
@@ -84,7 +92,7 @@ impl Plan {
         let (per_row, per_design) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
-                (l.n_distances, l.n_distances)
+                (l.n_distances, l.n_distances * l.n_directions)
             }
             Space::List(_) | Space::File(_) => (1, 1),
         };
@@ -165,9 +173,12 @@ impl Plan {
 }
 
 /// Number of different designs with their `part`.
-fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> f64) -> u64 {
-    let key = |t: &Tuple| [t.D, t.d, t.L_a, t.x_ss, t.l, part(t)].map(|x| (x + 0.0).to_bits());
-    let mut keys: Vec<[u64; 6]> = tuples.iter().map(key).collect();
+fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> [f64; 3]) -> u64 {
+    let key = |t: &Tuple| {
+        let [x, y, z] = part(t);
+        [t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits())
+    };
+    let mut keys: Vec<[u64; 8]> = tuples.iter().map(key).collect();
     keys.sort_unstable();
     keys.dedup();
     keys.len() as u64

@@ -8,8 +8,7 @@ use crate::chart::{
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
     rows::RowReader,
 };
-use crate::scene::Layout;
-use crate::scene::{Geometry, Study};
+use crate::scene::{Direction, Geometry, Layout, Study};
 use crate::smooth::drives::DriveAxis;
 
 /// How taps are found.
@@ -35,6 +34,7 @@ impl Way {
         }
         let over = |layout: &Layout| {
             study.setup.model.geometry == Geometry::Exact
+                && planar(study, layout)
                 && layout.drives().is_some_and(|axis| DriveAxis::pays(axis.len()))
                 && layout.block() <= CHUNK
         };
@@ -49,17 +49,25 @@ impl Way {
 
     /// What reads the taps of a sweep in place of solving them, where charts can and it pays.
     pub(super) fn read(study: &Study, layout: &Layout, choice: &Choice) -> Option<Reader> {
-        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+        let charts = layout.n_distances * layout.n_directions;
+        if layout.len() < LEAST_TAPS * layout.n_directions || charts > MOST_DISTANCES as u64 {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-        let tolerance = choice.chart_tolerance()?;
-        Reader::new(&study.setup, &distances, &Wanted::of(layout), tolerance).ok().flatten()
+        let strokes = (0..layout.n_directions).map(|k| k * layout.drives_each());
+        let directions: Vec<Direction> = strokes.map(|j| layout.direction(&layout.design(0), j)).collect();
+        // A direction that is sampled with a design is of that design alone.
+        let own = layout.design(0);
+        let shared = own.tilt.is_nan() && own.lean.is_nan();
+        let tolerance = choice.chart_tolerance().filter(|_| shared)?;
+        Reader::towards(&study.setup, (&distances, &directions), &Wanted::of(layout), tolerance)
+            .ok()
+            .flatten()
     }
 
     /// What reads the rows of a sweep in place of reducing them from taps, where charts can and it pays.
     pub(super) fn read_rows(study: &Study, layout: &Layout, choice: &Choice) -> Option<RowReader> {
-        if layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+        if !planar(study, layout) || layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
@@ -77,4 +85,9 @@ impl Way {
             Self::Reference => "solved by the reference",
         }
     }
+}
+
+/// Whether every tap is one of the plane of rotation, and told by one gauge: what charts know.
+fn planar(study: &Study, layout: &Layout) -> bool {
+    layout.is_upright() && !study.setup.gauge.second
 }

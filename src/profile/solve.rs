@@ -12,7 +12,7 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
-use crate::scene::{Geometry, Setup, Theory};
+use crate::scene::{Direction, Geometry, Setup, Theory};
 
 use super::{Piece, Profile, Ratio};
 
@@ -42,6 +42,13 @@ pub enum Reach {
     Peak([f64; 2]),
     /// From the gauge to the tip.
     Whole([f64; 2]),
+}
+
+impl Reach {
+    /// Of taps between these distances (mm) at a pole of this direction: readings of one that is not upright may lie anywhere on the curve.
+    pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
+        if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
+    }
 }
 
 /// A curve that is wanted.
@@ -210,7 +217,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let n = self.nodes.len();
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
-            Task { design, a: 1.0 / placed(o.u, x), drive }
+            Task { design, a: 1.0 / placed(o.u, x), drive, ..Task::default() }
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();

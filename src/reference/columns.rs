@@ -3,7 +3,7 @@
 use super::layout::{Entry, Part};
 use super::tables::{AT_DISTANCE, AT_DRIVE, OTHERS, Told};
 use crate::scene::Drive;
-use crate::sink::table::{AtDistance, AtDrive, Column, Name, TapRow};
+use crate::sink::table::{AtDistance, AtDrive, Column, Name, Only, TapRow};
 
 /// Before the tables.
 pub const ABOUT: &str = "CSV in UTF-8 with one header and no comment lines; numbers in the shortest form that reads back the same. A value \
@@ -31,6 +31,8 @@ pub struct Described {
     pub name: String,
     /// What it says.
     pub meaning: &'static str,
+    /// Which tables have it.
+    pub only: Only,
 }
 
 /// All tables.
@@ -61,13 +63,24 @@ pub fn tables() -> Vec<Written> {
         ),
     ];
     all.extend(
-        OTHERS.iter().map(|t| written(t.command, t.file, t.row, t.columns.iter().map(told).collect())),
+        OTHERS.iter().map(|t| {
+            written(t.command, t.file, t.row, t.columns.iter().map(|c| told(t.command, c)).collect())
+        }),
     );
     all
 }
 
-fn told((name, meaning): &Told) -> Described {
-    Described { name: (*name).to_owned(), meaning }
+fn told(command: &str, (name, meaning): &Told) -> Described {
+    // What these have only where the spec says so.
+    let asked = ["simulate", "shape"].contains(&command);
+    let only = match *name {
+        "tilt_deg" if asked => Only::Tilt,
+        "lean_deg" if asked => Only::Lean,
+        name if asked && name.ends_with("z_mm") => Only::Direction,
+        name if asked && name.starts_with("strain_2") => Only::Second,
+        _ => Only::Always,
+    };
+    Described { name: (*name).to_owned(), meaning, only }
 }
 
 /// The columns of a table of a sweep.
@@ -77,20 +90,25 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
         Name::Drive => [Drive::Angle, Drive::Displacement].map(Drive::column).join(" or "),
         Name::K(plain, mm) => format!("{plain} or {mm}"),
     };
-    columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning }).collect()
+    columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only }).collect()
 }
 
 /// `columns` with `more` before the last of them, the status.
 fn beside(mut columns: Vec<Described>, more: &[Told]) -> Vec<Described> {
     let status = columns.len() - 1;
-    columns.splice(status..status, more.iter().map(told));
+    columns.splice(status..status, more.iter().map(|c| told("", c)));
     columns
 }
 
 /// One part for each table.
 pub fn parts() -> Vec<Part> {
-    let entry =
-        |c: Described| Entry { facts: vec![unit(&c.name)], meaning: c.meaning.to_owned(), name: c.name };
+    let entry = |c: Described| {
+        let meaning = match c.only.when() {
+            "" => c.meaning.to_owned(),
+            when => format!("{} ({when})", c.meaning),
+        };
+        Entry { facts: vec![unit(&c.name)], meaning, name: c.name }
+    };
     let part = |t: Written| Part {
         title: format!("{} ({})", t.file, t.command),
         about: t.row.to_owned(),

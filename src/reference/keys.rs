@@ -69,7 +69,10 @@ pub fn allowed(section: Option<&Section>, key: &Key) -> String {
     if key.unit == THAT_OF_THE_KEY {
         return THAT_OF_THE_KEY.to_owned();
     }
-    let refused = parsed(section, &with(section, key, Some(Value::Float(-1.0)))).err();
+    // Angles may be negative.
+    let refused = [-1.0, -1e3]
+        .into_iter()
+        .find_map(|x| parsed(section, &with(section, key, Some(Value::Float(x)))).err());
     refused.and_then(|e| e.allowed).unwrap_or_default()
 }
 

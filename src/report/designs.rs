@@ -9,6 +9,8 @@ use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 
 /// Columns that make a whisker.
 pub const WHISKER: [&str; 5] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+/// Columns that make what is tapped, where a table has them.
+pub const DIRECTIONS: [&str; 2] = ["tilt_deg", "lean_deg"];
 /// Names of the spread of K.
 pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
 /// Names of the drive.
@@ -19,10 +21,10 @@ pub fn feasible(table: &Table) -> Vec<bool> {
     (0..table.len).map(|r| matches!(table.word("status", r).as_str(), "ok" | "")).collect()
 }
 
-/// Columns of whisker and drive with more than one value.
+/// Columns of whisker, direction and drive with more than one value.
 pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
-    for name in WHISKER.into_iter().chain(DRIVES) {
+    for name in WHISKER.into_iter().chain(DIRECTIONS).chain(DRIVES) {
         if table.has(name) {
             let numbers = table.numbers(name)?;
             if numbers.iter().any(|x| *x != numbers[0]) {
@@ -114,7 +116,7 @@ pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Fig
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
         // Symbols fit where labels do not.
-        if WHISKER.contains(n) || DRIVES.contains(n) {
+        if WHISKER.contains(n) || DIRECTIONS.contains(n) || DRIVES.contains(n) {
             axis.label = axis.label.rsplit(' ').next().unwrap_or_default().to_owned();
         }
         axis
@@ -168,16 +170,18 @@ pub fn maps(table: &Table, quantity: &str) -> Result<Option<Figure>, InputError>
 
 /// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by`.
 pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, usize), InputError> {
-    let columns = WHISKER.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+    let names: Vec<&str> =
+        WHISKER.into_iter().chain(DIRECTIONS.into_iter().filter(|name| table.has(name))).collect();
+    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let values = table.numbers(by)?;
-    let key = |r: usize| -> [u64; 5] { std::array::from_fn(|k| (columns[k][r] + 0.0).to_bits()) };
-    let mut places: std::collections::HashMap<[u64; 5], usize> = std::collections::HashMap::new();
+    let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
+    let mut places: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
     let mut all: Vec<Whisker> = Vec::new();
     for r in 0..table.len {
         let place = *places.entry(key(r)).or_insert(all.len());
         if place == all.len() {
             all.push(Whisker {
-                of: std::array::from_fn(|k| columns[k][r]),
+                of: columns.iter().map(|column| column[r]).collect(),
                 name: String::new(),
                 rows: Vec::new(),
                 best: f64::INFINITY,
@@ -191,19 +195,20 @@ pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, u
         all.sort_by(|a, b| a.best.total_cmp(&b.best));
         all.truncate(most);
     }
-    let differ: Vec<usize> = (0..5).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
+    let differ: Vec<usize> =
+        (0..names.len()).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
     for w in &mut all {
-        let told: Vec<String> = differ.iter().map(|k| said(WHISKER[*k], w.of[*k])).collect();
+        let told: Vec<String> = differ.iter().map(|k| said(names[*k], w.of[*k])).collect();
         w.name = told.join(", ");
     }
     Ok((all, count))
 }
 
-/// A whisker and its rows.
+/// A whisker at one direction of the object's edge, and its rows.
 #[derive(Debug, Clone)]
 pub struct Whisker {
-    /// Values of [`WHISKER`].
-    pub of: [f64; 5],
+    /// Values of [`WHISKER`], and of [`DIRECTIONS`] where the table has them.
+    pub of: Vec<f64>,
     /// In what it differs from the others.
     pub name: String,
     /// Of the table.

@@ -3,16 +3,21 @@
 use crate::figure::Axis;
 
 /// Column, label, unit, by decades.
-const KNOWN: [(&str, &str, &str, bool); 34] = [
+const KNOWN: [(&str, &str, &str, bool); 39] = [
     ("D_mm", "base diameter D", "mm", false),
     ("d_mm", "tip diameter d", "mm", false),
     ("L_a_mm", "length L_a", "mm", false),
     ("x_ss_mm", "gauge place x_ss", "mm", false),
     ("l_mm", "grid length l", "mm", false),
     ("a_mm", "contact distance a", "mm", false),
+    ("tilt_deg", "tilt β", "°", false),
+    ("lean_deg", "lean γ", "°", false),
     ("theta_deg", "tap angle θ", "°", false),
     ("delta_mm", "displacement δ", "mm", false),
     ("strain", "gauge strain ε", "", false),
+    ("strain_2", "strain of the second gauge ε₂", "", false),
+    ("bending_azimuth_deg", "azimuth φ", "°", false),
+    ("slide_mm", "slide λ", "mm", false),
     ("signal", "signal", "", false),
     ("reading", "reading", "", false),
     ("K", "K", "", false),

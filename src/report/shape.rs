@@ -1,7 +1,7 @@
 //! Figures of bent whiskers.
 
 use super::content::{Content, SHOWN};
-use super::designs::{DRIVES, WHISKER};
+use super::designs::{DIRECTIONS, DRIVES, WHISKER};
 use super::quantity::{self, said, short};
 use super::source::Source;
 use super::sweep::HUES;
@@ -28,10 +28,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     if solved.is_empty() {
         c.notes.push("no tap has a shape: see their status".to_owned());
     }
-    // One panel for each whisker and distance, its drives in it.
-    let group = |r: usize| {
-        WHISKER.into_iter().chain(["a_mm"]).map(|n| contacts.number(n, r).to_bits()).collect::<Vec<_>>()
-    };
+    // One panel for each whisker, distance and direction, its drives in it.
+    let directions = DIRECTIONS.into_iter().filter(|name| contacts.has(name));
+    let names: Vec<&str> = WHISKER.into_iter().chain(["a_mm"]).chain(directions).collect();
+    let group = |r: usize| names.iter().map(|n| contacts.number(n, r).to_bits()).collect::<Vec<_>>();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for r in &solved {
         match groups.iter_mut().find(|g| group(g[0]) == group(*r)) {
@@ -39,9 +39,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
             None => groups.push(vec![*r]),
         }
     }
-    let differ: Vec<&str> = WHISKER
-        .into_iter()
-        .chain(["a_mm"])
+    let differ: Vec<&str> = names
+        .iter()
+        .copied()
         .filter(|n| distinct(solved.iter().map(|r| contacts.number(n, *r))).len() > 1)
         .collect();
     let shown: Vec<&Vec<usize>> = groups.iter().take(PANELS).collect();

@@ -5,7 +5,7 @@
 
 mod table;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::design::{Design, amount};
 use crate::evaluate::{Outcome, Task};
@@ -17,16 +17,17 @@ pub use table::{COLUMNS, CONTACTS, FILES, MOST_TAPS, write};
 /// Runge–Kutta steps between two nodes.
 const STEPS: usize = 8;
 
-/// A section. The frame is that of model §6: the motor's axis the origin, x along the whisker at first touch, y towards the object.
+/// A section. The frame is that of model §6: the motor's axis the origin, x along the whisker at first touch, y towards the object,
+/// z the motor's axis; at upright poles z is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
     /// Arc length s from the clamp in the unloaded whisker, mm.
     pub s: f64,
     /// Centre of the section, mm.
-    pub at: DVec2,
+    pub at: DVec3,
     /// ψ(s), rad: its turn against the section at the contact, where it is 0.
     pub psi: f64,
-    /// Direction of the whisker's axis against x, rad; with shear, of the section's normal.
+    /// Direction of the whisker's axis against x, seen along the motor's axis, rad; with shear, of the section's normal.
     pub direction: f64,
     /// Strain of the fibre on the side that touches.
     pub strain: f64,
@@ -38,9 +39,9 @@ pub struct Shape {
     /// From the clamp to the tip; two at the contact, where the strain ends. Where it has slipped off, to the contact beyond the tip.
     pub nodes: Vec<Node>,
     /// Where the force acts, mm.
-    pub contact: DVec2,
+    pub contact: DVec3,
     /// Centre of the pole, mm.
-    pub pole: DVec2,
+    pub pole: DVec3,
 }
 
 /// Angle, place and side strain while s falls from the contact: ψ, r (contact frame).
@@ -86,12 +87,28 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     };
     let (base, clamp) = bent.last().map(|(_, [psi, x, y], _)| (*psi, DVec2::new(*x, *y)))?;
     let frame = turn - base;
-    let to_lab = |r: DVec2| DVec2::from_angle(turn) * setup.hub + DVec2::from_angle(frame).rotate(r - clamp);
+    let azimuth = if outcome.azimuth.is_nan() { 0.0 } else { outcome.azimuth };
+    // The plane of bending is that of rotation, turned round the base tangent by φ.
+    let out = |v: DVec2| {
+        let m = azimuth.cos() * v.y;
+        (DVec2::from_angle(turn).rotate(DVec2::new(v.x, m))).extend(azimuth.sin() * v.y)
+    };
+    let to_lab = |r: DVec2| match azimuth {
+        0.0 => (DVec2::from_angle(turn) * setup.hub + DVec2::from_angle(frame).rotate(r - clamp)).extend(0.0),
+        _ => out(DVec2::X * setup.hub + DVec2::from_angle(-base).rotate(r - clamp)),
+    };
+    let direction = |psi: f64| match azimuth {
+        0.0 => frame + psi,
+        _ => {
+            let along = out(DVec2::from_angle(psi - base));
+            along.y.atan2(along.x)
+        }
+    };
     let node = |(s, [psi, x, y], strain): &(f64, State, f64)| Node {
         s: *s,
         at: to_lab(DVec2::new(*x, *y)),
         psi: *psi,
-        direction: frame + psi,
+        direction: direction(*psi),
         strain: *strain,
     };
     let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
@@ -102,7 +119,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
             s,
             at: to_lab(DVec2::new(s - arc, 0.0)),
             psi: 0.0,
-            direction: frame,
+            direction: direction(0.0),
             strain: 0.0,
         };
         all.extend([free(arc), free(length)]);

@@ -1,11 +1,13 @@
 //! `shape.csv` and `contacts.csv`.
 
+use glam::DVec3;
+
 use super::{Node, Shape, shape};
 use crate::design::Design;
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::evaluate::{Evaluator, Outcome, Task};
-use crate::scene::{Column, Setup, Space, Spec, Tuple};
+use crate::scene::{Column, DirectionColumns, Setup, Space, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::table::Field;
@@ -16,8 +18,9 @@ pub const FILES: [&str; 2] = ["shape.csv", "contacts.csv"];
 /// Taps of which shapes are written at most.
 pub const MOST_TAPS: u64 = 10_000;
 
-/// Columns of `shape.csv`; the place of the drive is told by its name.
-pub const COLUMNS: [&str; 14] = [
+/// Columns of `shape.csv`, those of the pole's direction and z where the spec says tilt or lean; the place of the drive is told by its
+/// name.
+pub const COLUMNS: [&str; 17] = [
     "tap",
     "D_mm",
     "d_mm",
@@ -25,17 +28,20 @@ pub const COLUMNS: [&str; 14] = [
     "x_ss_mm",
     "l_mm",
     "a_mm",
+    "tilt_deg",
+    "lean_deg",
     "theta_deg",
     "s_mm",
     "x_mm",
     "y_mm",
+    "z_mm",
     "psi_deg",
     "direction_deg",
     "strain",
 ];
 
 /// Columns of `contacts.csv`.
-pub const CONTACTS: [&str; 22] = [
+pub const CONTACTS: [&str; 26] = [
     "tap",
     "D_mm",
     "d_mm",
@@ -43,6 +49,8 @@ pub const CONTACTS: [&str; 22] = [
     "x_ss_mm",
     "l_mm",
     "a_mm",
+    "tilt_deg",
+    "lean_deg",
     "theta_deg",
     "hub_mm",
     "gauge_from_mm",
@@ -53,8 +61,10 @@ pub const CONTACTS: [&str; 22] = [
     "contact_arc_mm",
     "contact_x_mm",
     "contact_y_mm",
+    "contact_z_mm",
     "pole_x_mm",
     "pole_y_mm",
+    "pole_z_mm",
     "pole_radius_mm",
     "contact_state",
     "status",
@@ -77,7 +87,7 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
     let outcomes = Evaluator::new(setup, method).run(&designs, &tasks)?;
     let (mut nodes_text, mut contacts) = (header(&COLUMNS, setup)?, header(&CONTACTS, setup)?);
@@ -88,7 +98,7 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
         counts.shapes += usize::from(bent.is_some());
         let of = |s: &Shape| s.nodes.clone();
         for node in bent.as_ref().map(of).unwrap_or_default() {
-            nodes_text.row(&mut section(i, &tuples[i], &node)).map_err(failed)?;
+            nodes_text.row(&mut section(setup.directions, i, &tuples[i], &node)).map_err(failed)?;
         }
         contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref())).map_err(failed)?;
     }
@@ -102,8 +112,14 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
 
 fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
     let mut text = Text::default();
+    let DirectionColumns { tilt, lean } = setup.directions;
     let names: Vec<&str> = columns
         .iter()
+        .filter(|c| match **c {
+            "tilt_deg" => tilt,
+            "lean_deg" => lean,
+            name => tilt || lean || !name.ends_with("z_mm"),
+        })
         .map(|c| if *c == "theta_deg" { Column::Drive.name(setup.drive) } else { *c })
         .collect();
     text.header(&names).map_err(|e| Error::Run(e.to_string()))?;
@@ -131,11 +147,24 @@ fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     }
 }
 
-fn section(tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
+/// What a tap is of.
+fn tap_columns(DirectionColumns { tilt, lean }: DirectionColumns, t: &Tuple) -> impl Iterator<Item = Field> {
+    let whisker = [t.D, t.d, t.L_a, t.x_ss, t.l, t.a].into_iter();
+    let stroke = tilt.then_some(t.tilt).into_iter().chain(lean.then_some(t.lean)).chain([t.drive]);
+    whisker.chain(stroke).map(Field::Number)
+}
+
+/// A place, its z where directions are told.
+fn place(DirectionColumns { tilt, lean }: DirectionColumns, at: DVec3) -> impl Iterator<Item = f64> {
+    [at.x, at.y].into_iter().chain((tilt || lean).then_some(at.z))
+}
+
+fn section(shown: DirectionColumns, tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
     let mut row = vec![Field::Count(tap as u64)];
-    row.extend(tuple.to_array().map(Field::Number));
+    row.extend(tap_columns(shown, tuple));
     let angles = [node.psi, node.direction].map(f64::to_degrees);
-    row.extend([node.s, node.at.x, node.at.y, angles[0], angles[1], node.strain].map(Field::Number));
+    let numbers = [node.s].into_iter().chain(place(shown, node.at)).chain(angles).chain([node.strain]);
+    row.extend(numbers.map(Field::Number));
     row
 }
 
@@ -148,9 +177,10 @@ fn contact(
     bent: Option<&Shape>,
 ) -> Vec<Field> {
     let mut row = vec![Field::Count(tap as u64)];
-    row.extend(tuple.to_array().map(Field::Number));
+    row.extend(tap_columns(setup.directions, tuple));
     let gauge = design.shared.as_ref().map_or([f64::NAN; 2], |s| s.gauge);
-    let at = bent.map_or([f64::NAN; 4], |s| [s.contact.x, s.contact.y, s.pole.x, s.pole.y]);
+    let at = bent.map_or([DVec3::NAN; 2], |s| [s.contact, s.pole]);
+    let at = at.into_iter().flat_map(|at| place(setup.directions, at));
     let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];
     row.extend(
         [setup.hub]

@@ -7,7 +7,7 @@ use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
 use crate::scene::sampler::Sampler;
-use crate::scene::{Axis, Drive, Spec};
+use crate::scene::{DirectionColumns, Drive, Layout, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::run_json;
 use crate::sink::table::Field;
@@ -146,9 +146,10 @@ impl Dice {
         (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
     }
 
-    /// Standard normal (Box and Muller 1958).
-    fn normal(&self) -> f64 {
-        (-2.0 * self.uniform(0).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(1)).cos()
+    /// Two standard normal numbers, independent of each other (Box and Muller 1958).
+    fn normal(&self) -> [f64; 2] {
+        let (size, turn) = ((-2.0 * self.uniform(0).ln()).sqrt(), std::f64::consts::TAU * self.uniform(1));
+        [size * turn.cos(), size * turn.sin()]
     }
 }
 
@@ -188,45 +189,55 @@ pub fn document(spec: &Spec, [settings, counts, seconds]: [&Value; 3]) -> Value 
     )
 }
 
-/// Simulates taps of `rig` at these distances and drives: for every distance, for every repeat, all drives in turn. `write`
-/// takes the bytes of the table.
+/// Which taps are simulated.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// Distances, and strokes: directions of the pole and drives.
+    pub layout: &'a Layout,
+    /// Columns of the pole's direction that are written.
+    pub directions: DirectionColumns,
+}
+
+/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the bytes of
+/// the table.
 ///
 /// # Errors
 /// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
-    [distances, drives]: [&Axis; 2],
+    asked: Asked<'_>,
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
     let text_error = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
-    let columns =
-        ["a_mm", rig.setup.drive.column(), settings.unit.column(), "repeat", "source", "fault", "status"];
-    text.header(&columns).map_err(text_error)?;
+    text.header(&columns(rig, asked.directions, settings.unit)).map_err(text_error)?;
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();
-    let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
-    let per = (BATCH as u64 / drives.len().max(1)).max(1);
+    let layout = asked.layout;
+    let strokes: Vec<Tuple> = (0..layout.n_drives).map(|j| layout.stroke(&layout.design(0), j)).collect();
+    let (row, since_zero, last) = (0, u64::MAX, [0.0; 2]);
+    let mut state = State { settings, rig, shown: asked.directions, row, since_zero, last };
+    let per = (BATCH as u64 / layout.n_drives.max(1)).max(1);
     let mut from = 0;
-    while from < distances.len() {
-        let to = (from + per).min(distances.len());
-        let labels: Vec<f64> = (from..to).map(|i| distances.at(i)).collect();
-        let task = |a: &f64, drive: f64| Task {
-            design: 0,
-            a: a + settings.a_offset,
-            drive: drive + settings.drive_offset,
+    while from < layout.n_distances {
+        let to = (from + per).min(layout.n_distances);
+        let labels: Vec<f64> = (from..to).map(|i| layout.distance(i)).collect();
+        let task = |a: f64, t: &Tuple| {
+            let drive = t.drive + settings.drive_offset;
+            Task { a: a + settings.a_offset, drive, ..Task::of(0, t) }
         };
-        let tasks: Vec<Task> = labels.iter().flat_map(|a| drives.iter().map(move |d| task(a, d))).collect();
+        let tasks: Vec<Task> = labels.iter().flat_map(|a| strokes.iter().map(|t| task(*a, t))).collect();
         let outcomes = evaluator.run(&designs, &tasks)?;
         for (k, a) in labels.iter().enumerate() {
-            let here = &outcomes[k * drives.len() as usize..][..drives.len() as usize];
-            let other = distances.at((from + k as u64 + 1) % distances.len());
+            let here = &outcomes[k * strokes.len()..][..strokes.len()];
+            let other = layout.distance((from + k as u64 + 1) % layout.n_distances);
             for repeat in 1..=settings.repeats {
-                for (drive, tap) in drives.iter().zip(here) {
-                    state.tap(&mut text, &mut counts, (*a, other), drive, repeat, tap).map_err(text_error)?;
+                for (stroke, tap) in strokes.iter().zip(here) {
+                    let stroke = Tuple { a: *a, ..*stroke };
+                    state.tap(&mut text, &mut counts, (&stroke, other), repeat, tap).map_err(text_error)?;
                 }
                 if text.len() > 1 << 20 {
                     write(&std::mem::take(&mut text).into_bytes())?;
@@ -236,19 +247,33 @@ pub fn simulate(
         from = to;
     }
     if settings.zero_every.is_some() {
-        state.zero(&mut text, &mut counts, distances.at(distances.len() - 1)).map_err(text_error)?;
+        let last = Tuple { a: layout.distance(layout.n_distances - 1), ..strokes[strokes.len() - 1] };
+        state.zero(&mut text, &mut counts, &last).map_err(text_error)?;
     }
     write(&text.into_bytes())?;
     Ok(counts)
+}
+
+/// Names of the columns.
+fn columns(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Vec<&'static str> {
+    let mut columns = vec!["a_mm"];
+    columns.extend(shown.tilt.then_some("tilt_deg"));
+    columns.extend(shown.lean.then_some("lean_deg"));
+    columns.extend([rig.setup.drive.column(), unit.column()]);
+    columns.extend(rig.setup.gauge.second.then(|| unit.second()));
+    columns.extend(["repeat", "source", "fault", "status"]);
+    columns
 }
 
 /// What one row hands to the next.
 struct State<'a> {
     settings: &'a Settings,
     rig: &'a Rig,
+    shown: DirectionColumns,
     row: u32,
     since_zero: u64,
-    last: f64,
+    /// Strains of the last tap.
+    last: [f64; 2],
 }
 
 impl State<'_> {
@@ -257,23 +282,34 @@ impl State<'_> {
         Dice { seed: self.settings.seed, row: self.row }
     }
 
-    /// The recorded value of a strain (zero, noise, end stop, factor, unit), and whether the sensor stopped.
-    fn record(&mut self, strain: f64) -> (f64, bool) {
-        let s = self.settings;
-        let noise = if s.noise > 0.0 { s.noise * self.dice().normal() } else { 0.0 };
-        let strain = strain + s.drift * f64::from(self.row) + noise;
-        self.row = self.row.wrapping_add(1);
+    /// The recorded values of the strains of both gauges (zero, noise, end stop, factor, unit), and whether a sensor that is there stopped.
+    fn record(&mut self, strains: [f64; 2]) -> ([f64; 2], bool) {
+        let (s, second) = (self.settings, self.rig.setup.gauge.second);
+        let noise = if s.noise > 0.0 { self.dice().normal().map(|z| s.noise * z) } else { [0.0; 2] };
         let stop = s.saturate.unwrap_or(f64::INFINITY);
-        let value = s.unit.value(s.factor * strain.clamp(-stop, stop), self.rig.setup.gauge.factor);
-        (value, strain.abs() > stop)
+        let drift = s.drift * f64::from(self.row);
+        self.row = self.row.wrapping_add(1);
+        let read = [0, 1].map(|k| strains[k] + drift + noise[k]);
+        let value = |x: f64| s.unit.value(s.factor * x.clamp(-stop, stop), self.rig.setup.gauge.factor);
+        (read.map(value), read[0].abs() > stop || second && read[1].abs() > stop)
     }
 
-    fn zero(&mut self, text: &mut Text, counts: &mut Counts, a: f64) -> csv::Result<()> {
-        let (value, _) = self.record(0.0);
+    /// Where a row is, how far it is driven, and what is recorded.
+    fn row(&self, at: &Tuple, drive: f64, values: [f64; 2]) -> Vec<Field> {
+        let mut row = vec![Field::Number(at.a)];
+        row.extend(self.shown.tilt.then_some(Field::Number(at.tilt)));
+        row.extend(self.shown.lean.then_some(Field::Number(at.lean)));
+        row.extend([drive, values[0]].map(Field::Number));
+        row.extend(self.rig.setup.gauge.second.then_some(Field::Number(values[1])));
+        row
+    }
+
+    fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> csv::Result<()> {
+        let (values, _) = self.record([0.0; 2]);
         counts.zeros += 1;
         self.since_zero = 0;
-        let mut row =
-            vec![Field::Number(a), Field::Number(0.0), Field::Number(value), Field::Number(f64::NAN)];
+        let mut row = self.row(at, 0.0, values);
+        row.push(Field::Number(f64::NAN));
         text.row_with(&mut row, &[SOURCE, "", "ok"])
     }
 
@@ -281,27 +317,27 @@ impl State<'_> {
         &mut self,
         text: &mut Text,
         counts: &mut Counts,
-        (a, other): (f64, f64),
-        drive: f64,
+        (at, other): (&Tuple, f64),
         repeat: u64,
         tap: &crate::evaluate::Outcome,
     ) -> csv::Result<()> {
         if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
-            self.zero(text, counts, a)?;
+            self.zero(text, counts, at)?;
         }
         self.since_zero = self.since_zero.saturating_add(1);
-        let memory = self.settings.hysteresis * self.last;
+        let memory = self.last.map(|strain| self.settings.hysteresis * strain);
         let dice = self.dice();
         let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
-        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != a;
+        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != at.a;
         let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
-        let (value, stopped) = self.record(spike * (tap.strain + memory));
+        let strains = [tap.strain, tap.strain_2];
+        let (values, stopped) = self.record([0, 1].map(|k| spike * (strains[k] + memory[k])));
         if tap.strain.is_finite() {
-            self.last = tap.strain;
+            self.last = strains.map(|strain| if strain.is_nan() { 0.0 } else { strain });
         } else {
             counts.unsolved += 1;
         }
-        let label = if mislabelled { other } else { a };
+        let label = Tuple { a: if mislabelled { other } else { at.a }, ..*at };
         let fault = match (stopped, mislabelled, wrong) {
             (true, ..) => "saturated",
             (_, true, _) => "mislabelled",
@@ -311,7 +347,7 @@ impl State<'_> {
         counts.faults += u64::from(!fault.is_empty());
         counts.taps += 1;
         let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
-        let mut row: Vec<Field> = [label, drive, value].map(Field::Number).to_vec();
+        let mut row = self.row(&label, at.drive, values);
         row.push(Field::Count(repeat));
         text.row_with(&mut row, &[SOURCE, fault, &status])
     }

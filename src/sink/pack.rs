@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use crate::evaluate::Outcome;
-use crate::scene::Tuple;
+use crate::scene::{Direction, Tuple};
 use crate::statistics::Figures;
 use crate::status::Status;
 
@@ -212,6 +212,16 @@ impl Packed for Tuple {
     }
 }
 
+impl Packed for Direction {
+    fn pack(&self, to: &mut Packer<'_>) {
+        [self.tilt, self.lean].pack(to);
+    }
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let [tilt, lean] = from.take()?;
+        Some(Self { tilt, lean })
+    }
+}
+
 impl Packed for Figures {
     fn pack(&self, to: &mut Packer<'_>) {
         self.n.pack(to);
@@ -233,20 +243,25 @@ impl Packed for Outcome {
     fn pack(&self, to: &mut Packer<'_>) {
         [self.strain, self.strain_linear, self.deviation, self.normal_force, self.tangential_force, self.arc]
             .pack(to);
+        [self.strain_2, self.azimuth, self.slide].pack(to);
         (self.sweeps, self.status).pack(to);
         (self.sticking, self.interpolated, self.referred).pack(to);
     }
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         let [strain, strain_linear, deviation, normal_force, tangential_force, arc] = from.take()?;
+        let [strain_2, azimuth, slide] = from.take()?;
         let (sweeps, status) = from.take()?;
         let (sticking, interpolated, referred) = from.take()?;
         Some(Self {
             strain,
+            strain_2,
             strain_linear,
             deviation,
             normal_force,
             tangential_force,
             arc,
+            azimuth,
+            slide,
             sticking,
             sweeps,
             interpolated,

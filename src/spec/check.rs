@@ -2,7 +2,7 @@
 
 use super::axis::AxisItem;
 use super::reader::Result;
-use crate::scene::{Contact, Geometry, Material, Model};
+use crate::scene::{COLUMNS, Contact, Geometry, Material, Model};
 
 /// A set of numbers and how to name it to the user.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +24,7 @@ pub(super) const MOST: f64 = 1e12;
 pub(super) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
 pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);
 pub(super) const TAP_ANGLE: Domain = domain("0 < theta < 90 degrees", |v| v > 0.0 && v < 90.0);
+pub(super) const LEANING: Domain = domain("-90 < degrees < 90", |v| v.abs() < 90.0);
 pub(super) const MODULUS: Domain = domain("> 0 MPa", |v| v > 0.0);
 pub(super) const POISSON: Domain = domain("0 … 0.5", |v| (0.0..=0.5).contains(&v));
 pub(super) const FRICTION: Domain = domain("≥ 0", |v| v >= 0.0);
@@ -43,10 +44,10 @@ fn fits(part: f64, whole: f64) -> bool {
     part <= whole * (1.0 + 1e-12)
 }
 
-/// Refuses values of D, d, L_a, x_ss, l, a, drive that no tuple can satisfy, each judged against the most
+/// Refuses values of D, d, L_a, x_ss, l, a that no tuple can satisfy, each judged against the most
 /// permissive values of the other axes.
-pub(super) fn satisfiable(axes: &[AxisItem<'_>; 7]) -> Result<()> {
-    let [_, _, length, place, grid, distance, _] = axes;
+pub(super) fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
+    let [_, _, length, place, grid, distance, ..] = axes;
     let longest = length.axis.max();
     let (nearest, first, shortest) = (distance.axis.min(), place.axis.min(), grid.axis.min());
 

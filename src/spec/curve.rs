@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::reader::{Document, Item, Result};
-use super::table;
+use super::table::{self, Columns};
 use crate::error::InputError;
 use crate::physics::fit::{self, Unfit};
 use crate::scene::MaterialFit;
@@ -26,9 +26,11 @@ pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<
     let (label, text) = table::open(item, base, "curve")?;
     let document = Document { file: &label, text: &text };
     let mut points = Vec::new();
-    let warning = table::read(&document, [STRAIN, STRESS], allowed, &mut |[strain, stress], start| {
-        points.push(Point { strain, stress, start });
-    })?;
+    let header =
+        table::read(&document, Columns::all([STRAIN, STRESS]), allowed, &mut |[strain, stress], start| {
+            points.push(Point { strain, stress, start });
+        })?;
+    let warning = header.warning(&label);
     let points = checked(&document, points)?;
     let (first, last) = (points[0][0], points[points.len() - 1][0]);
     let law = fit::yeoh(&points).map_err(|why| refusal(&document, why, [first, last]))?;

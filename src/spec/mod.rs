@@ -7,6 +7,7 @@
 mod axis;
 mod check;
 mod curve;
+mod direction;
 pub mod keys;
 mod model;
 mod optimise;
@@ -83,16 +84,24 @@ pub(crate) fn of_table(
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let (space, mut warnings) = space::read(&sections, drive, base)?;
+    let space::Read { space, directions, leaning, mut warnings } = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
-    sections::rankable(&sections, &estimate, &output)?;
+    direction::allowed(&leaning, &model.model)?;
+    direction::told(&sections, &gauge, &estimate)?;
+    if leaning.iter().all(Option::is_none) {
+        sections::rankable(&sections, &estimate, &output)?;
+    }
     warnings.extend(sections::idle(&estimate));
     let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: text.to_owned(),
-        study: Study { setup: Setup { hub, drive, gauge, model: model.model, estimate }, space, output },
+        study: Study {
+            setup: Setup { hub, drive, gauge, model: model.model, estimate, directions },
+            space,
+            output,
+        },
         material_fit: model.fit,
         run,
         in_force: sections.in_force(),

@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
 };
-use crate::scene::{Column, Drive, Factor, Space, Spec, Theory};
+use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -23,6 +23,9 @@ const MOST_SAMPLES: u64 = 1 << 16;
 const WEIGHT: Domain = Domain { allowed: "≥ 0", holds: |v| v >= 0.0 };
 const DEVIATION: Domain =
     Domain { allowed: "a standard deviation ≥ 0, in the key's unit", holds: |v| v >= 0.0 };
+/// Cut at three standard deviations a pole still leans by less than 90°.
+const LEANING_DEVIATION: Domain =
+    Domain { allowed: "a standard deviation ≥ 0 and < 30 degrees", holds: |v| (0.0..30.0).contains(&v) };
 const SECONDS: Domain = Domain { allowed: "> 0 s", holds: |v| v > 0.0 };
 
 const BUDGET: &str = "{ evaluations = 20000 }, { seconds = 30 } or both; each > 0";
@@ -42,6 +45,9 @@ fn keys(drive: Drive) -> [(&'static str, &'static str, Column, Domain); 6] {
         },
     ]
 }
+
+/// Keys of the pole's direction, which is no variable: nobody chooses it.
+const DIRECTIONS: [(&str, Column); 2] = [("tilt", Column::Tilt), ("lean", Column::Lean)];
 
 /// Reads the section by itself.
 pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
@@ -64,6 +70,13 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
             word.word()
         );
         return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
+    }
+    let leaning =
+        |r: &Robust| r.tilts() && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c));
+    if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
+        let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
+        let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
+        return Err(section.get("robust")?.error(message).allowed(allowed));
     }
     let gauge = sections.section("gauge").get("strain_limit")?;
     let (limits, places) = limits(&section, &gauge)?;
@@ -167,15 +180,21 @@ fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let keys = keys(drive);
     let mut known = keys.map(|(_, key, ..)| key).to_vec();
+    known.extend(DIRECTIONS.map(|(key, _)| key));
     known.extend(["samples", "measure", "calibrated"]);
     item.only(&known, &known.join(", "))?;
-    let mut sd = [0.0; 7];
+    let mut sd = [0.0; COLUMNS];
     for (_, key, column, _) in keys {
         if let Some(value) = item.child(key) {
             sd[column as usize] = value.within(&DEVIATION)?;
         }
     }
-    if sd == [0.0; 7] {
+    for (key, column) in DIRECTIONS {
+        if let Some(value) = item.child(key) {
+            sd[column as usize] = value.within(&LEANING_DEVIATION)?;
+        }
+    }
+    if sd == [0.0; COLUMNS] {
         let message = "no standard deviation is larger than zero: nothing to be robust against";
         return Err(item.error(message).allowed(known.join(", ")));
     }
@@ -191,6 +210,11 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
         measure: item.child("measure").map_or(Ok(Measure::Mean), measure)?,
         calibrated: item.child("calibrated").map_or(Ok(Calibrated::Each), calibrated)?,
     })
+}
+
+/// Whether a column is one of the pole's direction.
+fn is_direction(column: Column) -> bool {
+    DIRECTIONS.iter().any(|(_, c)| *c == column)
 }
 
 /// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid, and
@@ -260,6 +284,20 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
                     .allowed("a value, a list or a range"));
             }
             None => {}
+        }
+    }
+    for (key, column) in DIRECTIONS {
+        let Some(item) = sections.section("tap").written(key) else { continue };
+        let axis = axis(column).filter(|axis| axis.len() > 1 || axis.at(0) != 0.0);
+        if axis.is_some_and(|axis| axis.len() > 1) {
+            return Err(item
+                .error("a search needs one direction of the object's edge")
+                .allowed("one number"));
+        }
+        if axis.is_some() && search.robust.as_ref().is_some_and(Robust::tilts) {
+            let message =
+                "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
+            return Err(item.error(message).allowed("0, or nothing"));
         }
     }
     let ends = |column: Column| {

@@ -19,8 +19,11 @@ side = "contact"
 noise_strain = 0.0
 strain_limit = 0.05
 factor = 2.21
+second = false
 [tap]
 drive = "angle"
+tilt = 0.0
+lean = 0.0
 [model]
 geometry = "exact"
 shear = false

@@ -18,6 +18,7 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
         noise_strain: section.optional("noise_strain", |v| v.within(&NOISE))?,
         strain_limit: section.get("strain_limit")?.within(&STRAIN_LIMIT)?,
         factor: section.get("factor")?.within(&POSITIVE)?,
+        second: section.get("second")?.flag()?,
     })
 }
 

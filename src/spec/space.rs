@@ -3,16 +3,38 @@
 use std::path::Path;
 
 use super::axis::AxisItem;
-use super::check::{self, LENGTH, PLACE, TAP_ANGLE};
-use super::reader::Result;
+use super::check::{self, LEANING, LENGTH, PLACE, TAP_ANGLE};
+use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::tuple_file;
 use crate::scene::space::AXIS_LIMIT;
-use crate::scene::{Column, Drive, Space};
+use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Space};
 
-/// Section and key of each column; the last has the key of its drive.
-pub(super) const KEYS: [(&str, &str); 6] =
-    [("whisker", "D"), ("whisker", "d"), ("whisker", "L_a"), ("gauge", "x_ss"), ("gauge", "l"), ("tap", "a")];
+/// Section and key of each column but the last, which has the key of its drive.
+pub(super) const KEYS: [(&str, &str); 8] = [
+    ("whisker", "D"),
+    ("whisker", "d"),
+    ("whisker", "L_a"),
+    ("gauge", "x_ss"),
+    ("gauge", "l"),
+    ("tap", "a"),
+    ("tap", "tilt"),
+    ("tap", "lean"),
+];
+
+/// Of these, the keys of the pole's direction.
+pub(super) const DIRECTIONS: [&str; 2] = ["tilt", "lean"];
+
+/// The tuples, and what is said of them.
+pub(super) struct Read<'a> {
+    pub space: Space,
+    /// Columns of the pole's direction that were asked for.
+    pub directions: DirectionColumns,
+    /// Where poles tilt, and where they lean, if they do.
+    pub leaning: [Option<Item<'a>>; 2],
+    /// About a tuple file.
+    pub warnings: Vec<String>,
+}
 
 /// Key of a drive in `[tap]`.
 pub(super) fn drive_key(drive: Drive) -> &'static str {
@@ -23,7 +45,7 @@ pub(super) fn drive_key(drive: Drive) -> &'static str {
 }
 
 /// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
-pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result<(Space, Vec<String>)> {
+pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let key = drive_key(drive);
     let other = drive_key(if drive == Drive::Angle { Drive::Displacement } else { Drive::Angle });
     let tap = sections.section("tap");
@@ -47,26 +69,37 @@ pub(super) fn read(sections: &Sections<'_>, drive: Drive, base: &Path) -> Result
     }
 
     let mut sampled = 0;
-    let mut axes = Vec::with_capacity(7);
+    let mut axes = Vec::with_capacity(COLUMNS);
     for (section, key) in keys {
         let domain = match key {
             "x_ss" => PLACE,
             "theta" => TAP_ANGLE,
+            _ if DIRECTIONS.contains(&key) => LEANING,
             _ => LENGTH,
         };
         let read = AxisItem::read(sections.section(section).get(key)?, &domain, sampled)?;
         sampled += u32::from(read.axis.points().is_some());
         axes.push(read);
     }
-    let axes: [AxisItem<'_>; 7] = axes.try_into().expect("seven columns");
+    let axes: [AxisItem<'_>; COLUMNS] = axes.try_into().expect("as many as there are columns");
     check::satisfiable(&axes)?;
     zipped(&axes)?;
     short(&axes)?;
-    grid(axes).map(|space| (space, Vec::new()))
+    let [tilt, lean] = DIRECTIONS.map(|key| tap.written(key).is_some());
+    let leaning = [Column::Tilt, Column::Lean].map(|column| {
+        let AxisItem { item, axis } = &axes[column as usize];
+        (axis.min() != 0.0 || axis.max() != 0.0).then(|| item.clone())
+    });
+    Ok(Read {
+        space: grid(axes)?,
+        directions: DirectionColumns { tilt, lean },
+        leaning,
+        warnings: Vec::new(),
+    })
 }
 
 /// Sampled axes share one point set, and `a` shares it with none.
-fn zipped(axes: &[AxisItem<'_>; 7]) -> Result<()> {
+fn zipped(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
     let mut sampled =
         Column::ALL.into_iter().zip(axes).filter_map(|(column, a)| Some((column, a, a.axis.points()?)));
     let Some((_, first, points)) = sampled.next() else {
@@ -96,24 +129,40 @@ fn zipped(axes: &[AxisItem<'_>; 7]) -> Result<()> {
     Ok(())
 }
 
-/// Distances, and drives that do not belong to a design, are few enough to keep statistics of each.
-fn short(axes: &[AxisItem<'_>; 7]) -> Result<()> {
-    let [whisker @ .., a, drive] = axes;
-    let zipped = drive.axis.points().is_some() && whisker.iter().any(|w| w.axis.points().is_some());
-    match [a, drive].into_iter().find(|x| x.axis.len() > AXIS_LIMIT && !(zipped && std::ptr::eq(*x, drive))) {
-        Some(long) => Err(long
-            .item
-            .error(format!("one design would have too many of these, {}; use several specs", long.axis.len()))
-            .allowed(format!("at most {AXIS_LIMIT} values"))),
-        None => Ok(()),
+/// Distances and strokes (tilts, leans and drives that do not belong to a design) are few enough to keep statistics of each.
+fn short(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
+    let [whisker @ .., a, tilt, lean, drive] = axes;
+    let many = |long: &AxisItem<'_>, n: u64| {
+        let message = format!("one design would have too many of these, {n}; use several specs");
+        Err(long.item.error(message).allowed(format!("at most {AXIS_LIMIT} values")))
+    };
+    if a.axis.len() > AXIS_LIMIT {
+        return many(a, a.axis.len());
+    }
+    let sampled = |x: &AxisItem<'_>| x.axis.points().is_some();
+    let zipped = whisker.iter().any(sampled);
+    let (mut strokes, mut samples, mut longest) = (1u64, 1, tilt);
+    for part in [drive, tilt, lean].into_iter().filter(|x| !(zipped && sampled(x))) {
+        if sampled(part) {
+            samples = part.axis.len();
+        } else {
+            strokes = strokes.saturating_mul(part.axis.len());
+        }
+        if part.axis.len() > longest.axis.len() {
+            longest = part;
+        }
+    }
+    match strokes.saturating_mul(samples) {
+        n if n > AXIS_LIMIT => many(longest, n),
+        _ => Ok(()),
     }
 }
 
 /// The grid of `axes`, unless it is too large to be counted.
-fn grid(axes: [AxisItem<'_>; 7]) -> Result<Space> {
+fn grid(axes: [AxisItem<'_>; COLUMNS]) -> Result<Space> {
     let largest = axes.iter().max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
-    Space::grid(axes.map(|a| a.axis)).ok_or_else(|| {
+    Space::tilted(axes.map(|a| a.axis)).ok_or_else(|| {
         let message = "all axes together have more than 2^64 tuples; make this axis shorter";
-        largest.expect("there are seven").error(message)
+        largest.expect("there are axes").error(message)
     })
 }

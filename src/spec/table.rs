@@ -20,29 +20,50 @@ pub(super) fn open(item: &Item<'_>, base: &Path, what: &str) -> Result<(String, 
     }
 }
 
+/// Columns of a table by name, each with a value for each row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Columns<'a, const N: usize> {
+    /// All.
+    pub names: [&'a str; N],
+    /// Those that a table may lack: zero in all of its rows.
+    pub spare: &'a [&'a str],
+}
+
+impl<'a, const N: usize> Columns<'a, N> {
+    /// None of which a table may lack.
+    pub fn all(names: [&'a str; N]) -> Self {
+        Self { names, spare: &[] }
+    }
+
+    /// Those that a table must have, separated.
+    fn required(&self, separator: &str) -> String {
+        let required: Vec<&str> = self.names.into_iter().filter(|name| !self.spare.contains(name)).collect();
+        required.join(separator)
+    }
+}
+
 /// Reads `columns`, whose values `allowed` describes, and hands each row and the byte where it starts to `row`. Lines
-/// that start with `#` are skipped. A warning where other columns were ignored.
+/// that start with `#` are skipped. What its first line says.
 pub(super) fn read<const N: usize>(
     document: &Document<'_>,
-    columns: [&str; N],
+    columns: Columns<'_, N>,
     allowed: fn(&str) -> &'static str,
     row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Option<String>> {
-    let header = scan(document.text.as_bytes(), columns, allowed, row).map_err(|trouble| match trouble {
+) -> Result<Header<N>> {
+    scan(document.text.as_bytes(), columns, allowed, row).map_err(|trouble| match trouble {
         Trouble::Csv(e) => InputError::new(format!("this is no CSV file: {e}")).at(document.file, None),
         Trouble::Empty => {
             let error = document.error(None, "this file is empty; its first line must name the columns");
-            error.allowed(columns.join(","))
+            error.allowed(columns.required(","))
         }
         Trouble::Line(fault, record) => fault.on(document, &record),
-    })?;
-    Ok(header.warning(document.file))
+    })
 }
 
 /// What the first line of a table says.
 pub(super) struct Header<const N: usize> {
     /// Places of the columns asked for.
-    pub places: [usize; N],
+    pub places: [Option<usize>; N],
     ignored: Vec<String>,
 }
 
@@ -64,7 +85,7 @@ pub(super) enum Trouble {
 /// As [`read`], from anything; the text need not be held.
 pub(super) fn scan<const N: usize>(
     text: impl Read,
-    columns: [&str; N],
+    columns: Columns<'_, N>,
     allowed: fn(&str) -> &'static str,
     row: &mut dyn FnMut([f64; N], usize),
 ) -> std::result::Result<Header<N>, Trouble> {
@@ -75,7 +96,7 @@ pub(super) fn scan<const N: usize>(
     }
     let names: Vec<String> = record.iter().map(str::to_owned).collect();
     let places = places(&columns, &names).map_err(|e| Trouble::Line(e, record.clone()))?;
-    let ignored = names.iter().filter(|name| !columns.contains(&name.as_str())).cloned().collect();
+    let ignored = names.iter().filter(|name| !columns.names.contains(&name.as_str())).cloned().collect();
 
     while reader.read_record(&mut record).map_err(Trouble::Csv)? {
         if record.len() != names.len() {
@@ -85,7 +106,8 @@ pub(super) fn scan<const N: usize>(
             return Err(Trouble::Line(fault, record));
         }
         let mut values = [0.0; N];
-        for ((value, &place), column) in values.iter_mut().zip(&places).zip(columns) {
+        for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
+            let Some(place) = place else { continue };
             *value = number(&record[place], column, allowed(column))
                 .map_err(|e| Trouble::Line(e, record.clone()))?;
         }
@@ -128,22 +150,26 @@ pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
 }
 
 /// Place of each column in the header.
-fn places<const N: usize>(columns: &[&str; N], names: &[String]) -> std::result::Result<[usize; N], Fault> {
-    let mut places = [0; N];
-    for (place, &column) in places.iter_mut().zip(columns) {
+fn places<const N: usize>(
+    columns: &Columns<'_, N>,
+    names: &[String],
+) -> std::result::Result<[Option<usize>; N], Fault> {
+    let mut places = [None; N];
+    for (place, column) in places.iter_mut().zip(columns.names) {
         let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
         let fault = |message: String| Fault {
             column: Some(column.to_owned()),
             message,
-            allowed: Some(format!("each of {} once, in any order", columns.join(", "))),
+            allowed: Some(format!("each of {} once, in any order", columns.required(", "))),
             ..Fault::default()
         };
-        *place = found.next().ok_or_else(|| {
+        *place = found.next();
+        if place.is_none() && !columns.spare.contains(&column) {
             let extra: Vec<&str> =
-                names.iter().map(String::as_str).filter(|name| !columns.contains(name)).collect();
+                names.iter().map(String::as_str).filter(|name| !columns.names.contains(name)).collect();
             let similar = crate::error::nearest(column, &extra).map(|name| format!("; is {name} meant?"));
-            fault(format!("column {column} is missing{}", similar.unwrap_or_default()))
-        })?;
+            return Err(fault(format!("column {column} is missing{}", similar.unwrap_or_default())));
+        }
         if found.next().is_some() {
             return Err(fault(format!("column {column} appears twice")));
         }

@@ -34,6 +34,12 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
                 .allowed("one number; optimise searches over whiskers"));
         }
     }
+    for (key, column) in [("tilt", Column::Tilt), ("lean", Column::Lean)] {
+        if axis(column).len() > 1 {
+            let item = sections.section("tap").get(key)?;
+            return Err(item.error("this takes one direction of the object's edge").allowed("one number"));
+        }
+    }
     let estimate = &spec.study.setup.estimate;
     // The model itself needs no K.
     let told = estimate.k.is_some() || noisy && estimate.theory == Theory::Exact;

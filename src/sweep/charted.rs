@@ -231,7 +231,8 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
         let outcomes = run.evaluate(&designs, &tasks)?;
         let one = |at: usize| {
             let (design, (_, k, j)) = (&designs[at], rows[at]);
-            let drive = layout.drive(&design.tuple, u64::from(j));
+            let stroke = layout.stroke(&design.tuple, u64::from(j));
+            let (direction, drive) = (stroke.direction(), stroke.drive);
             let taps = &outcomes[at * n..(at + 1) * n];
             let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
             taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
@@ -242,7 +243,16 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             let (row, unit) = (reduced.drives[0], reduced.unit());
             let rank = reduced.rank(0, study.output.by)?;
             let charted = rows[at].0;
-            Some(Kept { rank, index: (k, j), design: design.tuple, drive, row: row.figures(), unit, charted })
+            Some(Kept {
+                rank,
+                index: (k, j),
+                design: design.tuple,
+                direction,
+                drive,
+                row: row.figures(),
+                unit,
+                charted,
+            })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
     }

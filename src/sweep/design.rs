@@ -5,7 +5,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::profile::Profile;
-use crate::scene::{Per, Study};
+use crate::scene::{Direction, Per, Study, Tuple};
 use crate::sink::{
     rows::{Form, Rows},
     run_json::Counts,
@@ -13,7 +13,7 @@ use crate::sink::{
 };
 use crate::statistics::{Reduction, Told};
 
-/// A tap's place in its design: distance and drive.
+/// A tap's place in its design: distance (and direction of the pole), and stroke (the same direction, and drive).
 pub(super) type Place = (usize, usize);
 
 /// What is done with one tap.
@@ -28,7 +28,7 @@ pub(super) struct Wanted<'a> {
     pub tables: &'a dyn Fn(Table) -> bool,
     /// What rows are on their way.
     pub form: Form,
-    /// Drives whose taps are written; all without `top`.
+    /// Strokes whose taps are written; all without `top`.
     pub drives: Option<&'a [u32]>,
 }
 
@@ -43,12 +43,12 @@ pub(super) struct Rendered {
     pub candidates: Vec<Kept>,
 }
 
-/// Axes of a design: its distances, mm, and drives, degrees or mm.
+/// Axes of a design: its distances, mm, each with every direction of the pole, and its strokes: directions and drives, degrees or mm.
 pub(super) struct Axes<'a> {
     pub n: (usize, usize),
     pub reach: [f64; 2],
-    pub distance: &'a (dyn Fn(usize) -> f64 + Sync),
-    pub drive: &'a (dyn Fn(usize) -> f64 + Sync),
+    pub distance: &'a (dyn Fn(usize) -> (f64, Direction) + Sync),
+    pub stroke: &'a (dyn Fn(usize) -> Tuple + Sync),
     /// The model's own curve at each drive, where distances are told by it.
     pub profiles: &'a [Option<Profile>],
 }
@@ -81,13 +81,15 @@ pub(super) fn render(
     let (mut text, mut values, mut waiting) = (none(), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap| {
-        let (a, drive) = ((axes.distance)(i), (axes.drive)(j));
-        let estimated = reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j));
+        let ((a, direction), drive) = ((axes.distance)(i), (axes.stroke)(j).drive);
+        let estimated =
+            reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j).towards(direction));
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
-            let row = TapRow { design: &design.tuple, a, drive, tap, estimated: &estimated, elongation };
-            fields(&TapRow::COLUMNS, &row, &mut values);
+            let row =
+                TapRow { design: &design.tuple, a, direction, drive, tap, estimated: &estimated, elongation };
+            fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
             text.row(&mut values)?;
             out.rows[0] += 1;
             waiting += 1;
@@ -102,9 +104,11 @@ pub(super) fn render(
 
     let unit = reduced.unit();
     for (j, row) in reduced.drives.iter().enumerate() {
-        let (drive, row) = ((axes.drive)(j), row.figures());
+        let stroke = (axes.stroke)(j);
+        let (direction, drive, row) = (stroke.direction(), stroke.drive, row.figures());
         if (wanted.tables)(Table::Designs) {
-            fields(&AtDrive::COLUMNS, &AtDrive { design: &design.tuple, drive, row, unit }, &mut values);
+            let at = AtDrive { design: &design.tuple, direction, drive, row, unit };
+            fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             out.designs.row(&mut values)?;
             out.rows[1] += 1;
         }
@@ -113,6 +117,7 @@ pub(super) fn render(
             rank,
             index: (k, j as u32),
             design: design.tuple,
+            direction,
             drive,
             row,
             unit,
@@ -121,8 +126,9 @@ pub(super) fn render(
     }
     if (wanted.tables)(Table::Distances) {
         for (i, row) in reduced.distances.iter().enumerate() {
-            let row = AtDistance { design: &design.tuple, a: (axes.distance)(i), row, unit };
-            fields(&AtDistance::COLUMNS, &row, &mut values);
+            let (a, direction) = (axes.distance)(i);
+            let row = AtDistance { design: &design.tuple, a, direction, row, unit };
+            fields(&AtDistance::COLUMNS, &study.setup, &row, &mut values);
             out.distances.row(&mut values)?;
             out.rows[2] += 1;
         }

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::profile::Profile;
-use crate::scene::Tuple;
+use crate::scene::{Direction, Tuple};
 use crate::sink::{pack::Packed, rows::Rows, table::Table};
 
 /// Evaluates the designs of `layout` that are the run's own and writes their tables.
@@ -134,10 +134,11 @@ pub(super) fn write_kept(
     let n = kept.len() as u64;
     run.handed.note((n, n, "kept rows"));
     run.counts.kept = Some(n);
-    run.kept = kept.iter().map(|row| Tuple { drive: row.drive, ..row.design }).collect();
+    run.kept =
+        kept.iter().map(|row| Tuple { drive: row.drive, ..row.design.towards(row.direction) }).collect();
     let (mut rows, mut values) = (run.rows(), Vec::new());
     for row in kept {
-        row.fields(&mut values);
+        row.fields(&run.study.setup, &mut values);
         rows.row(&mut values)?;
         run.best.offer(row.clone());
     }
@@ -219,7 +220,7 @@ pub(super) fn small(
         let rendered = with_axes(layout, &designs[d], profiles, |axes| {
             let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
-                taps.iter().enumerate().try_for_each(|(t, tap)| f((t / axes.n.1, t % axes.n.1), tap))
+                taps.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap))
             };
             render(study, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
                 texts.push(text);
@@ -250,9 +251,8 @@ fn large(
     with_axes(layout, &design[0], &profiles, |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
-            let place = |t: usize| (t / axes.n.1, t % axes.n.1);
             if memory.len() as u64 == block {
-                return memory.iter().enumerate().try_for_each(|(t, tap)| f(place(t), tap));
+                return memory.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap));
             }
             let mut from = 0;
             while from < block {
@@ -260,8 +260,8 @@ fn large(
                 let tasks: Vec<Task> =
                     (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
                 let outcomes = run.borrow_mut().read(&design, &tasks)?;
-                for (t, tap) in (from as usize..).zip(&outcomes) {
-                    f(place(t), tap)?;
+                for (t, tap) in (from..).zip(&outcomes) {
+                    f(layout.place(t), tap)?;
                 }
                 if block <= KEEP {
                     memory.extend(outcomes);
@@ -280,17 +280,20 @@ fn large(
 
 pub(super) fn task(layout: &Layout, design: &Design, place: u32, t: u64) -> Task {
     let (i, j) = (t / layout.n_drives, t % layout.n_drives);
-    Task { design: place, a: layout.distance(i), drive: layout.drive(&design.tuple, j) }
+    Task::of(place, &Tuple { a: layout.distance(i), ..layout.stroke(&design.tuple, j) })
 }
 
-/// The designs rows of one design: its place, a drive, and the ends of its distances.
+/// The designs rows of one design: its place, a stroke, and the ends of its distances.
 fn rows<'a>(
     layout: &'a Layout,
     design: &'a Design,
     place: u32,
-) -> impl Iterator<Item = (u32, f64, [f64; 2])> + use<'a> {
+) -> impl Iterator<Item = (u32, Direction, f64, [f64; 2])> + use<'a> {
     let reach = layout.reach();
-    (0..layout.n_drives).map(move |j| (place, layout.drive(&design.tuple, j), reach))
+    (0..layout.n_drives).map(move |j| {
+        let stroke = layout.stroke(&design.tuple, j);
+        (place, stroke.direction(), stroke.drive, reach)
+    })
 }
 
 fn with_axes<R>(
@@ -301,9 +304,12 @@ fn with_axes<R>(
 ) -> R {
     f(&Axes {
         profiles,
-        n: (layout.n_distances as usize, layout.n_drives as usize),
+        n: ((layout.n_distances * layout.n_directions) as usize, layout.n_drives as usize),
         reach: layout.reach(),
-        distance: &|i| layout.distance(i as u64),
-        drive: &|j| layout.drive(&design.tuple, j as u64),
+        distance: &|i| {
+            let (i, direction) = (i as u64 / layout.n_directions, i as u64 % layout.n_directions);
+            (layout.distance(i), layout.direction(&design.tuple, direction * layout.drives_each()))
+        },
+        stroke: &|j| layout.stroke(&design.tuple, j as u64),
     })
 }

@@ -13,7 +13,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
-use crate::scene::Tuple;
+use crate::scene::{Direction, Tuple};
 use crate::sink::{
     pack::Packed,
     rows::Rows,
@@ -25,27 +25,35 @@ use crate::statistics::{Reduction, Told};
 /// Designs whose own curves are solved together.
 const TOGETHER: usize = 1 << 12;
 
+/// A distance, or a drive, and the direction of the pole.
+type Value = (f64, Direction);
+
 /// Values in order of first appearance.
 #[derive(Default)]
 struct Seen {
-    values: Vec<f64>,
+    values: Vec<Value>,
     /// Row in which each value first stood.
     first: Vec<usize>,
 }
 
 /// Places of the values of every design; one map for all designs, most of which have few.
-type Places = HashMap<(usize, u64), usize>;
+type Places = HashMap<(usize, [u64; 3]), usize>;
 
 impl Seen {
-    fn place(&mut self, places: &mut Places, design: usize, x: f64, row: usize) -> usize {
+    fn place(&mut self, places: &mut Places, design: usize, value: Value, row: usize) -> usize {
         let next = self.values.len();
-        let place = *places.entry((design, (x + 0.0).to_bits())).or_insert(next);
+        let place = *places.entry((design, bits(value))).or_insert(next);
         if place == next {
-            self.values.push(x);
+            self.values.push(value);
             self.first.push(row);
         }
         place
     }
+}
+
+/// What makes two values the same.
+fn bits((x, Direction { tilt, lean }): Value) -> [u64; 3] {
+    [x, tilt, lean].map(|x| (x + 0.0).to_bits())
 }
 
 /// Rows of the file that share a design.
@@ -66,7 +74,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     while outcomes.len() < tuples.len() {
         let from = outcomes.len();
         let to = tuples.len().min(from + together);
-        let task = |(t, x): (usize, &Tuple)| Task { design: of_row[t], a: x.a, drive: x.drive };
+        let task = |(t, x): (usize, &Tuple)| Task::of(of_row[t], x);
         let tasks: Vec<Task> = (from..).zip(&tuples[from..to]).map(task).collect();
         outcomes.extend(run.evaluate(&designs, &tasks)?);
         run.progress.at(outcomes.len() as u64, tuples.len() as u64);
@@ -82,7 +90,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             let these = (place as u32..).zip(&groups[place..]).take(TOGETHER);
             let rows = these.flat_map(|(d, group)| {
                 let reach = reach(&group.distances.values);
-                group.drives.values.iter().map(move |drive| (d, *drive, reach))
+                group.drives.values.iter().map(move |(drive, direction)| (d, *direction, *drive, reach))
             });
             (profiles, first) = (run.profiles(&designs, rows, None)?, 0);
         }
@@ -94,19 +102,20 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let told = Told::by(&profiles, first + j);
+            let told = Told::by(&profiles, first + j).towards(t.direction());
             estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));
         }
         first += n.1;
         let unit = reduced.unit();
         let complete = reduced.drives.iter().enumerate().filter_map(|(j, row)| {
             let rank = row.rank(study.output.by, unit)?;
-            let drive = group.drives.values[j];
+            let (drive, direction) = group.drives.values[j];
             // Ties go to the row that stood first in the file.
             Some(Kept {
                 rank,
                 index: (rows[group.drives.first[j]], j as u32),
                 design: design.tuple,
+                direction,
                 drive,
                 row: row.figures(),
                 unit,
@@ -133,11 +142,11 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         run.counts.complete = Some(best.offered);
         best.into_rows()
     });
-    let chosen = kept
-        .as_ref()
-        .map(|rows| rows.iter().map(|r| (key(&r.design), (r.drive + 0.0).to_bits())).collect::<HashSet<_>>());
+    let chosen = kept.as_ref().map(|rows| {
+        rows.iter().map(|r| (key(&r.design), bits((r.drive, r.direction)))).collect::<HashSet<_>>()
+    });
     let wants_row =
-        |t: &Tuple| chosen.as_ref().is_none_or(|c| c.contains(&(key(t), (t.drive + 0.0).to_bits())));
+        |t: &Tuple| chosen.as_ref().is_none_or(|c| c.contains(&(key(t), bits((t.drive, t.direction())))));
     let of_designs = kept.as_ref().map(|rows| rows.iter().map(|r| key(&r.design)).collect::<HashSet<_>>());
     let wants_design = |t: &Tuple| of_designs.as_ref().is_none_or(|c| c.contains(&key(t)));
 
@@ -180,15 +189,15 @@ fn group(run: &Run<'_>, tuples: &[Tuple]) -> (Vec<Design>, Vec<u32>, Vec<Group>)
         });
         of_row.push(place as u32);
         let group = &mut groups[place];
-        let i = group.distances.place(&mut distances, place, t.a, row);
-        let j = group.drives.place(&mut drives, place, t.drive, row);
+        let i = group.distances.place(&mut distances, place, (t.a, t.direction()), row);
+        let j = group.drives.place(&mut drives, place, (t.drive, t.direction()), row);
         group.rows.push((row, i, j));
     }
     (firsts.par_iter().map(|t| Design::new(&run.study.setup, *t)).collect(), of_row, groups)
 }
 
-fn reach(distances: &[f64]) -> [f64; 2] {
-    distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &a| [lo.min(a), hi.max(a)])
+fn reach(distances: &[Value]) -> [f64; 2] {
+    distances.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &(a, _)| [lo.min(a), hi.max(a)])
 }
 
 type Reduced<'a> = [Reduction<'a>];
@@ -214,12 +223,13 @@ fn write_tuples(
                 let row = TapRow {
                     design: &designs[d].tuple,
                     a: t.a,
+                    direction: t.direction(),
                     drive: t.drive,
                     tap: &outcomes[r],
                     estimated: &estimates[r],
                     elongation: reduced[d].elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &run.study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
             Ok(text)
@@ -254,15 +264,16 @@ fn write_rows(
         let unit = reduced.unit();
         match which {
             Table::Designs => {
-                let drive = groups[d].drives.values[place];
-                let row =
-                    AtDrive { design: &designs[d].tuple, drive, row: reduced.drives[place].figures(), unit };
-                fields(&AtDrive::COLUMNS, &row, &mut values);
+                let (drive, direction) = groups[d].drives.values[place];
+                let row = reduced.drives[place].figures();
+                let row = AtDrive { design: &designs[d].tuple, direction, drive, row, unit };
+                fields(&AtDrive::COLUMNS, &run.study.setup, &row, &mut values);
             }
             _ => {
-                let a = groups[d].distances.values[place];
-                let row = AtDistance { design: &designs[d].tuple, a, row: &reduced.distances[place], unit };
-                fields(&AtDistance::COLUMNS, &row, &mut values);
+                let (a, direction) = groups[d].distances.values[place];
+                let row = &reduced.distances[place];
+                let row = AtDistance { design: &designs[d].tuple, a, direction, row, unit };
+                fields(&AtDistance::COLUMNS, &run.study.setup, &row, &mut values);
             }
         }
         text.row(&mut values)?;

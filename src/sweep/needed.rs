@@ -96,7 +96,7 @@ pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Chec
 
 /// The rows of `space` that are `kept`, each a design with its drive.
 fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
-    let identity = |t: &Tuple| (key(t), (t.drive + 0.0).to_bits());
+    let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
     let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
     let mut note = |t: &Tuple| distances.get_mut(&identity(t)).into_iter().for_each(|row| row.push(t.a));
     match space {

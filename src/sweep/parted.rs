@@ -63,10 +63,8 @@ impl Place {
 
 /// What run.json says of a part.
 pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &About) -> Value {
-    let distances = match &study.space {
-        Space::Grid(_) => study.space.layout().map(|layout| layout.n_distances),
-        Space::List(_) | Space::File(_) => None,
-    };
+    let each = study.space.layout().map(|layout| [layout.n_distances, layout.n_directions]);
+    let [distances, directions] = [0, 1].map(|k| each.map(|each| each[k]));
     json!({
         "index": shard.index,
         "of": shard.of,
@@ -75,6 +73,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "top": study.output.top,
         "candidates": plan.ranker.as_deref().map(Ranker::keep),
         "distances_each": distances,
+        "directions_each": directions,
         "tables": super::writers::tables(study, plan),
         "chart_taps": plan.chart_taps(),
         "whole": about.whole,

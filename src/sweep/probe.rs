@@ -132,7 +132,7 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
     paced(n, &mut |some| {
         let tuples: Vec<Tuple> = (0..some.min(CHUNK)).map(|i| tuple(place(i, n))).collect();
         let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
-        let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+        let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
         let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
         run.evaluate(&designs, &tasks).map(drop)
     })

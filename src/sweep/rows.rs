@@ -61,10 +61,9 @@ pub(super) fn some(
     Ok(())
 }
 
-/// Design and drive of row `r`.
+/// Design and stroke of row `r`.
 fn tuple(layout: &Layout, r: u64) -> Tuple {
-    let design = layout.design(r / layout.n_drives);
-    Tuple { drive: layout.drive(&design, r % layout.n_drives), ..design }
+    layout.stroke(&layout.design(r / layout.n_drives), r % layout.n_drives)
 }
 
 /// The rows of `tuples`, read or solved.
@@ -98,8 +97,7 @@ fn solved(run: &mut Run<'_>, layout: &Layout, tuples: &[Tuple]) -> Result<Vec<Dr
     let (setup, n) = (&run.study.setup, layout.n_distances as usize);
     let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(setup, *t)).collect();
     let task = |t: usize| {
-        let drive = designs[t / n].tuple.drive;
-        Task { design: (t / n) as u32, a: layout.distance((t % n) as u64), drive }
+        Task::of((t / n) as u32, &Tuple { a: layout.distance((t % n) as u64), ..designs[t / n].tuple })
     };
     let tasks: Vec<Task> = (0..tuples.len() * n).into_par_iter().map(task).collect();
     let outcomes = run.evaluate(&designs, &tasks)?;
@@ -139,13 +137,28 @@ fn write(
         let (mut out, mut values, mut best) = (Rows::new(form), Vec::new(), Best::new(HIGHLIGHTS));
         for (i, (design, row)) in tuples.iter().zip(rows).enumerate() {
             let unit = unit(design);
-            let (rank, row, drive) = (row.rank(by, unit), row.figures(), design.drive);
-            fields(&AtDrive::COLUMNS, &AtDrive { design, drive, row, unit }, &mut values);
+            let (direction, drive) = (design.direction(), design.drive);
+            let (rank, row) = (row.rank(by, unit), row.figures());
+            fields(
+                &AtDrive::COLUMNS,
+                &study.setup,
+                &AtDrive { design, direction, drive, row, unit },
+                &mut values,
+            );
             out.row(&mut values)?;
             if let Some(rank) = rank {
                 let r = places[p * PIECE + i];
                 let index = (r / layout.n_drives, (r % layout.n_drives) as u32);
-                best.offer(Kept { rank, index, design: *design, drive, row, unit, charted: f32::NAN });
+                best.offer(Kept {
+                    rank,
+                    index,
+                    design: *design,
+                    direction,
+                    drive,
+                    row,
+                    unit,
+                    charted: f32::NAN,
+                });
             }
         }
         Ok((out, best, rows.len() as u64))

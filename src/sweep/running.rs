@@ -16,7 +16,7 @@ use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::profile::{self, Ask, Profile, Reach};
 use crate::progress::Progress;
-use crate::scene::{Study, Theory, Tuple};
+use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
@@ -127,7 +127,7 @@ impl<'a> Run<'a> {
     pub fn profiles(
         &mut self,
         designs: &[Design],
-        rows: impl Iterator<Item = (u32, f64, [f64; 2])>,
+        rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
         drives: Option<&[f64]>,
     ) -> Result<Vec<Option<Profile>>, Error> {
         if self.study.setup.estimate.theory != Theory::Exact {
@@ -135,7 +135,7 @@ impl<'a> Run<'a> {
         }
         self.check_stop()?;
         let start = Instant::now();
-        let ask = |(design, drive, ends)| Ask { design, drive, reach: Reach::Asked(ends) };
+        let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
         let asks: Vec<Ask> = rows.map(ask).collect();
         let (profiles, solved) =
             profile::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
@@ -149,7 +149,7 @@ impl<'a> Run<'a> {
     pub fn note(&mut self, outcomes: &[Outcome]) {
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.counts.strain.push(o.strain.abs());
+            self.counts.strain.push(o.magnitude());
         }
     }
 

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use crate::scene::Tuple;
+use crate::scene::{Direction, Setup, Tuple};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::table::{AtDrive, Field, fields};
 use crate::statistics::Figures;
@@ -13,10 +13,12 @@ use crate::statistics::Figures;
 pub struct Kept {
     /// Ranked value.
     pub rank: f64,
-    /// Place of the design, then of the drive.
+    /// Place of the design, then of the stroke.
     pub index: (u64, u32),
     /// The design.
     pub design: Tuple,
+    /// Direction of the pole.
+    pub direction: Direction,
     /// Its drive, degrees or mm.
     pub drive: f64,
     /// The row.
@@ -30,13 +32,15 @@ pub struct Kept {
 impl Packed for Kept {
     fn pack(&self, to: &mut Packer<'_>) {
         (self.rank, self.index, self.design).pack(to);
+        self.direction.pack(to);
         (self.drive, self.row, self.unit, self.charted).pack(to);
     }
 
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         let (rank, index, design) = from.take()?;
+        let direction = from.take()?;
         let (drive, row, unit, charted) = from.take()?;
-        Some(Self { rank, index, design, drive, row, unit, charted })
+        Some(Self { rank, index, design, direction, drive, row, unit, charted })
     }
 }
 
@@ -54,10 +58,11 @@ impl Packed for Best {
 }
 
 impl Kept {
-    /// Its row of designs.csv, after what `out` holds.
-    pub fn fields(&self, out: &mut Vec<Field>) {
-        let row = AtDrive { design: &self.design, drive: self.drive, row: self.row, unit: self.unit };
-        fields(&AtDrive::COLUMNS, &row, out);
+    /// Its row of designs.csv for `setup`, after what `out` holds.
+    pub fn fields(&self, setup: &Setup, out: &mut Vec<Field>) {
+        let Self { direction, drive, row, unit, .. } = *self;
+        let row = AtDrive { design: &self.design, direction, drive, row, unit };
+        fields(&AtDrive::COLUMNS, setup, &row, out);
     }
 
     /// Better first: smaller value, then smaller index.

@@ -22,7 +22,11 @@ pub struct Curve<'a> {
 impl<'a> Curve<'a> {
     /// Of the whisker of `layout` at its distances; `method` solves the taps.
     pub fn new((setup, layout): (&'a Setup, &Layout), search: &'a Search, method: Method) -> Self {
-        Self { scorer: Scorer::new(setup, layout, search, method), whisker: layout.design(0), evaluations: 0 }
+        Self {
+            scorer: Scorer::new(setup, layout, search, method),
+            whisker: layout.stroke(&layout.design(0), 0),
+            evaluations: 0,
+        }
     }
 
     /// With `guard` for the taps near a threshold, if there is one.

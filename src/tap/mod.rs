@@ -82,7 +82,7 @@ pub struct Report {
     pub at_bound: bool,
     /// The same in a sentence.
     pub why: String,
-    /// What the other estimator would give; `None` where no distance is told.
+    /// What the other estimator would give; `None` where no distance is told, or by two gauges.
     pub other: Option<Other>,
     /// Evaluations spent.
     pub evaluations: u64,
@@ -164,7 +164,7 @@ fn find_by(
     needed: Option<&Needed>,
 ) -> Result<Report, Error> {
     let report = best(study, ends, objective, choice, needed)?;
-    if !objective.needs_distance() {
+    if !objective.needs_distance() || study.setup.gauge.second {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();

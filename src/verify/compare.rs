@@ -7,7 +7,7 @@ use crate::status::Status;
 /// Errors of one tap that both solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// |ε − ε_ref| / max(|ε_ref|, 1e-3 θ f_max).
+    /// |ε − ε_ref| / max(|ε_ref|, 1e-3 θ f_max); with a second gauge, the larger of both, whose sizes are √(ε₁² + ε₂²).
     pub strain: f64,
     /// Error of K as a strain error: |K − K_ref| / K_ref · |ε_ref| / max(|ε_ref|, 1e-3 θ f_max); NaN where there is no K.
     pub k: f64,
@@ -69,7 +69,7 @@ pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bo
 /// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
 fn alike(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
     let limit = setup.gauge.strain_limit;
-    let strain = expected.strain.abs();
+    let strain = expected.magnitude();
     let edges = [
         (Status::SLIPPED_OFF, (expected.arc - tap.length).abs() <= bound * tap.length),
         (Status::NO_STRAIN, (expected.arc - tap.near).abs() <= bound * tap.near),
@@ -88,13 +88,15 @@ fn at_sliding_edge(setup: &Setup, o: &Outcome, bound: f64) -> bool {
 }
 
 fn errors(tap: &Tap, expected: &Outcome, found: &Outcome) -> Errors {
-    let size = expected.strain.abs().max(tap.least);
+    let size = expected.magnitude().max(tap.least);
+    let off = |a: f64, b: f64| if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
+    let second = off(found.strain_2, expected.strain_2);
     let force = expected.normal_force.hypot(expected.tangential_force);
     let normal = (found.normal_force - expected.normal_force).abs();
     let tangential = (found.tangential_force - expected.tangential_force).abs();
     let k = (found.deviation - expected.deviation) / (1.0 + expected.deviation) * expected.strain / size;
     Errors {
-        strain: relative((found.strain - expected.strain).abs(), size),
+        strain: relative((found.strain - expected.strain).abs().max(second), size),
         k: k.abs(),
         force: relative(normal.max(tangential), force),
         arc: relative((found.arc - expected.arc).abs(), expected.arc),

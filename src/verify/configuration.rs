@@ -1,6 +1,6 @@
 //! The configurations that are verified without a spec: each effect alone, the eight of model §5, and others of their kind.
 
-use crate::scene::{Contact, Drive, Estimate, Gauge, Geometry, Material, Model, Setup, Side};
+use crate::scene::{Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
@@ -18,10 +18,16 @@ pub struct Configuration {
     pub hub: bool,
     /// What moves.
     pub drive: Drive,
+    /// Whether poles are not upright, and a second gauge tells it.
+    pub tilted: bool,
 }
 
 const fn tap(name: &'static str, model: Model) -> Configuration {
-    Configuration { name, model, side: Side::Contact, hub: false, drive: Drive::Angle }
+    Configuration { name, model, side: Side::Contact, hub: false, drive: Drive::Angle, tilted: false }
+}
+
+const fn tilted(of: Configuration) -> Configuration {
+    Configuration { tilted: true, ..of }
 }
 
 const fn far(of: Configuration) -> Configuration {
@@ -51,7 +57,7 @@ const POLE: Model = Model { surface: true, shear: true, pole_radius: 3.0, materi
 const YEOH: Model = Model { material: STIFFENING, ..ALL_ON };
 
 /// All, in the order of the census.
-pub const ALL: [Configuration; 34] = [
+pub const ALL: [Configuration; 42] = [
     tap("linear", LINEAR),
     tap("linear-shear", LINEAR_SHEAR),
     hub(tap("linear-hub", LINEAR_SHEAR)),
@@ -92,10 +98,19 @@ pub const ALL: [Configuration; 34] = [
     passive(tap("mooney-coulomb-passive", MOONEY_COULOMB)),
     passive(tap("stick-passive", STICK)),
     passive(far(tap("pole-far-passive", POLE))),
+    // Model §6.
+    tilted(tap("linear-tilted", LINEAR)),
+    tilted(tap("hooke-tilted", PLAIN)),
+    tilted(tap("timoshenko-tilted", TIMOSHENKO)),
+    tilted(tap("neo-tilted", NEO)),
+    tilted(far(tap("pole-far-tilted", POLE))),
+    tilted(tap("sticking-tilted", Model { extension: true, contact: Contact::Stick, ..PLAIN })),
+    tilted(hub(tap("neo-hub-tilted", NEO))),
+    tilted(passive(tap("neo-passive-tilted", NEO))),
 ];
 
-/// Those of a quick run: the closed forms, the plain rod, rubber with every effect and a contact that sticks, a hub, an object that moves.
-pub const QUICK: [&str; 5] = ["linear", "hooke", "stick", "hooke-hub", "hooke-passive"];
+/// Those of a quick run: the closed forms, the plain rod, rubber with every effect and a contact that sticks, a hub, an object that moves, poles that are not upright.
+pub const QUICK: [&str; 6] = ["linear", "hooke", "stick", "hooke-hub", "hooke-passive", "hooke-tilted"];
 
 impl Configuration {
     /// What its taps share.
@@ -103,9 +118,9 @@ impl Configuration {
         Setup {
             hub: if self.hub { HUB } else { 0.0 },
             drive: self.drive,
-            gauge: Gauge { side: self.side, ..Gauge::default() },
+            gauge: Gauge { side: self.side, second: self.tilted, ..Gauge::default() },
             model: self.model,
-            estimate: Estimate::default(),
+            ..Setup::default()
         }
     }
 }

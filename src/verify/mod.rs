@@ -69,6 +69,9 @@ impl Case {
             let setup = c.setup();
             let mut tuples = taps::hard(&setup);
             tuples.extend(taps::random(c.drive, c.hub, samples, seed));
+            if c.tilted {
+                taps::tilt(&mut tuples, seed);
+            }
             Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
         let wanted = |c: &&configuration::Configuration| !quick || configuration::QUICK.contains(&c.name);
@@ -185,7 +188,7 @@ impl Solved {
 }
 
 fn tasks(tuples: &[Tuple]) -> Vec<Task> {
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     tuples.iter().enumerate().map(task).collect()
 }
 

@@ -43,16 +43,27 @@ pub fn random(drive: Drive, hub: bool, n: u32, seed: u64) -> Vec<Tuple> {
         #[allow(non_snake_case)]
         let [D, d, L_a, x_ss, l, a] = lengths;
         let drive = if drive == Drive::Displacement { a * angle.to_radians() } else { angle };
-        Tuple { D, d, L_a, x_ss, l, a, drive }
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
     };
     (0..n).map(point).collect()
+}
+
+/// Gives the poles of `tuples` tilts within ±60° and leans within ±30°: of the first six these are tiny, a tilt or a lean alone, or both large.
+pub fn tilt(tuples: &mut [Tuple], seed: u64) {
+    let hard = [[1e-6, 0.0], [0.0, 1e-6], [45.0, 0.0], [0.0, -20.0], [70.0, 10.0], [-60.0, 30.0]];
+    for (index, tuple) in (0..).zip(tuples) {
+        let at = |dimension, most: f64| most * (2.0 * unit(seed, dimension, index) - 1.0);
+        let random = || [at(7, 60.0), at(8, 30.0)];
+        [tuple.tilt, tuple.lean] = hard.get(index as usize).copied().unwrap_or_else(random);
+    }
 }
 
 /// The hard cases of `study`: whiskers of every taper, contacts on and next to the gauge, at and below the peak of the
 /// strain curve, near and past the tip, tiny and huge drives, tiny gauges, tiny and huge whiskers, and the drive at which a
 /// contact begins to slide.
 pub fn hard(setup: &Setup) -> Vec<Tuple> {
-    let base = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
+    let base =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
     let mut taps = Vec::new();
     for d in [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0] {
         taps.push(Tuple { d, ..base });

@@ -115,6 +115,18 @@ fn a_grid_goes_on_from_every_batch() {
     }
 }
 
+/// Strokes of two directions, and two gauges.
+#[test]
+fn tilted_taps_go_on_from_every_batch() {
+    for output in ["format = \"parquet\"", "top = 40\nby = \"noise_rms_mm\""] {
+        let text = linear(output)
+            .replace("theta = {", "tilt = [0, 20]\ntheta = {")
+            .replace("to = 6, steps = 150", "to = 6, steps = 75");
+        let stops = stopped_everywhere(&text.replace("l = 2\n", "l = 2\nsecond = true\n"), "", CPU_F64);
+        assert!(stops >= 3, "{stops}: {output}");
+    }
+}
+
 /// One design larger than a chunk each.
 #[test]
 fn large_designs_go_on_from_each() {

@@ -54,6 +54,8 @@ mod statuses;
 mod summary;
 mod tables;
 mod tap;
+mod tilt;
+mod tilted;
 mod trends;
 mod twins;
 mod units;

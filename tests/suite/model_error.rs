@@ -41,7 +41,8 @@ fn least(setup: &Setup, row: &Row) -> f64 {
     let [big, tip, length, x_ss, l, a, drive] =
         ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", setup.drive.column()]
             .map(|c| number(row, c).expect("a number"));
-    let tuple = vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive };
+    let tuple =
+        vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive, ..Default::default() };
     let shared = design::Design::new(setup, tuple).shared.expect("a whisker");
     1e-3 * shared.peak * design::amount(setup.drive, drive)
 }

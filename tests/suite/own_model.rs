@@ -36,6 +36,7 @@ fn whisker(row: &Row, drive: &str) -> Tuple {
         l: at("l_mm"),
         a: at("a_mm"),
         drive: at(drive),
+        ..Tuple::default()
     }
 }
 
@@ -107,7 +108,7 @@ fn devices_fine_axes_and_lists_tell_the_same() {
     let (grid, gpu, cpu) = (sweep(&text, CPU_F64), sweep(&text, GPU), sweep(&text, CPU));
     let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n";
     let rows = grid.tuples.rows.iter().map(|row| {
-        let Tuple { D, d, L_a, x_ss, l, a, drive } = whisker(row, "theta_deg");
+        let Tuple { D, d, L_a, x_ss, l, a, drive, .. } = whisker(row, "theta_deg");
         format!("{D},{d},{L_a},{x_ss},{l},{a},{drive}\n")
     });
     let text = format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = {NOISE:e}\n{REAL}{EXACT}");

@@ -125,6 +125,32 @@ fn parts_give_the_bytes_of_the_whole() {
     }
 }
 
+/// Strokes of several directions, given by axes, zipped with a whisker or with the drive, and listed.
+#[test]
+fn parts_of_tilted_taps_give_the_bytes_of_the_whole() {
+    let axes = "tilt = [-10, 0, 20]\nlean = [0, 5]\n";
+    let second = |text: &str| text.replace("noise_strain", "second = true\nnoise_strain");
+    for (output, parts) in
+        [("", 3), ("top = 9\nby = \"error_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", 4)]
+    {
+        joined(&second(&grid(3, output)).replace("[tap]\n", &format!("[tap]\n{axes}")), "", CPU, parts);
+    }
+    let linear = "[model]\ngeometry = \"linear\"\n";
+    let samples = |min: f64, max: f64| format!("{{ min = {min}, max = {max}, samples = 7 }}");
+    let tilt = format!("[tap]\ntilt = {}\n", samples(-30.0, 30.0));
+    let zipped = second(&grid(7, linear)).replace("[output]\n", "").replace("[tap]\n", &tilt);
+    joined(&zipped.replace("{ from = 3, to = 9, steps = 7 }", &samples(3.0, 9.0)), "", CPU, 4);
+    joined(&zipped.replace("{ from = 1, to = 12, steps = 7 }", &samples(1.0, 12.0)), "", CPU, 3);
+    let mut rows = list(80).lines().map(str::to_owned).collect::<Vec<_>>();
+    rows.iter_mut().enumerate().for_each(|(i, row)| {
+        *row += &if i == 0 { ",tilt_deg".to_owned() } else { format!(",{}", (i % 3) * 10) };
+    });
+    let file = rows.join("\n") + "\n";
+    for (output, parts) in [("", 3), ("top = 6\nformat = \"parquet\"", 4)] {
+        joined(&second(&listed(output)), &file, CPU, parts);
+    }
+}
+
 /// Rows of a tuple file that is not held in memory, and designs that are larger than a chunk.
 #[test]
 fn large_parts_give_the_bytes_of_the_whole() {

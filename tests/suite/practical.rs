@@ -23,7 +23,7 @@ fn taps(study: &Study, backend: BackendChoice) -> Vec<Outcome> {
             let (k, tap) = (t / layout.block(), t % layout.block());
             let (i, j) = (tap / layout.n_drives, tap % layout.n_drives);
             let drive = layout.drive(&designs[k as usize].tuple, j);
-            Task { design: k as u32, a: layout.distance(i), drive }
+            Task { design: k as u32, a: layout.distance(i), drive, ..Task::default() }
         })
         .collect();
     evaluator.run(&designs, &tasks).unwrap()

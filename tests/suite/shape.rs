@@ -47,8 +47,10 @@ fn the_pole_is_where_it_was_put() {
         {
             let setup = setup(model, side, hub, drive);
             for (d, a) in [(4.0, 21.0), (4.0, 36.0), (10.0, 30.0), (12.0, 44.0)] {
-                let tuple = Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: amount };
-                let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a, drive: amount }]);
+                let tuple =
+                    Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: amount, ..Tuple::default() };
+                let (designs, tasks) =
+                    ([Design::new(&setup, tuple)], [Task { design: 0, a, drive: amount, ..Task::default() }]);
                 let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
                 let Some(bent) = shape(&setup, &designs[0], &tasks[0], &outcome, 101) else {
                     assert!(!outcome.arc.is_finite(), "{name} {d} {a}: {outcome:?} has no shape");
@@ -85,10 +87,11 @@ fn strain_along_the_whisker_is_the_gauges() {
         let (model, _) = configuration(name);
         // The touching side, whichever carries the gauge in the configuration.
         let setup = setup(model, Side::Contact, 0.0, Drive::Angle);
-        let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0 };
+        let tuple =
+            Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0, ..Tuple::default() };
         let design = Design::new(&setup, tuple);
         let shared = design.shared.clone().unwrap();
-        let (designs, tasks) = ([design], [Task { design: 0, a: 33.0, drive: 6.0 }]);
+        let (designs, tasks) = ([design], [Task { design: 0, a: 33.0, drive: 6.0, ..Task::default() }]);
         let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
         let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 4001).unwrap();
         let problem = RodProblem {
@@ -134,8 +137,10 @@ fn a_small_tap_is_a_cantilever() {
     let m = model(Material::Hooke(3.2));
     let setup = setup(m, Side::Contact, 0.0, Drive::Angle);
     let theta = 1e-3f64.to_radians();
-    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 1e-3 };
-    let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 1e-3 }]);
+    let tuple =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 1e-3, ..Tuple::default() };
+    let (designs, tasks) =
+        ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 1e-3, ..Task::default() }]);
     let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
     let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 51).unwrap();
     let taper = designs[0].shared.as_ref().unwrap().taper;
@@ -155,8 +160,10 @@ fn a_small_tap_is_a_cantilever() {
 fn a_kernel_gives_the_same_shape() {
     let (model, side) = configuration("neo");
     let setup = setup(model, side, 3.0, Drive::Angle);
-    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0 };
-    let (designs, tasks) = ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 6.0 }]);
+    let tuple =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0, ..Tuple::default() };
+    let (designs, tasks) =
+        ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 6.0, ..Task::default() }]);
     let options = RunOptions {
         backend: Some(vibrissa::scene::BackendChoice::Cpu),
         precision: Some(vibrissa::scene::Precision::F64),

@@ -19,8 +19,16 @@ fn setup(kind: Kind, name: &str) -> Setup {
 
 /// Designs from strong to no taper, distances next to the gauge and up to the tip.
 fn designs(setup: &Setup) -> (Vec<Design>, Vec<f64>) {
-    let tuple =
-        |tip: f64, place: f64| Tuple { D: 10.0, d: tip, L_a: 50.0, x_ss: place, l: 2.0, a: 30.0, drive: 1.0 };
+    let tuple = |tip: f64, place: f64| Tuple {
+        D: 10.0,
+        d: tip,
+        L_a: 50.0,
+        x_ss: place,
+        l: 2.0,
+        a: 30.0,
+        drive: 1.0,
+        ..Tuple::default()
+    };
     let tuples = [tuple(3.0, 5.0), tuple(4.0, 0.0), tuple(7.0, 8.0), tuple(10.0, 5.0), tuple(12.0, 5.0)];
     (tuples.into_iter().map(|t| Design::new(setup, t)).collect(), vec![9.5, 21.0, 30.0, 39.0, 48.0, 50.0])
 }
@@ -33,7 +41,7 @@ fn both(place: Place, setup: &Setup, drives: &[f64]) -> (Vec<Outcome>, Vec<Outco
     for (k, design) in designs.iter().enumerate() {
         for &a in &distances {
             for &drive in drives {
-                tasks.push(Task { design: k as u32, a, drive });
+                tasks.push(Task { design: k as u32, a, drive, ..Task::default() });
                 least.push(1e-3 * design.shared.as_ref().unwrap().peak * amount(setup.drive, drive));
             }
         }

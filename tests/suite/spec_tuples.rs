@@ -4,11 +4,11 @@ use crate::common::specs::{GOOD, parse, with};
 use std::fs;
 
 use vibrissa::error::InputError;
-use vibrissa::scene::{Axis, Column, Contact, Drive, Material, Side, Space, Spec, Tuple};
+use vibrissa::scene::{Axis, COLUMNS, Column, Contact, Drive, Material, Side, Space, Spec, Tuple};
 use vibrissa::spec;
 
 /// All tuples of a small grid whose factors are all single axes.
-fn tuples(spec: &Spec) -> Vec<[f64; 7]> {
+fn tuples(spec: &Spec) -> Vec<[f64; COLUMNS]> {
     let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
     let mut all = vec![Vec::new()];
     for factor in factors {
@@ -25,10 +25,11 @@ fn tuples(spec: &Spec) -> Vec<[f64; 7]> {
 fn a_grid_in_row_order() {
     let spec = parse(GOOD).unwrap();
     let whisker = [10.0, 4.0, 96.0, 6.0, 2.0];
-    let expected: Vec<[f64; 7]> = [30.0, 50.0, 70.0]
+    let expected: Vec<[f64; COLUMNS]> = [30.0, 50.0, 70.0]
         .iter()
         .flat_map(|&a| {
-            [2.0, 3.0, 4.0].map(|theta| [whisker.as_slice(), &[a, theta]].concat().try_into().unwrap())
+            [2.0, 3.0, 4.0]
+                .map(|theta| [whisker.as_slice(), &[a, 0.0, 0.0, theta]].concat().try_into().unwrap())
         })
         .collect();
     assert_eq!(tuples(&spec), expected);
@@ -52,7 +53,7 @@ fn sampled_axes_are_one_factor() {
         .replace("theta = {", &format!("theta = {} # {{", axis(0.5, 10.0)));
     let spec = parse(&text).unwrap();
     let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
-    assert_eq!(factors.iter().map(|f| f.len).collect::<Vec<_>>(), [1, 1000, 1, 1, 3]);
+    assert_eq!(factors.iter().map(|f| f.len).collect::<Vec<_>>(), [1, 1000, 1, 1, 3, 1, 1]);
     let zip = &factors[1].axes;
     assert_eq!(
         zip.iter().map(|(c, _)| *c).collect::<Vec<_>>(),
@@ -89,7 +90,7 @@ fn values_in_force() {
 #[test]
 fn other_ways_to_write_it() {
     let one_line = "whisker = { D = 10, d = 4, L_a = 96 }\ngauge.x_ss = 6\ngauge.l = 2\ntap = { a = 0x1e, theta = 1_0e-1 }\n";
-    assert_eq!(tuples(&parse(one_line).unwrap()), [[10.0, 4.0, 96.0, 6.0, 2.0, 30.0, 1.0]]);
+    assert_eq!(tuples(&parse(one_line).unwrap()), [[10.0, 4.0, 96.0, 6.0, 2.0, 30.0, 0.0, 0.0, 1.0]]);
     parse(&format!("\u{feff}{}", GOOD.replace('\n', "\r\n"))).unwrap();
     parse(&format!("{GOOD}[optimise]\nobjective = \"sd\"\nseed = 3\n")).unwrap();
 }
@@ -107,7 +108,8 @@ const HEADER: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg";
 
 #[test]
 fn tuple_files() {
-    let first = Tuple { D: 10.0, d: 4.0, L_a: 96.0, x_ss: 6.0, l: 2.0, a: 30.0, drive: 2.5 };
+    let first =
+        Tuple { D: 10.0, d: 4.0, L_a: 96.0, x_ss: 6.0, l: 2.0, a: 30.0, drive: 2.5, ..Tuple::default() };
     let rows = format!(
         "\u{feff}# taps\r\n{HEADER}\r\n\r\n 10 ,4,96,6,2,30,2.5\r\n# more\r\n10,4,9.6e1,6,2,300,2.5\r\n"
     );

@@ -107,11 +107,20 @@ struct Text {
 /// Texts of every kind of exact kernel; the first has every effect but a sticking contact.
 fn exact() -> Vec<Text> {
     let mut texts = Vec::new();
-    let all = Effects { shear: true, extension: true, offset: true, stick: false, law: true, far: false };
+    let all = Effects {
+        shear: true,
+        extension: true,
+        offset: true,
+        stick: false,
+        law: true,
+        far: false,
+        spatial: false,
+    };
     let friction = Effects { extension: true, offset: true, ..Effects::default() };
     let kinds = [
-        ("everything", all, Some(Material::MooneyRivlin([0.35, 0.15]))),
+        ("everything", Effects { spatial: true, ..all }, Some(Material::MooneyRivlin([0.35, 0.15]))),
         ("plain", Effects::default(), None),
+        ("tilted", Effects { spatial: true, ..Effects::default() }, None),
         ("friction", friction, None),
         ("sticking", Effects { stick: true, ..all }, Some(Material::NeoHookean(3.2))),
         ("far", Effects { offset: false, far: true, ..all }, Some(Material::Yeoh([0.5, -0.08, 0.02]))),

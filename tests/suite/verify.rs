@@ -135,7 +135,8 @@ fn a_stopped_run_has_the_lines_of_its_taps() {
         }
     }
     let study = Setup::default().linear();
-    let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0 };
+    let tuple =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
     let case = |name: &str| Case {
         name: name.to_owned(),
         setup: study.clone(),

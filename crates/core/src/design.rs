@@ -5,7 +5,7 @@ use crate::physics::{
     linear::{StrainCurve, shear_length2},
     taper::Taper,
 };
-use crate::scene::{Convention, Drive, Geometry, Setup, Theory, Tuple};
+use crate::scene::{Convention, Direction, Drive, Geometry, Setup, Theory, Tuple};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -78,11 +78,17 @@ impl Design {
     }
 }
 
-/// θ in rad, or δ in mm: the one place where angles of users become radians.
+/// θ in rad, or δ in mm: here, and in [`radians`], angles of users become radians.
 #[inline]
 pub fn amount(kind: Drive, drive: f64) -> f64 {
     match kind {
         Drive::Angle => drive.to_radians(),
         Drive::Displacement => drive,
     }
+}
+
+/// Tilt β and lean γ in rad.
+#[inline]
+pub fn radians(direction: Direction) -> [f64; 2] {
+    [direction.tilt, direction.lean].map(f64::to_radians)
 }

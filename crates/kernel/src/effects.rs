@@ -17,6 +17,8 @@ pub struct Effects {
     pub law: bool,
     /// The gauge is on the far side.
     pub far: bool,
+    /// The angle at the base and the strain of the centreline are told too: the pole is not upright, or there is a second gauge.
+    pub spatial: bool,
 }
 
 impl Effects {
@@ -30,13 +32,14 @@ impl Effects {
             stick,
             law: !matches!(model.material, Material::Hooke(_)),
             far: false,
+            spatial: false,
         };
         // The sides differ only by the strain of the centreline.
         Self { far: side == Side::Far && (effects.law || effects.extension), ..effects }
     }
 
-    /// Frictionless, on the centreline, Hooke: everything off.
+    /// Frictionless, on the centreline, Hooke: everything off that changes the rod.
     pub fn plain(&self) -> bool {
-        *self == Self::default()
+        Self { spatial: false, ..*self } == Self::default()
     }
 }

@@ -54,7 +54,7 @@ pub struct Tap<T> {
     pub strain: T,
 }
 
-/// What a kernel returns; the layout is the WGSL struct `Solution`.
+/// What a kernel returns; the layout is the WGSL struct `Solution`, which ends before `base` where the effects are not `spatial`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Solution<T> {
@@ -72,6 +72,10 @@ pub struct Solution<T> {
     pub load: T,
     /// Sweeps spent.
     pub sweeps: T,
+    /// ψ(0), rad, where the effects are `spatial`; else 0.
+    pub base: T,
+    /// Mean strain of the centreline over the gauge, over the first-order strain, likewise.
+    pub axial: T,
 }
 
 macro_rules! pod {
@@ -115,7 +119,14 @@ macro_rules! fields {
     };
 }
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
-fields!(Solution: force along arc strain error load sweeps);
+fields!(Solution: force along arc strain error load sweeps base axial);
+
+impl<T> Solution<T> {
+    /// How many fields a kernel returns with and without `spatial` effects.
+    pub const fn words(spatial: bool) -> usize {
+        if spatial { 9 } else { 7 }
+    }
+}
 
 impl Solution<f64> {
     /// Whether the tap met the tolerance; false for anything that is not a number.
@@ -155,6 +166,8 @@ impl Solution<f64> {
         error: f64::INFINITY,
         load: 0.0,
         sweeps: 0.0,
+        base: 0.0,
+        axial: 0.0,
     };
 }
 
@@ -185,6 +198,8 @@ pub struct Response {
     pub tangential: f64,
     /// c, mm.
     pub arc: f64,
+    /// Mean strain of the centreline over the gauge, tension positive, where the effects were `spatial`.
+    pub axial: f64,
 }
 
 /// A tap as a user describes it, with what its design shares.
@@ -295,7 +310,15 @@ impl Frame {
             normal,
             tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
             arc: self.a * (1.0 + self.moved(s)),
+            axial: t.strain * s.axial,
         }
+    }
+
+    /// ψ(0) of the first-order solution, rad.
+    pub fn base_angle(&self) -> f64 {
+        let Tap { force, along, contact_radius, rest: v, .. } = self.tap;
+        force * (1.0 + 2.0 * v) / (6.0 * v * v)
+            + along * contact_radius * (1.0 + v + v * v) / (3.0 * v.powi(3))
     }
 
     /// How far the contact has moved along the whisker: c/a − 1.

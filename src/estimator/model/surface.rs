@@ -185,7 +185,7 @@ impl Solve<'_> {
     /// where nothing has.
     fn end(&mut self, range: [f64; 2], drive: f64) -> Result<f64, ModelError> {
         let mut solved = |us: &[f64]| -> Result<Vec<bool>, ModelError> {
-            let tasks: Vec<Task> = us.iter().map(|u| Task { design: 0, a: 1.0 / u, drive }).collect();
+            let tasks: Vec<Task> = us.iter().map(|u| Task { a: 1.0 / u, drive, ..Task::default() }).collect();
             Ok(self.evaluator.run(&self.designs, &tasks)?.iter().map(|o| o.strain.is_finite()).collect())
         };
         if solved(&range[..1])?[0] {
@@ -226,7 +226,7 @@ impl Solve<'_> {
         for u in us {
             for x in &xs {
                 let a = 1.0 / placed(*u, *x);
-                tasks.extend(ys.iter().map(|y| Task { design: 0, a, drive: placed(drives, *y) }));
+                tasks.extend(ys.iter().map(|y| Task { a, drive: placed(drives, *y), ..Task::default() }));
             }
         }
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;

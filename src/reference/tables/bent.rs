@@ -1,6 +1,6 @@
 //! Tables of `shape`.
 
-use super::{A, BASE, DRIVE, GRID, LENGTH, PLACE, STATUS, TIP, Table, Told, table};
+use super::{A, BASE, DRIVE, GRID, LEAN, LENGTH, PLACE, STATUS, TILT, TIP, Table, Told, table};
 
 const TAP: Told = ("tap", "number of the tap, from 0, in the order of the spec");
 
@@ -18,10 +18,13 @@ pub const SHAPE: Table = table(
         PLACE,
         GRID,
         A,
+        TILT,
+        LEAN,
         DRIVE,
         ("s_mm", "arc length s from the clamp, in the unloaded whisker"),
         ("x_mm", "place of the section's centre"),
         ("y_mm", "the same, towards the object"),
+        ("z_mm", "the same, along the motor's axis"),
         ("psi_deg", "ψ: turn of the section against that at the contact"),
         ("direction_deg", "direction of the section's normal against x"),
         ("strain", "strain of the fibre on the side that touches; tension positive"),
@@ -41,6 +44,8 @@ pub const CONTACTS: Table = table(
         PLACE,
         GRID,
         A,
+        TILT,
+        LEAN,
         DRIVE,
         ("hub_mm", "distance of the motor's axis behind the clamp"),
         ("gauge_from_mm", "near end x1 of the gauge"),
@@ -51,8 +56,10 @@ pub const CONTACTS: Table = table(
         ("contact_arc_mm", "arc length c of the contact"),
         ("contact_x_mm", "place where the force acts"),
         ("contact_y_mm", "the same, towards the object"),
+        ("contact_z_mm", "the same, along the motor's axis"),
         ("pole_x_mm", "centre of the pole"),
         ("pole_y_mm", "the same, towards the object"),
+        ("pole_z_mm", "the same, along the motor's axis"),
         ("pole_radius_mm", "its radius ρ"),
         ("contact_state", "slide or stick"),
         STATUS,

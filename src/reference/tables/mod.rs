@@ -33,6 +33,8 @@ const fn table(
 
 const STATUS: Told = ("status", "ok, or words joined by +");
 const DRIVE: Told = ("theta_deg or delta_mm", "tap angle θ, or displacement δ of the object");
+const TILT: Told = ("tilt_deg", "tilt β of the object's edge (§6)");
+const LEAN: Told = ("lean_deg", "lean γ of the object's edge (§6)");
 const A: Told = ("a_mm", "contact distance a");
 const SIDE: Told = ("side", "side of the whisker: contact or far");
 const BASE: Told = ("D_mm", "base diameter D");
@@ -192,11 +194,14 @@ const MEASUREMENTS: Table = table(
     "A row is a synthetic reading.",
     &[
         ("a_mm", "contact distance as labelled"),
+        TILT,
+        LEAN,
         ("theta_deg or delta_mm", "drive as labelled; 0 is a zero reading"),
         (
             "strain or microstrain or bridge_mV_per_V or reading",
             "the signal; microstrain in 1e-6, reading in any unit",
         ),
+        ("strain_2 or microstrain_2 or bridge_mV_per_V_2 or reading_2", "that of the second gauge"),
         ("repeat", "number of the repeat; empty for a zero reading"),
         ("source", "synthetic, in every row"),
         ("fault", "what is wrong on purpose: saturated, mislabelled or spike"),

@@ -139,6 +139,10 @@ pub const ROBUST: Section = inline(
         key("theta", "degrees", "of the tap angle", "")
             .absent("0")
             .note("delta (mm) with drive = \"displacement\""),
+        key("tilt", "degrees", "of the tilt of the object's edge", "").absent("0").note(
+            "No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)",
+        ),
+        key("lean", "degrees", "of its lean", "").absent("0").note("As tilt"),
         key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
         key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
         key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")

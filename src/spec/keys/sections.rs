@@ -30,6 +30,8 @@ pub const GAUGE: Section = section(
         key("strain_limit", "", "|strain| above which a tap is `strain_limit`", "0.02"),
         key("factor", "", "gauge factor", "2.1")
             .note("Used for bridge_mV_per_V by calibrate, locate and simulate"),
+        key("second", "", "a second, equal gauge 90° round the whisker", "true")
+            .note("It tells the tilt of the object's edge (model §6): columns strain_2, bending_azimuth_deg, slide_mm"),
     ],
 );
 
@@ -40,6 +42,9 @@ pub const TAP: Section = section(
     &[
         key("drive", "", "what moves", "\"displacement\"").note("\"angle\": the base turns by theta; \"displacement\": the base stays and the object moves by delta"),
         key("a", "mm", "contact distance, axial from the clamp", "[20, 30, 40]").note("A value, a list or an axis; a ≤ L_a"),
+        key("tilt", "degrees", "turns the object's edge, and the contact, round the whisker's axis", "{ from = -30, to = 30, steps = 7 }")
+            .note("A value, a list or an axis (model §6); frictionless, or stick on the centreline"),
+        key("lean", "degrees", "leans the object's edge along the whisker", "[0, 10]").note("A value, a list or an axis"),
         key("theta", "degrees", "tap angle", "{ from = 1, to = 10, step = 0.5 }")
             .absent("required, or delta")
             .note("A value, a list or an axis. For `tap` the ends of the interval, 0.1 … 10 if left out"),
@@ -86,7 +91,7 @@ pub const ESTIMATE: Section = section(
     "How a distance is read from a strain (model §4).",
     &[
         key("theory", "", "what is inverted", "\"exact\"").note(
-            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f",
+            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f, and the curve that of upright edges (§4.8); not with a second gauge",
         ),
         key("convention", "", "what f is", "\"elongation\"")
             .note("\"elongation\": f times x2 − x1, so that K is in mm, as printed in the paper"),

@@ -141,7 +141,10 @@ fn profiles<'t>(
     designs: &[Design],
     taps: impl Iterator<Item = &'t Tap>,
 ) -> Result<Vec<Option<Profile>>, Error> {
-    let row = |tap: &Tap| (tap.design, tap.drive, groups.reach[groups.designs[tap.row as usize] as usize]);
+    let row = |tap: &Tap| {
+        let reach = groups.reach[groups.designs[tap.row as usize] as usize];
+        (tap.design, tap.direction, tap.drive, reach)
+    };
     run.profiles(designs, taps.map(row), None)
 }
 

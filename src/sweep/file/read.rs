@@ -8,14 +8,15 @@ use super::super::Run;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
-use crate::scene::Tuple;
 use crate::scene::listed::{Groups, Listed, Rows};
+use crate::scene::{Direction, Tuple};
 
 /// A solved row of the file.
 #[derive(Debug, Clone)]
 pub(super) struct Tap {
     pub row: u32,
     pub a: f64,
+    pub direction: Direction,
     pub drive: f64,
     /// Place of its design in the batch.
     pub design: u32,
@@ -125,7 +126,7 @@ pub(super) fn solve(
         if last.replace(groups.designs[row as usize]) != Some(groups.designs[row as usize]) {
             tuples.push(tuple);
         }
-        rows.push((row, Task { design: (known + tuples.len() - 1) as u32, a: tuple.a, drive: tuple.drive }));
+        rows.push((row, Task::of((known + tuples.len() - 1) as u32, &tuple)));
     }
     designs.par_extend(tuples.into_par_iter().map(|t| Design::new(&study.setup, t)));
     let tasks: Vec<Task> = rows.iter().map(|(_, task)| *task).collect();
@@ -133,6 +134,7 @@ pub(super) fn solve(
     let tap = |((row, t), outcome): ((u32, Task), Outcome)| Tap {
         row,
         a: t.a,
+        direction: t.direction,
         drive: t.drive,
         design: t.design,
         outcome,

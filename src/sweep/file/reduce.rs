@@ -133,7 +133,7 @@ impl Reduced {
         let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
             let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
-                let told = Told::by(&profiles, k);
+                let told = Told::by(&profiles, k).towards(taps[0].direction);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
             }
             Ok(part)
@@ -221,7 +221,7 @@ impl Part {
         taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
         reduced.calibrate();
         let mut values = Vec::new();
-        for Tap { row, a, drive, outcome, .. } in taps {
+        for Tap { row, a, direction, drive, outcome, .. } in taps {
             let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);
@@ -231,30 +231,33 @@ impl Part {
                 let row = TapRow {
                     design: &design.tuple,
                     a: *a,
+                    direction: *direction,
                     drive: *drive,
                     tap: outcome,
                     estimated: &estimated,
                     elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 self.tuples.row(&mut values)?;
             }
         }
         let (row, unit) = (reduced.drives[0], reduced.unit());
         if row_too {
-            fields(
-                &AtDrive::COLUMNS,
-                &AtDrive { design: &design.tuple, drive: first.drive, row: row.figures(), unit },
-                &mut values,
-            );
+            let (direction, drive) = (first.direction, first.drive);
+            let at = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
+            fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             self.designs.row(&mut values)?;
             self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
         let rank = reduced.rank(0, study.output.by);
         self.complete.extend(rank.map(|rank| {
-            let (index, design, drive) = ((u64::from(first.row), 0), design.tuple, first.drive);
-            (number, Kept { rank, index, design, drive, row: row.figures(), unit, charted: f32::NAN })
+            let (index, design) = ((u64::from(first.row), 0), design.tuple);
+            let (direction, drive) = (first.direction, first.drive);
+            (
+                number,
+                Kept { rank, index, design, direction, drive, row: row.figures(), unit, charted: f32::NAN },
+            )
         }));
         Ok(())
     }

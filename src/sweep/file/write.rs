@@ -56,19 +56,20 @@ pub(super) fn write_tuples(
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
-                let Tap { a, drive, outcome, .. } = tap;
-                let told = Told::by(&profiles, places[&groups.drives[row]]);
+                let Tap { a, direction, drive, outcome, .. } = tap;
+                let told = Told::by(&profiles, places[&groups.drives[row]]).towards(*direction);
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;
                 let row = TapRow {
                     design: &design.tuple,
                     a: *a,
+                    direction: *direction,
                     drive: *drive,
                     tap: outcome,
                     estimated: &estimated,
                     elongation,
                 };
-                fields(&TapRow::COLUMNS, &row, &mut values);
+                fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
             Ok(text)
@@ -124,9 +125,14 @@ pub(super) fn write_distances(
             design = Design::new(&study.setup, tuple);
         }
         let unit = design.elongation(&study.setup);
-        let reduced =
-            AtDistance { design: &design.tuple, a: tuple.a, row: &reduced, unit: unit.unwrap_or(1.0) };
-        fields(&AtDistance::COLUMNS, &reduced, &mut values);
+        let reduced = AtDistance {
+            design: &design.tuple,
+            a: tuple.a,
+            direction: tuple.direction(),
+            row: &reduced,
+            unit: unit.unwrap_or(1.0),
+        };
+        fields(&AtDistance::COLUMNS, &study.setup, &reduced, &mut values);
         text.row(&mut values)?;
         run.place(std::iter::once(all.place(groups, Table::Distances, row)))?;
         rows += 1;

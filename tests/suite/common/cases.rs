@@ -74,6 +74,7 @@ pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
             l: length("l_mm"),
             a: length("a_mm"),
             drive: get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" }),
+            ..Tuple::default()
         };
         let answer = Known {
             line: i + 2,
@@ -110,7 +111,7 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
         let lengths =
             [wide, wide * slenderness, length, place, grid.min(length - place), a].map(|x| scale * x);
         let [wide, tip, length, place, grid, a] = lengths;
-        Tuple { D: wide, d: tip, L_a: length, x_ss: place, l: grid, a, drive }
+        Tuple { D: wide, d: tip, L_a: length, x_ss: place, l: grid, a, drive, ..Tuple::default() }
     };
     (0..n).map(point).collect()
 }
@@ -118,7 +119,7 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
 /// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.
 pub fn evaluate(setup: &Setup, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
     let outcomes = Evaluator::new(setup, method).run(&designs, &tasks).expect("the backend answers");
     let least = |(i, t): (usize, &Tuple)| {

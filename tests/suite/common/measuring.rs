@@ -5,8 +5,8 @@ use std::path::Path;
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig};
-use vibrissa::scene::{Column, RunOptions, Spec};
-use vibrissa::simulate::{Settings, simulate};
+use vibrissa::scene::{RunOptions, Spec};
+use vibrissa::simulate::{Asked, Settings, simulate};
 use vibrissa::spec;
 
 /// Every effect of a real whisker.
@@ -32,14 +32,15 @@ pub fn rig(text: &str) -> Rig {
 /// The table that a rig of this spec writes.
 pub fn table(text: &str, settings: &Settings) -> String {
     let (rig, spec) = (rig(text), parsed(text));
-    let axes = [Column::Distance, Column::Drive].map(|c| spec.study.space.axis(c).expect("a rig has axes"));
+    let layout = spec.study.space.layout().expect("a rig has axes");
+    let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
     let mut bytes = Vec::new();
     let mut write = |b: &[u8]| {
         bytes.extend_from_slice(b);
         Ok(())
     };
-    simulate(&rig, axes, settings, method, &mut write).unwrap();
+    simulate(&rig, asked, settings, method, &mut write).unwrap();
     String::from_utf8(bytes).unwrap()
 }
 

@@ -28,7 +28,12 @@ impl Scan {
         let x1 = design[0].shared.as_ref().expect("a whisker").gauge[0];
         let n = ((whisker.L_a - from.max(x1 + STEP)) / STEP).floor();
         let from = whisker.L_a - n * STEP;
-        let task = |i: u32| Task { design: 0, a: from + STEP * f64::from(i), drive: whisker.drive };
+        let task = |i: u32| Task {
+            design: 0,
+            a: from + STEP * f64::from(i),
+            drive: whisker.drive,
+            ..Task::default()
+        };
         let tasks: Vec<Task> = (0..=n as u32).map(task).collect();
         let taps = Evaluator::new(setup, Method::Reference).run(&design, &tasks).expect("the reference");
         Self { from, strains: taps.iter().map(|t| t.strain.abs()).collect() }
@@ -55,7 +60,12 @@ impl Scan {
     /// d|ε|/da at `a` by five looks around it.
     pub fn slope(setup: &Setup, whisker: Tuple, a: f64) -> f64 {
         let design = [Design::new(setup, whisker)];
-        let task = |i: u32| Task { design: 0, a: a + STEP * (f64::from(i) - 2.0), drive: whisker.drive };
+        let task = |i: u32| Task {
+            design: 0,
+            a: a + STEP * (f64::from(i) - 2.0),
+            drive: whisker.drive,
+            ..Task::default()
+        };
         let tasks: Vec<Task> = (0..5).map(task).collect();
         let taps = Evaluator::new(setup, Method::Reference).run(&design, &tasks).expect("the reference");
         Self { from: tasks[0].a, strains: taps.iter().map(|t| t.strain.abs()).collect() }.at(a).1

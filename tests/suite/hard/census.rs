@@ -41,7 +41,7 @@ fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
         let scale = if c.hub { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
         let [D, d, L_a, x_ss, l, a] = [wide, tip, length, place, grid, a].map(|x| scale * x);
         let drive = if c.drive == Drive::Displacement { a * angle.to_radians() } else { angle };
-        Tuple { D, d, L_a, x_ss, l, a, drive }
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
     };
     (0..n).map(point).collect()
 }
@@ -54,7 +54,8 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
         let setup = c.setup();
         let tuples = extreme(c, rows(c), seed);
         let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();
-        let task = |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive };
+        let task =
+            |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive, ..Task::default() };
         let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
         let exact = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).expect("it answers");
         for (place, total) in places.iter().zip(&mut totals) {

@@ -23,7 +23,16 @@ fn longer(setup: &Setup, k: f64) -> Setup {
 }
 
 fn scaled(t: &Tuple, k: f64) -> Tuple {
-    Tuple { D: k * t.D, d: k * t.d, L_a: k * t.L_a, x_ss: k * t.x_ss, l: k * t.l, a: k * t.a, drive: t.drive }
+    Tuple {
+        D: k * t.D,
+        d: k * t.d,
+        L_a: k * t.L_a,
+        x_ss: k * t.x_ss,
+        l: k * t.l,
+        a: k * t.a,
+        drive: t.drive,
+        ..Tuple::default()
+    }
 }
 
 fn stiffer(material: &Material, k: f64) -> Material {

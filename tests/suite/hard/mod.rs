@@ -37,7 +37,7 @@ fn setup(model: Model, side: Side) -> Setup {
 
 /// A tap of a whisker with D = 10 mm, L_a = 50 mm, and a gauge of 2 mm at 5 mm.
 fn tuple(d: f64, a: f64, degrees: f64) -> Tuple {
-    Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: degrees }
+    Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: degrees, ..Tuple::default() }
 }
 
 /// Every tip, distance and angle, in that order.

@@ -15,6 +15,7 @@ fn random(n: u32) -> Vec<Tuple> {
             l: 1.0 + 3.0 * unit(6),
             a: 20.0 + 30.0 * unit(3),
             drive: 0.1 + 9.9 * unit(4),
+            ..Tuple::default()
         }
     };
     (0..n).map(point).collect()

@@ -30,7 +30,7 @@ impl Row {
     #[allow(non_snake_case)]
     fn tuple(&self) -> Tuple {
         let [D, d, L_a, x_ss, l, a, drive] = self.tap;
-        Tuple { D, d, L_a, x_ss, l, a, drive }
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
     }
 
     /// Every backend at its default tolerance, and the CPU at `finer` ones, each within its tolerance; the reference to 1e-9.

@@ -3,11 +3,12 @@
 use super::Twin;
 
 /// The files of the Rust side, by what the table calls them.
-pub const FILES: [(&str, &str); 11] = [
+pub const FILES: [(&str, &str); 12] = [
     ("exact/mod.rs", "crates/kernel/src/cpu/exact/mod.rs"),
     ("exact/sweep.rs", "crates/kernel/src/cpu/exact/sweep.rs"),
     ("exact/newton.rs", "crates/kernel/src/cpu/exact/newton.rs"),
     ("exact/gauge.rs", "crates/kernel/src/cpu/exact/gauge.rs"),
+    ("exact/spatial.rs", "crates/kernel/src/cpu/exact/spatial.rs"),
     ("exact/legendre.rs", "crates/kernel/src/cpu/exact/legendre.rs"),
     ("exact/tables.rs", "crates/kernel/src/cpu/exact/tables.rs"),
     ("lanes/mod.rs", "crates/kernel/src/smooth/lanes/mod.rs"),
@@ -165,6 +166,14 @@ pub const TWINS: &[Twin] = &[
             ("side", "SIDE"),
         ],
         same: 97,
+        ..Twin::NONE
+    },
+    Twin {
+        wgsl: "spatial",
+        rust: "exact/spatial.rs:spatial",
+        only_rust: &["tables", "effects"],
+        renamed: &[("point", "GAUGE_POINTS[i]"), ("weight", "GAUGE_WEIGHTS[i]")],
+        same: 30,
         ..Twin::NONE
     },
     Twin {
@@ -463,6 +472,7 @@ pub const STRUCTS: &[Struct] = &[
         &[("steps", "step_force step_other"), ("noise", "noise_force noise_other")],
     ),
     ("Turned", "exact/newton.rs:Turned", &[]),
+    ("Spatial", "exact/spatial.rs:Spatial", &[]),
     ("Rod", "exact/newton.rs:Rod", &[]),
     ("Step", "exact/newton.rs:Step", &[("steps", "force other"), ("noise", "noise_force noise_other")]),
     // What is of nodes is an argument of its own in WGSL.

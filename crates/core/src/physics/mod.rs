@@ -5,6 +5,7 @@ pub mod fit;
 pub mod inverse;
 pub mod linear;
 pub mod onset;
+pub mod pole;
 pub mod rod;
 pub mod root;
 pub mod section;

@@ -1,12 +1,13 @@
 //! Index ↔ tuple, without listing the tuples.
 //!
-//! A grid is designs × distances × drives, last fastest: the tap (i, j) of design k has the index
-//! (k · distances + i) · drives + j. A drive that is sampled together with a design's axes belongs to that design.
+//! A grid is designs × distances × strokes, last fastest: the tap (i, j) of design k has the index
+//! (k · distances + i) · strokes + j. A stroke is a direction of the pole and a drive: strokes are tilts × leans × drives. What of
+//! these is sampled together with a design's axes belongs to that design.
 
 use std::sync::OnceLock;
 
 use super::axis::Axis;
-use super::space::{Column, Factor, Tuple};
+use super::space::{COLUMNS, Column, Direction, Factor, Tuple};
 
 /// A grid of taps.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,31 +15,44 @@ pub struct Layout {
     designs: Vec<Factor>,
     distance: Axis,
     reach: OnceLock<[f64; 2]>,
-    drive: Option<Axis>,
+    strokes: Vec<Factor>,
     /// Number of designs.
     pub n_designs: u64,
     /// Distances of each design.
     pub n_distances: u64,
-    /// Drives of each design; 1 where the drive is sampled with the design.
+    /// Strokes of each design; 1 where all of their parts are values, or sampled with the design.
     pub n_drives: u64,
+    /// Directions of each design, each with all of its drives: strokes j with the same j / (strokes / directions).
+    pub n_directions: u64,
 }
 
 impl Layout {
     /// From the factors of a grid space, in row order.
     pub fn new(factors: &[Factor]) -> Self {
-        let mut designs = Vec::new();
-        let (mut distance, mut drive) = (Axis::Value(f64::NAN), None);
+        let (mut designs, mut strokes) = (Vec::new(), Vec::new());
+        let mut distance = Axis::Value(f64::NAN);
         for factor in factors {
             match factor.axes.as_slice() {
                 [(Column::Distance, axis)] => distance = axis.clone(),
-                [(Column::Drive, axis)] => drive = Some(axis.clone()),
+                axes if axes.iter().all(|(column, _)| *column > Column::Distance) => {
+                    strokes.push(factor.clone());
+                }
                 _ => designs.push(factor.clone()),
             }
         }
-        let n_drives = drive.as_ref().map_or(1, Axis::len);
-        let n_designs = designs.iter().map(|f| f.len).product();
-        let reach = OnceLock::new();
-        Self { n_designs, n_distances: distance.len(), n_drives, designs, distance, reach, drive }
+        let product = |factors: &[Factor]| factors.iter().map(|f| f.len).product();
+        let (n_designs, n_drives) = (product(&designs), product(&strokes));
+        let angles = strokes.last().map_or(1, |f| if alone(f).is_some() { f.len } else { 1 });
+        Self {
+            n_designs,
+            n_distances: distance.len(),
+            n_drives,
+            n_directions: n_drives / angles,
+            designs,
+            distance,
+            reach: OnceLock::new(),
+            strokes,
+        }
     }
 
     /// Taps of one design.
@@ -56,16 +70,10 @@ impl Layout {
         self.len() == 0
     }
 
-    /// Design `k` as a tuple without distance; its drive is set only where it is sampled with the design.
-    pub fn design(&self, mut k: u64) -> Tuple {
-        let mut values = [f64::NAN; 7];
-        for factor in self.designs.iter().rev() {
-            let at = k % factor.len;
-            k /= factor.len;
-            for (column, axis) in &factor.axes {
-                values[*column as usize] = axis.at(at);
-            }
-        }
+    /// Design `k` as a tuple without distance; its direction and drive are set only where they are sampled with the design.
+    pub fn design(&self, k: u64) -> Tuple {
+        let mut values = [f64::NAN; COLUMNS];
+        place(&self.designs, k, &mut values);
         Tuple::from_array(values)
     }
 
@@ -86,15 +94,26 @@ impl Layout {
         })
     }
 
-    /// Smallest and largest value of column `column` of a design; of sampled axes, their bounds.
-    pub fn bounds(&self, column: usize) -> [f64; 2] {
-        let axis = self.designs.iter().flat_map(|f| &f.axes).find(|(c, _)| *c as usize == column);
-        axis.map_or([f64::NAN; 2], |(_, axis)| [axis.min(), axis.max()])
+    /// Smallest and largest value of `column`; of sampled axes, their bounds.
+    pub fn bounds(&self, column: Column) -> [f64; 2] {
+        let axes = self.designs.iter().chain(&self.strokes).flat_map(|f| &f.axes);
+        let axis = axes.filter(|(c, _)| *c == column).map(|(_, axis)| axis).next();
+        axis.map_or([f64::NAN; 2], |axis| [axis.min(), axis.max()])
     }
 
-    /// The axis of drives, unless each design has its own.
+    /// The axis of drives, unless each design or each direction has its own.
     pub fn drives(&self) -> Option<&Axis> {
-        self.drive.as_ref()
+        self.strokes.last().and_then(alone)
+    }
+
+    /// Whether every pole is upright.
+    pub fn is_upright(&self) -> bool {
+        [Column::Tilt, Column::Lean].into_iter().all(|column| self.bounds(column) == [0.0; 2])
+    }
+
+    /// Drives of each direction.
+    pub fn drives_each(&self) -> u64 {
+        self.n_drives / self.n_directions
     }
 
     /// The factors of a design, last fastest.
@@ -102,16 +121,53 @@ impl Layout {
         &self.designs
     }
 
-    /// Drive `j` of `design`, degrees or mm.
+    /// `design` with direction and drive of its stroke `j`, in degrees or mm.
+    pub fn stroke(&self, design: &Tuple, j: u64) -> Tuple {
+        let mut values = design.to_array();
+        place(&self.strokes, j, &mut values);
+        Tuple::from_array(values)
+    }
+
+    /// Drive of stroke `j` of `design`, degrees or mm.
     pub fn drive(&self, design: &Tuple, j: u64) -> f64 {
-        self.drive.as_ref().map_or(design.drive, |axis| axis.at(j))
+        self.stroke(design, j).drive
+    }
+
+    /// Direction of the pole in stroke `j` of `design`.
+    pub fn direction(&self, design: &Tuple, j: u64) -> Direction {
+        self.stroke(design, j).direction()
+    }
+
+    /// Place of tap `t` of a design among its distances, each with every direction of the pole, and among its strokes.
+    pub fn place(&self, t: u64) -> (usize, usize) {
+        let (i, j) = (t / self.n_drives, t % self.n_drives);
+        ((i * self.n_directions + j / self.drives_each()) as usize, j as usize)
     }
 
     /// Tuple `index`.
     pub fn tuple(&self, index: u64) -> Tuple {
         let design = self.design(index / self.block());
         let (i, j) = (index % self.block() / self.n_drives, index % self.n_drives);
-        Tuple { a: self.distance(i), drive: self.drive(&design, j), ..design }
+        Tuple { a: self.distance(i), ..self.stroke(&design, j) }
+    }
+}
+
+/// The axis of drives where `factor` is nothing else.
+fn alone(factor: &Factor) -> Option<&Axis> {
+    match factor.axes.as_slice() {
+        [(Column::Drive, axis)] => Some(axis),
+        _ => None,
+    }
+}
+
+/// Puts point `k` of crossed `factors`, last fastest, into `values`.
+fn place(factors: &[Factor], mut k: u64, values: &mut [f64; COLUMNS]) {
+    for factor in factors.iter().rev() {
+        let at = k % factor.len;
+        k /= factor.len;
+        for (column, axis) in &factor.axes {
+            values[*column as usize] = axis.at(at);
+        }
     }
 }
 
@@ -133,7 +189,9 @@ mod tests {
 
     #[test]
     fn last_axis_is_fastest() {
-        use Column::{BaseDiameter, Distance, Drive, GaugePosition, GridLength, Length, TipDiameter};
+        use Column::{
+            BaseDiameter, Distance, Drive, GaugePosition, GridLength, Lean, Length, Tilt, TipDiameter,
+        };
         let l = Layout::new(&[
             alone(BaseDiameter, &[8.0, 10.0]),
             alone(TipDiameter, &[4.0]),
@@ -141,17 +199,23 @@ mod tests {
             alone(GaugePosition, &[3.0, 5.0, 7.0]),
             alone(GridLength, &[2.0]),
             alone(Distance, &[20.0, 30.0]),
+            alone(Tilt, &[0.0, 10.0]),
+            alone(Lean, &[0.0]),
             alone(Drive, &[1.0, 2.0, 3.0]),
         ]);
-        assert_eq!((l.n_designs, l.n_distances, l.n_drives, l.len()), (6, 2, 3, 36));
+        assert_eq!((l.n_designs, l.n_distances, l.n_drives, l.len()), (6, 2, 6, 72));
+        assert_eq!((l.n_directions, l.drives_each(), l.is_upright()), (2, 3, false));
         let mut index = 0;
         for big in [8.0, 10.0] {
             for x_ss in [3.0, 5.0, 7.0] {
                 for a in [20.0, 30.0] {
-                    for drive in [1.0, 2.0, 3.0] {
-                        let want = Tuple { D: big, d: 4.0, L_a: 50.0, x_ss, l: 2.0, a, drive };
-                        assert_eq!(l.tuple(index), want);
-                        index += 1;
+                    for tilt in [0.0, 10.0] {
+                        for drive in [1.0, 2.0, 3.0] {
+                            let want =
+                                Tuple { D: big, d: 4.0, L_a: 50.0, x_ss, l: 2.0, a, tilt, lean: 0.0, drive };
+                            assert_eq!(l.tuple(index), want);
+                            index += 1;
+                        }
                     }
                 }
             }
@@ -175,5 +239,21 @@ mod tests {
         assert_eq!((first.D, first.drive), (second.D, second.drive));
         assert_eq!((first.d, second.d), (2.0, 4.0));
         assert_ne!(l.tuple(4).drive, first.drive);
+    }
+
+    #[test]
+    fn a_direction_sampled_with_the_drive_is_a_stroke() {
+        let zipped = vec![(Column::Tilt, sampled(-20.0, 20.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
+        let l = Layout::new(&[
+            alone(Column::BaseDiameter, &[8.0, 10.0]),
+            alone(Column::Distance, &[20.0, 30.0]),
+            Factor { axes: zipped, len: 5 },
+            alone(Column::Lean, &[0.0, 5.0, 10.0]),
+        ]);
+        assert_eq!((l.n_designs, l.n_drives, l.n_directions, l.drives().is_some()), (2, 15, 15, false));
+        let (first, second, fourth) = (l.tuple(0), l.tuple(1), l.tuple(3));
+        assert_eq!((first.tilt, first.drive, first.lean), (second.tilt, second.drive, 0.0));
+        assert_eq!((second.lean, fourth.lean), (5.0, 0.0));
+        assert_ne!((fourth.tilt, fourth.drive), (first.tilt, first.drive));
     }
 }

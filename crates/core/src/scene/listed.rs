@@ -1,7 +1,7 @@
 //! Tuples that stay in their file, because they are too many to hold: what is known of every row, and how to read rows again.
 //!
-//! A design is what rows with the same D, d, L_a, x_ss and l share; a row of designs.csv is a design at one drive, of
-//! distances.csv a design at one distance. All are numbered in order of first appearance.
+//! A design is what rows with the same D, d, L_a, x_ss and l share; a row of designs.csv is a design at one stroke (direction of the pole
+//! and drive), of distances.csv a design at one distance and direction. All are numbered in order of first appearance.
 
 use std::fs::File;
 use std::io::Read;
@@ -10,11 +10,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::space::Tuple;
+use super::space::{COLUMNS, Tuple};
 use crate::error::Error;
 
 /// Number of a design, of a design's drive or distance.
 type Number = u32;
+
+/// Where each column stands in a row; what has none is 0 in every row.
+pub type Places = [Option<usize>; COLUMNS];
 
 /// A key of 96 bits and the row that has it.
 type Entry = (u64, u32, u32);
@@ -27,7 +30,7 @@ pub const MOST_ROWS: u64 = u32::MAX as u64;
 pub struct Listed {
     path: PathBuf,
     /// Place of each column.
-    places: [usize; 7],
+    places: Places,
     groups: Arc<Groups>,
 }
 
@@ -36,9 +39,9 @@ pub struct Listed {
 pub struct Groups {
     /// Design of each row.
     pub designs: Vec<Number>,
-    /// Design at one drive of each row.
+    /// Design at one stroke of each row.
     pub drives: Vec<Number>,
-    /// Design at one distance of each row.
+    /// Design at one distance and direction of each row.
     pub distances: Vec<Number>,
     /// How many of each there are.
     pub counts: [u64; 3],
@@ -48,7 +51,7 @@ pub struct Groups {
 
 impl Listed {
     /// The file at `path`, whose columns stand at `places`.
-    pub fn new(path: &Path, places: [usize; 7], groups: Groups) -> Self {
+    pub fn new(path: &Path, places: Places, groups: Groups) -> Self {
         Self { path: path.to_owned(), places, groups: Arc::new(groups) }
     }
 
@@ -113,7 +116,7 @@ pub fn reader<R: Read>(from: R) -> csv::Reader<R> {
 #[derive(Debug)]
 pub struct Rows {
     reader: csv::Reader<File>,
-    places: [usize; 7],
+    places: Places,
     record: csv::StringRecord,
 }
 
@@ -125,8 +128,9 @@ impl Rows {
         if !self.reader.read_record(&mut self.record)? {
             return Err(changed());
         }
-        let mut values = [0.0; 7];
-        for (value, &place) in values.iter_mut().zip(&self.places) {
+        let mut values = [0.0; COLUMNS];
+        for (value, place) in values.iter_mut().zip(self.places) {
+            let Some(place) = place else { continue };
             *value = self.record.get(place).and_then(|x| x.parse().ok()).ok_or_else(changed)?;
         }
         Ok(Tuple::from_array(values))
@@ -144,6 +148,8 @@ impl Rows {
 #[derive(Debug, Default)]
 pub struct Grouping {
     designs: Vec<Entry>,
+    /// Directions, where one is not upright; until then nothing is kept of them.
+    directions: Vec<[f64; 2]>,
     a: Vec<f64>,
     drive: Vec<f64>,
 }
@@ -153,6 +159,10 @@ impl Grouping {
     pub fn push(&mut self, t: &Tuple) {
         let (high, low) = digest([t.D, t.d, t.L_a, t.x_ss, t.l].map(bits));
         self.designs.push((high, low, self.a.len() as u32));
+        if !self.directions.is_empty() || !t.direction().is_upright() {
+            self.directions.resize(self.a.len(), [0.0; 2]);
+            self.directions.push([t.tilt, t.lean]);
+        }
         self.a.push(t.a);
         self.drive.push(t.drive);
     }
@@ -169,11 +179,23 @@ impl Grouping {
 
     /// What belongs together.
     pub fn finish(self) -> Groups {
-        let Self { designs, a, drive } = self;
+        let Self { designs, directions, a, drive } = self;
         let (designs, n) = numbered(designs);
+        // Design and direction of each row: the design alone where all poles are upright.
+        let towards = if directions.is_empty() {
+            None
+        } else {
+            let entry = |(row, (&design, d)): (usize, (&Number, &[f64; 2]))| {
+                let (high, low) = digest([u64::from(design), bits(d[0]), bits(d[1]), 0, 0]);
+                (high, low, row as u32)
+            };
+            Some(numbered(designs.iter().zip(&directions).enumerate().map(entry).collect()).0)
+        };
+        drop(directions);
         let of = |column: &[f64]| {
-            let entry = |(row, (&design, &x)): (usize, (&Number, &f64))| (bits(x), design, row as u32);
-            numbered(designs.iter().zip(column).enumerate().map(entry).collect())
+            let entry = |(row, (&at, &x)): (usize, (&Number, &f64))| (bits(x), at, row as u32);
+            let at = towards.as_ref().unwrap_or(&designs);
+            numbered(at.iter().zip(column).enumerate().map(entry).collect())
         };
         let ((drives, n_drives), (distances, n_distances)) = (of(&drive), of(&a));
         drop(drive);
@@ -231,7 +253,16 @@ mod tests {
 
     #[test]
     fn groups_are_numbered_in_order_of_first_appearance() {
-        let row = |d: f64, a: f64, drive: f64| Tuple { D: 10.0, d, L_a: 50.0, x_ss: 0.0, l: 2.0, a, drive };
+        let row = |d: f64, a: f64, drive: f64| Tuple {
+            D: 10.0,
+            d,
+            L_a: 50.0,
+            x_ss: 0.0,
+            l: 2.0,
+            a,
+            drive,
+            ..Tuple::default()
+        };
         let mut grouping = Grouping::default();
         let rows = [row(7.0, 20.0, 1.0), row(4.0, 20.0, 1.0), row(7.0, 30.0, 1.0), row(7.0, 20.0, 2.0)];
         rows.iter().for_each(|t| grouping.push(t));
@@ -241,5 +272,18 @@ mod tests {
         assert_eq!(groups.drives, [0, 1, 0, 2, 1]);
         assert_eq!(groups.distances, [0, 1, 2, 0, 1]);
         assert_eq!((groups.counts, groups.reach), ([2, 3, 3], vec![[20.0, 30.0], [20.0, 20.0]]));
+    }
+
+    #[test]
+    fn a_direction_belongs_to_strokes_and_distances_not_to_designs() {
+        let row =
+            |tilt: f64, a: f64, drive: f64| Tuple { D: 10.0, d: 4.0, a, tilt, drive, ..Tuple::default() };
+        let mut grouping = Grouping::default();
+        for t in [row(0.0, 20.0, 1.0), row(-0.0, 30.0, 1.0), row(5.0, 20.0, 1.0), row(5.0, 20.0, 2.0)] {
+            grouping.push(&t);
+        }
+        let groups = grouping.finish();
+        assert_eq!((groups.designs, groups.drives), (vec![0; 4], vec![0, 0, 1, 2]));
+        assert_eq!((groups.distances, groups.counts), (vec![0, 1, 2, 2], [1, 3, 3]));
     }
 }

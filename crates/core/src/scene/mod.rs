@@ -22,7 +22,7 @@ pub use model::{
 };
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
-pub use space::{Column, Factor, Space, Tuple};
+pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 
 /// What all taps share: the rig without its whiskers. Every default is that of a spec: a gauge on the contact side, the exact
 /// frictionless Hooke rod with every effect off, the paper's estimate.
@@ -38,6 +38,8 @@ pub struct Setup {
     pub model: Model,
     /// How distance is estimated from strain.
     pub estimate: Estimate,
+    /// Columns of the pole's direction that tables have.
+    pub directions: DirectionColumns,
 }
 
 impl Setup {

@@ -142,6 +142,23 @@ impl Model {
     };
 }
 
+impl Model {
+    /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
+    pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
+        match self.contact {
+            Contact::Coulomb(_) if tilt || lean => Some(
+                "with contact = { coulomb = … } the object's edge must be upright: the contact slides along the whisker and along the edge, \
+                 and friction depends on the path",
+            ),
+            Contact::Stick if self.surface && tilt => Some(
+                "with contact = \"stick\" and surface = true the object's edge must not tilt: the point that sticks lies off the plane of \
+                 rotation, and twists the whisker",
+            ),
+            _ => None,
+        }
+    }
+}
+
 impl Default for Model {
     fn default() -> Self {
         Self::PLAIN
@@ -159,12 +176,14 @@ pub struct Gauge {
     pub strain_limit: f64,
     /// Gauge factor.
     pub factor: f64,
+    /// A second, equal gauge 90° round the whisker.
+    pub second: bool,
 }
 
 impl Default for Gauge {
     /// On the contact side, up to 5 %, gauge factor 2.21, its noise not said.
     fn default() -> Self {
-        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21 }
+        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21, second: false }
     }
 }
 

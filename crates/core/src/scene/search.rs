@@ -1,6 +1,6 @@
 //! What is searched for: `[optimise]`.
 
-use super::space::Column;
+use super::space::{COLUMNS, Column};
 use crate::error::InputError;
 
 /// What is made small.
@@ -97,14 +97,21 @@ pub enum Calibrated {
 /// Tolerances of manufacture and bonding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robust {
-    /// Standard deviations of D, d, L_a, x_ss, l, a (0) and the drive, by [`Column`].
-    pub sd: [f64; 7],
+    /// Standard deviations of D, d, L_a, x_ss, l, a (0), tilt, lean and the drive, by [`Column`].
+    pub sd: [f64; COLUMNS],
     /// Whiskers sampled for each candidate; the same deviations for all.
     pub samples: u32,
     /// Mean or worst tenth.
     pub measure: Measure,
     /// K̄ of each whisker or of the nominal one.
     pub calibrated: Calibrated,
+}
+
+impl Robust {
+    /// Whether poles are not upright, which no calibration knows.
+    pub fn tilts(&self) -> bool {
+        [Column::Tilt, Column::Lean].into_iter().any(|column| self.sd[column as usize] != 0.0)
+    }
 }
 
 /// `[optimise]`.

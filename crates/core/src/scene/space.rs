@@ -1,6 +1,6 @@
 //! The tuples of a sweep and their order: index ↔ tuple.
 //!
-//! Row order is D, d, L_a, x_ss, l, a, drive nested, last fastest. A set of sampled axes is one factor that
+//! Row order is D, d, L_a, x_ss, l, a, tilt, lean, drive nested, last fastest. A set of sampled axes is one factor that
 //! stands in the place of its first axis. The index of a tuple is its identity on every backend.
 
 use super::axis::Axis;
@@ -8,7 +8,10 @@ use super::layout::Layout;
 use super::listed::Listed;
 use super::model::Drive;
 
-/// Distances, and drives, that one design may have: each keeps its running statistics in memory.
+/// Quantities that vary from tuple to tuple.
+pub const COLUMNS: usize = 9;
+
+/// Distances, and strokes (directions and drives), that one design may have: each keeps its running statistics in memory.
 pub const AXIS_LIMIT: u64 = 1 << 22;
 
 /// A quantity that varies from tuple to tuple, in row order.
@@ -26,19 +29,25 @@ pub enum Column {
     GridLength,
     /// Contact distance, mm.
     Distance,
+    /// Tilt of the pole round the whisker's axis, degrees.
+    Tilt,
+    /// Lean of the pole along the whisker, degrees.
+    Lean,
     /// Tap angle, degrees, or displacement, mm.
     Drive,
 }
 
 impl Column {
-    /// All seven, in row order.
-    pub const ALL: [Self; 7] = [
+    /// All, in row order.
+    pub const ALL: [Self; COLUMNS] = [
         Self::BaseDiameter,
         Self::TipDiameter,
         Self::Length,
         Self::GaugePosition,
         Self::GridLength,
         Self::Distance,
+        Self::Tilt,
+        Self::Lean,
         Self::Drive,
     ];
 
@@ -51,12 +60,47 @@ impl Column {
             Self::GaugePosition => "x_ss_mm",
             Self::GridLength => "l_mm",
             Self::Distance => "a_mm",
+            Self::Tilt => "tilt_deg",
+            Self::Lean => "lean_deg",
             Self::Drive => drive.column(),
         }
     }
 }
 
-/// One tap: D, d, L_a, x_ss, l, a in mm and θ in degrees (or δ in mm), indexed by [`Column`].
+/// The direction of the pole (model §6). Both zero: it stands upright on the plane of rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Direction {
+    /// β: turns pole and contact round the whisker's axis, |β| < 90 degrees.
+    pub tilt: f64,
+    /// γ: leans the pole along the whisker, |γ| < 90 degrees.
+    pub lean: f64,
+}
+
+impl Direction {
+    /// Square to the plane of rotation.
+    pub const UPRIGHT: Self = Self { tilt: 0.0, lean: 0.0 };
+
+    /// Whether the pole is square to the plane of rotation.
+    pub fn is_upright(self) -> bool {
+        self == Self::UPRIGHT
+    }
+
+    /// Whether it points out of the plane of rotation, or lies in it at no more than 90°.
+    pub fn is_valid(self) -> bool {
+        self.tilt.abs() < 90.0 && self.lean.abs() < 90.0
+    }
+}
+
+/// Which columns of the pole's direction are told: those that were asked for by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DirectionColumns {
+    /// `tilt_deg`.
+    pub tilt: bool,
+    /// `lean_deg`.
+    pub lean: bool,
+}
+
+/// One tap: D, d, L_a, x_ss, l, a in mm, tilt and lean in degrees, and θ in degrees (or δ in mm), indexed by [`Column`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(non_snake_case)]
 pub struct Tuple {
@@ -72,6 +116,10 @@ pub struct Tuple {
     pub l: f64,
     /// Contact distance, mm.
     pub a: f64,
+    /// Tilt of the pole, degrees.
+    pub tilt: f64,
+    /// Lean of the pole, degrees.
+    pub lean: f64,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
 }
@@ -79,13 +127,24 @@ pub struct Tuple {
 #[allow(non_snake_case)]
 impl Tuple {
     /// Values in [`Column`] order.
-    pub fn to_array(self) -> [f64; 7] {
-        [self.D, self.d, self.L_a, self.x_ss, self.l, self.a, self.drive]
+    pub fn to_array(self) -> [f64; COLUMNS] {
+        let Self { D, d, L_a, x_ss, l, a, tilt, lean, drive } = self;
+        [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
     /// From values in [`Column`] order.
-    pub fn from_array([D, d, L_a, x_ss, l, a, drive]: [f64; 7]) -> Self {
-        Self { D, d, L_a, x_ss, l, a, drive }
+    pub fn from_array([D, d, L_a, x_ss, l, a, tilt, lean, drive]: [f64; COLUMNS]) -> Self {
+        Self { D, d, L_a, x_ss, l, a, tilt, lean, drive }
+    }
+
+    /// Direction of the pole.
+    pub fn direction(&self) -> Direction {
+        Direction { tilt: self.tilt, lean: self.lean }
+    }
+
+    /// The same whisker, tapped at a pole of this direction.
+    pub fn towards(self, Direction { tilt, lean }: Direction) -> Self {
+        Self { tilt, lean, ..self }
     }
 }
 
@@ -101,8 +160,8 @@ pub struct Factor {
 /// The tuples to evaluate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Space {
-    /// Crossed factors, ordered by their first column. The distance is a factor of its own; so is the drive,
-    /// unless it is sampled together with another column.
+    /// Crossed factors, ordered by their first column. The distance is a factor of its own; so are tilt, lean and drive,
+    /// unless they are sampled together with another column.
     Grid(Vec<Factor>),
     /// Tuples as listed by the user, in file order.
     List(Vec<Tuple>),
@@ -110,10 +169,16 @@ pub enum Space {
     File(Listed),
 }
 
+#[allow(non_snake_case)]
 impl Space {
+    /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, at poles that are upright; as [`Self::tilted`].
+    pub fn grid([D, d, L_a, x_ss, l, a, drive]: [Axis; 7]) -> Option<Self> {
+        Self::tilted([D, d, L_a, x_ss, l, a, 0.0.into(), 0.0.into(), drive])
+    }
+
     /// Every combination of these axes, in [`Column`] order: one factor each; all sampled axes, which share their points, are one factor in
     /// the place of the first. `None` where they have more than 2^64 tuples.
-    pub fn grid(axes: [Axis; 7]) -> Option<Self> {
+    pub fn tilted(axes: [Axis; COLUMNS]) -> Option<Self> {
         let mut factors: Vec<Factor> = Vec::new();
         let mut zip = None;
         for (column, axis) in Column::ALL.into_iter().zip(axes) {
@@ -146,13 +211,13 @@ impl Space {
         factors.iter().flat_map(|f| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
     }
 
-    /// The one whisker of the space, with its first distance and drive.
+    /// The one whisker of the space, with its first distance, direction and drive.
     ///
     /// # Errors
     /// The column that has several values, and how many; or `None` where the tuples are listed.
     pub fn whisker(&self) -> Result<Tuple, Option<(Column, u64)>> {
         let Self::Grid(factors) = self else { return Err(None) };
-        let mut values = [1.0; 7];
+        let mut values = [1.0; COLUMNS];
         for (column, axis) in factors.iter().flat_map(|f| &f.axes) {
             if *column < Column::Distance && axis.len() != 1 {
                 return Err(Some((*column, axis.len())));

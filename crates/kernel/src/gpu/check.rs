@@ -130,7 +130,8 @@ fn judge(
         let strain =
             tap.weight * (found.strain - known.strain).abs() / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
         let force = (found.force - known.force).abs() / (1.0 + known.force.abs());
-        let errors = [strain, force, (found.arc - known.arc).abs()].map(|e| e / tolerance);
+        let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
+        let errors = [strain, force.max(beside), (found.arc - known.arc).abs()].map(|e| e / tolerance);
         worst = std::array::from_fn(|k| worst[k].max(errors[k]));
         apart += usize::from(errors[0] > STRAIN || errors[1].max(errors[2]) > FORCE);
     }

@@ -50,6 +50,8 @@ type Mishap = Arc<Mutex<Option<Fault>>>;
 #[derive(Debug, Clone)]
 pub(super) struct Kernel {
     pub text: Arc<str>,
+    /// Whether its answers have the fields of `spatial` effects.
+    spatial: bool,
     pipeline: wgpu::ComputePipeline,
 }
 
@@ -127,13 +129,17 @@ impl Gpu {
         let variant = Variant { job: *job, precision: self.precision };
         let (name, wgsl) = (variant.name(), variant.wgsl());
         if let Some((text, pipeline)) = self.pipelines.get_key_value(wgsl.as_str()) {
-            return Ok(Kernel { text: Arc::clone(text), pipeline: pipeline.clone() });
+            return Ok(Kernel {
+                text: Arc::clone(text),
+                spatial: job.effects.spatial,
+                pipeline: pipeline.clone(),
+            });
         }
         let pipeline = self.compile(&name, &wgsl)?;
         self.heard()?;
         let text: Arc<str> = wgsl.into();
         self.pipelines.insert(Arc::clone(&text), pipeline.clone());
-        Ok(Kernel { text, pipeline })
+        Ok(Kernel { text, spatial: job.effects.spatial, pipeline })
     }
 
     /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
@@ -235,7 +241,8 @@ impl Gpu {
             pass.set_bind_group(0, &bind, &[]);
             pass.dispatch_workgroups((count as u32).div_ceil(WORKGROUP), 1, 1);
         }
-        let bytes = (count * SOLUTION_WORDS * word) as u64;
+        let answer = Solution::<f32>::words(kernel.spatial) * word;
+        let bytes = (count * answer) as u64;
         encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
         if told == Some(Kind::Lose) {
             self.device.destroy();
@@ -245,11 +252,11 @@ impl Gpu {
         let view = buffers.readback.get_mapped_range(0..bytes).map_err(lost)?;
         let stamp = self.stamp;
         let unwritten = match lie {
-            None => unseal(precision, &view, stamp, out),
+            None => unseal(precision, &view, (stamp, kernel.spatial), out),
             Some(lie) => {
                 let mut copy = view.to_vec();
-                lie.spoil(told, &mut copy, WORKGROUP as usize * SOLUTION_WORDS * word);
-                unseal(precision, &copy, stamp, out)
+                lie.spoil(told, &mut copy, WORKGROUP as usize * answer, word);
+                unseal(precision, &copy, (stamp, kernel.spatial), out)
             }
         };
         drop(view);
@@ -262,7 +269,13 @@ const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;
 const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
 
 /// Appends the solutions in `bytes` without their seals; how many of them are not sealed as they should be.
-fn unseal(precision: Precision, bytes: &[u8], stamp: u32, out: &mut Vec<Solution<f64>>) -> usize {
+fn unseal(
+    precision: Precision,
+    bytes: &[u8],
+    (stamp, spatial): (u32, bool),
+    out: &mut Vec<Solution<f64>>,
+) -> usize {
+    let words = Solution::<f32>::words(spatial);
     let mut unwritten = 0;
     let mut all = |sealed: Option<Solution<f64>>| {
         unwritten += usize::from(sealed.is_none());
@@ -270,13 +283,15 @@ fn unseal(precision: Precision, bytes: &[u8], stamp: u32, out: &mut Vec<Solution
     };
     // A copy of what was mapped need not lie as its numbers do.
     match precision {
-        Precision::F32 => (0..).zip(bytes.chunks_exact(4 * SOLUTION_WORDS)).for_each(|(i, s)| {
-            let s: Solution<f32> = bytemuck::pod_read_unaligned(s);
-            all(s.unseal(i, stamp).map(|s| s.map(f64::from)));
+        Precision::F32 => (0..).zip(bytes.chunks_exact(4 * words)).for_each(|(i, answer)| {
+            let mut s = Solution::<f32>::default();
+            bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+            all(s.unseal(i, stamp, spatial).map(|s| s.map(f64::from)));
         }),
-        Precision::F64 => (0..).zip(bytes.chunks_exact(8 * SOLUTION_WORDS)).for_each(|(i, s)| {
-            let s: Solution<f64> = bytemuck::pod_read_unaligned(s);
-            all(s.unseal(i, stamp));
+        Precision::F64 => (0..).zip(bytes.chunks_exact(8 * words)).for_each(|(i, answer)| {
+            let mut s = Solution::<f64>::default();
+            bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+            all(s.unseal(i, stamp, spatial));
         }),
     }
     unwritten

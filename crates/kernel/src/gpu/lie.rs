@@ -51,8 +51,8 @@ impl Lie {
         self.when.contains(&at).then_some(self.kind)
     }
 
-    /// What comes back in place of `bytes`; a workgroup has `group` of them.
-    pub(super) fn spoil(&self, kind: Option<Kind>, bytes: &mut [u8], group: usize) {
+    /// What comes back in place of `bytes`; a workgroup has `group` of them, `word` each number.
+    pub(super) fn spoil(&self, kind: Option<Kind>, bytes: &mut [u8], group: usize, word: usize) {
         let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
         let most = bytes.len().max(before.len());
         before.resize(most, 0);
@@ -66,8 +66,8 @@ impl Lie {
                     .for_each(|(i, word)| word[i % 4] ^= 1 << (i % 7));
             }
             Some(Kind::NotANumber(every)) => {
-                // The fourth of seven numbers.
-                let (answer, word) = (group / 64, group / 64 / 7);
+                // The fourth number of an answer.
+                let answer = group / 64;
                 bytes.chunks_mut(answer).step_by(every).for_each(|a| a[3 * word..4 * word].fill(0xff));
             }
             Some(Kind::Stale) => bytes.copy_from_slice(&before[..honest.len()]),

@@ -17,19 +17,21 @@ fn mix(h: u32, word: u32) -> u32 {
 
 /// WGSL of `seal`; with the bits of the numbers where they have 32 of them. WGSL has no way to those of f64, whose seals tell place and batch
 /// alone. An iteration gone astray that ends in what is no number says so in numbers: what is not finite comes from no kernel.
-pub(super) fn wgsl(with_bits: bool) -> String {
+pub(super) fn wgsl(with_bits: bool, spatial: bool) -> String {
     let finite = match with_bits {
         // A comparison may be compiled as if there were no such numbers.
         true => "(bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u",
         false => "abs(x) < 1e300lf",
     };
-    let fields: Vec<&str> = Solution::<f32>::FIELDS.iter().copied().filter(|f| *f != "sweeps").collect();
+    let all = &Solution::<f32>::FIELDS[..Solution::<f32>::words(spatial)];
+    let fields: Vec<&str> = all.iter().copied().filter(|f| *f != "sweeps").collect();
+    let rest = if spatial { ", ZERO, ZERO" } else { "" };
     let all: Vec<String> = fields.iter().map(|f| format!("is_finite(s.{f})")).collect();
     let mut text = format!(
         "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n\
          fn is_finite(x: real) -> bool {{\n    return {finite};\n}}\n\
          fn seal(s: Solution, place: u32, stamp: u32) -> Solution {{\n    var sealed = s;\n    \
-         if !({}) {{\n        sealed = Solution(ZERO, ZERO, ZERO, ZERO, LOST, ZERO, s.sweeps);\n    }}\n    \
+         if !({}) {{\n        sealed = Solution(ZERO, ZERO, ZERO, ZERO, LOST, ZERO, s.sweeps{rest});\n    }}\n    \
          var h = mix_bits(mix_bits(stamp, place), u32(s.sweeps));\n",
         0x85eb_ca6b_u32,
         all.join(" && ")
@@ -46,8 +48,8 @@ pub(super) fn wgsl(with_bits: bool) -> String {
 
 /// What a shader has sealed.
 pub(super) trait Seal: Sized {
-    /// It without its seal, if this is the one of `place` in batch `stamp`.
-    fn unseal(self, place: u32, stamp: u32) -> Option<Self>;
+    /// It without its seal, if this is the one of `place` in batch `stamp`, from a kernel with or without `spatial` effects.
+    fn unseal(self, place: u32, stamp: u32, spatial: bool) -> Option<Self>;
 }
 
 /// Sweeps and seal of a number that holds both; `None` where it does not.
@@ -62,17 +64,22 @@ fn seal(place: u32, stamp: u32, sweeps: f64, words: impl Iterator<Item = u32>) -
     words.fold(mix(mix(stamp, place), sweeps as u32), mix) >> (32 - BITS)
 }
 
+/// The bits of an answer but for its sweeps.
+fn words(s: &Solution<f32>, spatial: bool) -> impl Iterator<Item = u32> {
+    let fields = Solution::<f32>::FIELDS.iter().zip(s.values()).take(Solution::<f32>::words(spatial));
+    fields.filter(|(name, _)| **name != "sweeps").map(|(_, x)| x.to_bits())
+}
+
 impl Seal for Solution<f32> {
-    fn unseal(self, place: u32, stamp: u32) -> Option<Self> {
+    fn unseal(self, place: u32, stamp: u32, spatial: bool) -> Option<Self> {
         let (sweeps, found) = apart(f64::from(self.sweeps))?;
-        let [words @ .., _] = self.values().map(f32::to_bits);
-        let right = seal(place, stamp, sweeps, words.into_iter()) == found;
+        let right = seal(place, stamp, sweeps, words(&self, spatial)) == found;
         right.then_some(Self { sweeps: sweeps as f32, ..self })
     }
 }
 
 impl Seal for Solution<f64> {
-    fn unseal(self, place: u32, stamp: u32) -> Option<Self> {
+    fn unseal(self, place: u32, stamp: u32, _: bool) -> Option<Self> {
         let (sweeps, found) = apart(self.sweeps)?;
         (seal(place, stamp, sweeps, std::iter::empty()) == found).then_some(Self { sweeps, ..self })
     }
@@ -82,9 +89,8 @@ impl Seal for Solution<f64> {
 mod tests {
     use super::*;
 
-    fn sealed(s: Solution<f32>, place: u32, stamp: u32) -> Solution<f32> {
-        let [words @ .., _] = s.values().map(f32::to_bits);
-        let seal = seal(place, stamp, f64::from(s.sweeps), words.into_iter());
+    fn sealed(s: Solution<f32>, place: u32, stamp: u32, spatial: bool) -> Solution<f32> {
+        let seal = seal(place, stamp, f64::from(s.sweeps), words(&s, spatial));
         Solution { sweeps: s.sweeps + 1024.0 * seal as f32, ..s }
     }
 
@@ -102,19 +108,23 @@ mod tests {
                 error: 1e-6,
                 load: 0.0,
                 sweeps: 4.0,
+                base: 0.2 * x,
+                axial: -0.3 * x,
             };
+            let spatial = n % 2 == 1;
+            let s = if spatial { s } else { Solution { base: 0.0, axial: 0.0, ..s } };
             let (place, stamp) = (n * 31, n + 1);
-            let there = sealed(s, place, stamp);
-            assert_eq!(there.unseal(place, stamp), Some(s));
+            let there = sealed(s, place, stamp, spatial);
+            assert_eq!(there.unseal(place, stamp, spatial), Some(s));
             let turned = Solution { strain: f32::from_bits(there.strain.to_bits() ^ 1 << (n % 32)), ..there };
             let missed = [
-                turned.unseal(place, stamp),
-                there.unseal(place + 1, stamp),
-                there.unseal(place, stamp + 1),
-                Solution { sweeps: there.sweeps + 1.0, ..there }.unseal(place, stamp),
+                turned.unseal(place, stamp, spatial),
+                there.unseal(place + 1, stamp, spatial),
+                there.unseal(place, stamp + 1, spatial),
+                Solution { sweeps: there.sweeps + 1.0, ..there }.unseal(place, stamp, spatial),
             ];
             missed.iter().zip(&mut passed).for_each(|(m, n)| *n += u32::from(m.is_some()));
-            assert_eq!(Solution::<f32>::default().unseal(place, stamp), None);
+            assert_eq!(Solution::<f32>::default().unseal(place, stamp, spatial), None);
         }
         assert!(passed.iter().all(|n| *n <= 3), "{passed:?}");
     }

@@ -16,6 +16,11 @@ use vibrissa_core::scene::Precision;
 /// Invocations of one workgroup.
 pub const WORKGROUP: u32 = 64;
 
+/// What `gauge` returns, and what it returns of a pole that need not be upright: kernels without it stay as they are, to the letter.
+const RETURN: &str = "    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps);";
+const RETURN_SPATIAL: &str = "    let beside = spatial(tap, state, series, climbs, angles);
+    return Solution(state.force, state.along, state.arc, strain, error, load, sweeps, beside.base, beside.axial);";
+
 /// What a compute pipeline is specialised on.
 #[derive(Debug, Clone, Copy)]
 pub struct Variant<'a> {
@@ -34,15 +39,26 @@ impl Variant<'_> {
 
     /// The whole WGSL text; two variants with the same text are the same pipeline.
     pub fn wgsl(&self) -> String {
+        let spatial = self.job.effects.spatial;
         let main = include_str!("../../../../shaders/main.wgsl");
+        let gauge = include_str!("../../../../shaders/gauge.wgsl");
+        let with_spatial;
+        let gauge = if spatial {
+            with_spatial =
+                [include_str!("../../../../shaders/spatial.wgsl"), &gauge.replace(RETURN, RETURN_SPATIAL)]
+                    .concat();
+            &with_spatial
+        } else {
+            gauge
+        };
         [
             &header(self),
             &tables(self, &self.job.effects),
             include_str!("../../../../shaders/exact.wgsl"),
             include_str!("../../../../shaders/sweep.wgsl"),
             include_str!("../../../../shaders/newton.wgsl"),
-            include_str!("../../../../shaders/gauge.wgsl"),
-            &seal::wgsl(self.precision == Precision::F32),
+            gauge,
+            &seal::wgsl(self.precision == Precision::F32, spatial),
             main,
         ]
         .join("\n")
@@ -79,7 +95,8 @@ fn header(v: &Variant<'_>) -> String {
     for (name, x) in named.into_iter().chain(limits::NAMED) {
         let _ = writeln!(text, "const {name}: real = {};", literal(v.precision, x));
     }
-    for (name, fields) in [("Tap", Tap::<f32>::FIELDS), ("Solution", Solution::<f32>::FIELDS)] {
+    let answer = &Solution::<f32>::FIELDS[..Solution::<f32>::words(v.job.effects.spatial)];
+    for (name, fields) in [("Tap", Tap::<f32>::FIELDS), ("Solution", answer)] {
         let members: Vec<_> = fields.iter().map(|f| format!("{f}: real")).collect();
         let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
     }
@@ -247,7 +264,7 @@ mod tests {
             for rule in every_rule(precision) {
                 let (axial, bending) = chart_range(precision, &rule);
                 let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, [1e-6, 1e-5]);
-                let effects = (0..64u32).map(|bits| {
+                let effects = (0..128u32).map(|bits| {
                     let on = |k: u32| bits >> k & 1 == 1;
                     Effects {
                         shear: on(0),
@@ -256,6 +273,7 @@ mod tests {
                         stick: on(3),
                         law: on(4),
                         far: on(5),
+                        spatial: on(6),
                     }
                 });
                 let sensible = effects.filter(|e| !e.stick || (e.extension && e.offset));
@@ -275,13 +293,14 @@ mod tests {
         let seen = each_variant(|v| {
             validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
         });
-        assert_eq!(seen, 6 * (32 + 8));
+        assert_eq!(seen, 2 * 6 * (32 + 8));
     }
 
     #[test]
     fn struct_layouts_are_those_of_rust() {
         let rule = every_rule(Precision::F32)[0];
-        let job = Job { effects: Effects::default(), rule: &rule, tolerance: 1e-5, chart: None };
+        let spatial = Effects { spatial: true, ..Effects::default() };
+        let job = Job { effects: spatial, rule: &rule, tolerance: 1e-5, chart: None };
         let v = Variant { job, precision: Precision::F32 };
         let module = validate("layout", &v.wgsl()).unwrap();
         let offsets = |name: &str| {
@@ -298,7 +317,23 @@ mod tests {
             rust!(Tap<f32>: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y
                 ratio force along arc strain)
         );
-        assert_eq!(offsets("Solution"), rust!(Solution<f32>: force along arc strain error load sweeps));
+        assert_eq!(
+            offsets("Solution"),
+            rust!(Solution<f32>: force along arc strain error load sweeps base axial)
+        );
+    }
+
+    #[test]
+    fn without_spatial_effects_nothing_is_told_of_them() {
+        let mut seen = [0; 2];
+        each_variant(|v| {
+            let text = v.wgsl();
+            let spatial = v.job.effects.spatial;
+            assert_eq!(text.contains("spatial") || text.contains("axial: real"), spatial, "{}", v.name());
+            assert_eq!(text.matches("return Solution(").count(), 1);
+            seen[usize::from(spatial)] += 1;
+        });
+        assert!(seen[0] == seen[1]);
     }
 
     #[test]

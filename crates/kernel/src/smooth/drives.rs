@@ -118,7 +118,7 @@ impl DriveAxis {
         }
         let one = |(row, x): (&Vec<f64>, &f64)| {
             let [force, along, arc, strain] = read(row).map(|v| v * x);
-            Solution { force, along, arc, strain, error, load, sweeps: 0.0 }
+            Solution { force, along, arc, strain, error, load, ..Solution::default() }
         };
         Some(self.rows.iter().zip(&self.drives).map(one).collect())
     }
@@ -135,8 +135,8 @@ mod tests {
             arc: 2.0 * f(x),
             strain: f(x),
             error: 1e-8,
-            load: 0.0,
             sweeps: 2.0,
+            ..Solution::default()
         }
     }
 

@@ -5,8 +5,9 @@ use crate::Effects;
 use crate::nodes::gauss;
 use vibrissa_core::design::{amount, is_whisker};
 use vibrissa_core::estimate::WIDENING;
-use vibrissa_core::scene::Layout;
-use vibrissa_core::scene::{Contact, Convention, Drive, Geometry, Per, RankBy, Study, Theory, Tuple};
+use vibrissa_core::scene::{
+    Column, Contact, Convention, Drive, Geometry, Layout, Per, RankBy, Study, Theory, Tuple,
+};
 
 /// Taps below which a chart does not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -104,7 +105,8 @@ impl Scope {
         // With elongation a given K has the unit of each design's gauge.
         let unit =
             study.setup.estimate.convention == Convention::Elongation && study.setup.estimate.k.is_some();
-        plain && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
+        let planar = layout.is_upright() && !study.setup.gauge.second;
+        plain && planar && ranked && sizes && layout.len() >= LEAST_TAPS && few && !unit
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
@@ -133,7 +135,7 @@ impl Scope {
             None => Vec::new(),
         };
         angles.sort_by(|a, b| a.angle.total_cmp(&b.angle));
-        let widest = layout.bounds(4)[1] / near;
+        let widest = layout.bounds(Column::GridLength)[1] / near;
         let points = 2 + WIDE_GAUGE.iter().filter(|w| widest > **w).count();
         let (places, weights) = gauss(points);
         let elongation = study.setup.estimate.convention == Convention::Elongation;
@@ -183,8 +185,9 @@ impl Scope {
 /// What p, s and θ can be, of designs that are not solved one by one anyway; `None` where there are none.
 fn range(layout: &Layout, gauge_end: f64) -> Option<Range> {
     let [near, far] = layout.reach();
-    let [base, tip, length] = [layout.bounds(0), layout.bounds(1), layout.bounds(2)];
-    let [place, grid] = [layout.bounds(3), layout.bounds(4)];
+    let [base, tip, length] =
+        [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(|c| layout.bounds(c));
+    let [place, grid] = [Column::GaugePosition, Column::GridLength].map(|c| layout.bounds(c));
     let longest = length[0].max(far);
     // τa is monotonic in each of D, d, L_a and a.
     let mut taper = [f64::INFINITY, f64::NEG_INFINITY];
@@ -201,7 +204,7 @@ fn range(layout: &Layout, gauge_end: f64) -> Option<Range> {
     taper[0] = taper[0].max(-1.0);
     taper[1] = taper[1].min(0.99);
     let place = [place[0] / far, ((place[1] + grid[1]).min(gauge_end)) / near];
-    let widest = layout.drives().map_or(layout.bounds(6)[1], |axis| axis.max());
+    let widest = layout.bounds(Column::Drive)[1];
     let angle = amount(Drive::Angle, widest);
     (taper[0] <= taper[1] && place[0] < place[1]).then_some(Range { taper, place, angle })
 }

@@ -8,6 +8,7 @@
 mod ode;
 mod shoot;
 mod statics;
+mod tilted;
 
 use glam::DVec2;
 use thiserror::Error;
@@ -16,6 +17,7 @@ use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
 use shoot::{Shooter, Shot, Unknowns};
 use statics::{Bending, EndLoad};
+pub use tilted::TiltedTap;
 
 /// Intervals at whose ends the fibres of a hyperelastic whisker are compared with the range of its law.
 const RANGE_PARTS: u32 = 64;

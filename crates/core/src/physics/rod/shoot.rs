@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DMat2, DVec2};
 
 use super::statics::{Bent, EndLoad, Whisker};
-use super::{RodError, RodProblem};
+use super::{RodError, RodProblem, RodTap};
 use crate::physics::section::SectionLaw;
 use crate::scene::model::Drive;
 
@@ -227,14 +227,24 @@ impl<'a> Shooter<'a> {
         } else {
             (0.0, 0.0)
         };
-        let load = EndLoad {
-            arc,
-            force: -normal * self.tilt + tangential * DVec2::new(self.tilt.y, -self.tilt.x),
-            point: DVec2::new(0.0, height),
-        };
+        let load = self.load(arc, height, [normal, tangential]);
         let bent = load.bend(&self.whisker, gauge)?;
         let miss = self.miss(amount, slid, widening, height - widening, &bent);
         miss.is_finite().then_some(Shot { normal, tangential, load, bent, miss })
+    }
+
+    /// P and T, N, on the whisker's surface at the arc `arc`, where its radius, or 0 on the centreline, is `height`, mm.
+    fn load(&self, arc: f64, height: f64, [normal, tangential]: [f64; 2]) -> EndLoad {
+        let force = -normal * self.tilt + tangential * DVec2::new(self.tilt.y, -self.tilt.x);
+        EndLoad { arc, force, point: DVec2::new(0.0, height) }
+    }
+
+    /// ∫ of the gauge fibre's strain over the gauge, mm, in the equilibrium `tap`.
+    pub fn elongation(&self, tap: &RodTap) -> Option<f64> {
+        let RodProblem { taper, gauge, model, .. } = *self.problem;
+        let height = if model.surface { taper.radius(tap.contact_arc) } else { 0.0 };
+        let load = self.load(tap.contact_arc, height, [tap.normal_force, tap.tangential_force]);
+        load.bend(&self.whisker, gauge).map(|bent| bent.elongation)
     }
 
     /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The

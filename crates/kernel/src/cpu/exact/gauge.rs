@@ -2,6 +2,7 @@
 
 use super::super::pack::{Pack, Scalar};
 use super::legendre::{legendre, primitive};
+use super::spatial::{Spatial, spatial};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -230,7 +231,12 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     }
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
-    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps }
+    let Spatial { base, axial } = if effects.spatial {
+        spatial::<T, N, L, FMA, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
+    } else {
+        Spatial { base: zero, axial: zero }
+    };
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps, base, axial }
 }
 
 /// The part of the lever mean beyond the contact, which has no moment.
@@ -246,7 +252,7 @@ fn past<T: Scalar, const L: usize, const FMA: bool>(
 
 /// Place w on the rod of a point at distance `from_contact`, u² = 1 − τs there.
 #[inline(always)]
-fn place<T: Scalar, const L: usize, const FMA: bool>(
+pub fn place<T: Scalar, const L: usize, const FMA: bool>(
     from_contact: Pack<T, L, FMA>,
     u: Pack<T, L, FMA>,
     c: Pack<T, L, FMA>,

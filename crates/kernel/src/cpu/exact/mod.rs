@@ -1,4 +1,4 @@
-//! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge}.wgsl`: same functions,
+//! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge,spatial}.wgsl`: same functions,
 //! same names, same order.
 //!
 //! # Theory
@@ -29,6 +29,7 @@
 mod gauge;
 mod legendre;
 mod newton;
+mod spatial;
 mod sweep;
 mod tables;
 

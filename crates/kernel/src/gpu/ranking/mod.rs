@@ -213,7 +213,7 @@ impl Ranker {
         };
         slot.readback.unmap();
         if let Some(lie) = &self.lie {
-            lie.spoil(flight.told, bytemuck::cast_slice_mut(&mut words), 16);
+            lie.spoil(flight.told, bytemuck::cast_slice_mut(&mut words), 16, 4);
         }
         Ok(words)
     }

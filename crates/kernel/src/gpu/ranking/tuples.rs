@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use vibrissa_core::scene::Axis;
-use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::axis::Points;
 use vibrissa_core::scene::sampler::{DIRECTIONS, Sampler};
+use vibrissa_core::scene::{Axis, COLUMNS, Layout};
 
 /// Numbers of axis tables that are uploaded at most.
 const MOST_NUMBERS: u64 = 1 << 22;
@@ -35,7 +34,7 @@ impl Tuples {
             let _ = writeln!(body, "    let v{f} = job.first[{}][{}] + rest;", f / 4, f % 4);
             let _ = writeln!(body, "    let g{f} = v{f} % {n}u;\n    rest = v{f} / {n}u;");
         }
-        let mut values = vec!["0.0".to_owned(); 7];
+        let mut values = vec!["0.0".to_owned(); COLUMNS];
         for (f, factor) in factors.iter().enumerate() {
             for (column, axis) in &factor.axes {
                 values[*column as usize] = match axis {
@@ -60,7 +59,7 @@ impl Tuples {
                 };
             }
         }
-        let [big, small, length, place, grid, _, drive] = &values[..] else { return None };
+        let [big, small, length, place, grid, .., drive] = &values[..] else { return None };
         let _ = writeln!(
             body,
             "    return Whisker({big}, {small}, {length}, {place}, {grid}, {:?}f * ({drive}));\n}}",

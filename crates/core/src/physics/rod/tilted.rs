@@ -1,0 +1,103 @@
+//! The exact rod against a pole of any direction (model §6): planar taps, and one equation for the azimuth of their plane.
+
+use super::shoot::Shooter;
+use super::{RodError, RodProblem, RodTap, Unknowns};
+use crate::physics::pole::{Planar, Pole, Rig};
+use crate::scene::model::{Contact, Drive, Side};
+
+/// Change of the azimuth, rad, at which its equation is solved.
+const SOLVED: f64 = 1e-12;
+
+/// The same where rounding of the planar taps allows no less.
+const NEARLY: f64 = 1e-9;
+
+/// Planes that are tried at most.
+const MOST_PLANES: u32 = 40;
+
+/// A tap with a gauge in the plane of rotation, and one 90° further round the whisker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TiltedTap {
+    /// Of the first gauge.
+    pub tap: RodTap,
+    /// Mean strain over the second gauge, tension positive.
+    pub strain_2: f64,
+    /// Azimuth φ of the plane of bending from the plane of rotation, rad.
+    pub azimuth: f64,
+    /// λ: how far the contact's point of the pole has moved along it, mm.
+    pub slide: f64,
+}
+
+impl RodProblem<'_> {
+    /// The tap against a pole of `tilt` β and `lean` γ, rad, both below a right angle. A contact that sticks, on the centreline, stays in the
+    /// plane of rotation whatever the direction; one with Coulomb friction is asked of an upright pole only.
+    ///
+    /// # Errors
+    /// As [`Self::solve`]; [`RodError::NotConverged`] too where no plane is found.
+    pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
+        let upright = direction == [0.0; 2];
+        if upright || self.model.contact == Contact::Stick || self.amount == 0.0 {
+            let tap = self.solve()?;
+            return Ok(self.beside(tap, 0.0, 0.0));
+        }
+        if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
+            return Err(RodError::NotConverged);
+        }
+        let rig = Rig { taper: self.taper, hub: self.hub, drive: self.drive, model: self.model };
+        let pole = Pole::new(&rig, direction, self.distance, self.amount);
+        let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { 0.0 };
+        let at = |phi: f64| {
+            let planar = pole.planar(phi).ok_or(RodError::NotConverged)?;
+            let problem = self.in_plane(&planar);
+            let tap = problem.solve()?;
+            let next = pole.azimuth(tap.base_angle + alpha).ok_or(RodError::NotConverged)?;
+            Ok::<_, RodError>((next - phi, planar, problem, tap))
+        };
+        let (mut phi, mut before) = (direction[0], None);
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_PLANES {
+            let (lack, planar, problem, tap) = at(phi)?;
+            // Steps that do not shrink any more are what rounding leaves.
+            if lack.abs() <= SOLVED || lack.abs() <= NEARLY && lack.abs() >= 0.5 * last {
+                return Ok(problem.beside(tap, phi, planar.slide));
+            }
+            let step = match before {
+                Some((then, lack_then)) if lack != lack_then => lack * (then - phi) / (lack - lack_then),
+                _ => lack,
+            };
+            (before, last) = (Some((phi, lack)), lack.abs());
+            phi += step.clamp(-2.0 * lack.abs(), 2.0 * lack.abs());
+        }
+        Err(RodError::NotConverged)
+    }
+
+    /// The tap in a plane of bending: the base turns about where the pole was seen from.
+    fn in_plane(&self, planar: &Planar) -> Self {
+        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
+        Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }
+    }
+
+    /// Both gauges of the planar tap `tap` of this problem, whose plane stands at the azimuth `phi`.
+    fn beside(&self, tap: RodTap, phi: f64, slide: f64) -> TiltedTap {
+        let axial = self.axial(&tap);
+        let (sin, cos) = phi.sin_cos();
+        // What the gauge in the plane of bending shows is axial + bending; on the far side both gauges are half a turn further.
+        let bending = tap.strain - axial;
+        let strain = if phi == 0.0 { tap.strain } else { axial + bending * cos };
+        // In the plane of rotation the second gauge is on the neutral fibre.
+        let strain_2 = axial + bending * sin;
+        TiltedTap { tap: RodTap { strain, ..tap }, strain_2, azimuth: phi, slide }
+    }
+
+    /// Mean strain of the centreline over the gauge in the equilibrium `tap`.
+    fn axial(&self, tap: &RodTap) -> f64 {
+        let other = match self.side {
+            Side::Contact => Side::Far,
+            Side::Far => Side::Contact,
+        };
+        let mirrored = Self { side: other, ..*self };
+        let unknowns = if tap.sticking { Unknowns::Stick } else { Unknowns::Slide(0.0) };
+        let [x1, x2] = self.gauge;
+        let elongation = Shooter::new(&mirrored, unknowns).elongation(tap);
+        elongation.map_or(f64::NAN, |beyond| 0.5 * (tap.strain + beyond / (x2 - x1)))
+    }
+}

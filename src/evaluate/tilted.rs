@@ -1,0 +1,211 @@
+//! Taps whose plane of bending is asked for (model §6): planar taps on any backend, and one equation for the azimuth of their plane.
+//!
+//! For a trial φ the pole is seen in the plane as that of an ordinary tap, whose base angle ψ(0) gives the next φ in closed form. That map
+//! contracts by about θ². It is followed first with the base angle of the first-order solution, which costs next to nothing and tells how
+//! it contracts; what is left of φ is then corrected by solved taps, of which one suffices at 1e-5, and two at 1e-8.
+
+use super::solve::{Plane, Solved, frame};
+use super::{Evaluator, Task};
+use crate::design::{Design, Shared, amount, radians};
+use crate::error::SolveError;
+use crate::kernel::Solution;
+use crate::kernel::tap::{Ask, Frame};
+use crate::physics::linear::StrainCurve;
+use crate::physics::onset::Grip;
+use crate::physics::pole::{Planar, Pole, Rig};
+use crate::scene::{Contact, Drive, Setup};
+use rayon::prelude::*;
+
+/// Share of the tolerance that what is left of φ may make of the strain.
+const SHARE: f64 = 0.1;
+
+/// Planes in which a tap is solved at most; the reference is asked of those that need more.
+const MOST_PLANES: usize = 8;
+
+/// Rounds of the closed form at most, and the change of φ, rad, below which there are no more: what the first-order solution itself is off.
+const ROUNDS: usize = 12;
+const STILL: f64 = 3e-5;
+
+/// Largest contraction that is believed.
+const STEEPEST: f64 = 0.9;
+
+/// A tap whose plane is sought.
+struct Trial<'a> {
+    setup: &'a Setup,
+    shared: &'a Shared,
+    pole: Pole,
+    /// Angle of the contact's normal against the whisker's, rad.
+    alpha: f64,
+    /// θ, rad, or δ, mm.
+    amount: f64,
+    /// φ, rad.
+    phi: f64,
+    /// How much of a change of φ the next φ shows.
+    contraction: f64,
+}
+
+/// What a solved tap says of its plane.
+enum Turn {
+    /// It is the one of equilibrium, as far as the tolerance asks; its frame there.
+    Found(Frame, Plane),
+    /// The next to be tried.
+    Next,
+    /// There is none.
+    Lost,
+}
+
+impl<'a> Trial<'a> {
+    /// The plane that the first-order solutions give; `None` where they give none.
+    fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
+        let (taper, model) = (shared.taper, &setup.model);
+        let amount = amount(setup.drive, task.drive);
+        let direction = radians(task.direction);
+        let pole =
+            Pole::new(&Rig { taper, hub: setup.hub, drive: setup.drive, model }, direction, task.a, amount);
+        let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
+        let mut one = Self { setup, shared, pole, alpha, amount, phi: direction[0], contraction: 0.0 };
+        let mut last = 0.0f64;
+        for _ in 0..ROUNDS {
+            let base = one.frame(&pole.planar(one.phi)?)?.base_angle();
+            let step = pole.azimuth(base + alpha)? - one.phi;
+            one.phi += step;
+            if last != 0.0 {
+                one.contraction = (step / last).clamp(-STEEPEST, STEEPEST);
+            }
+            if step.abs() <= STILL {
+                break;
+            }
+            last = step;
+        }
+        Some(one)
+    }
+
+    /// The tap in a plane of bending, in its own units; `None` at the apex.
+    fn frame(&self, planar: &Planar) -> Option<Frame> {
+        let Self { setup, shared, .. } = self;
+        let hub = if setup.drive == Drive::Angle { setup.hub } else { 0.0 };
+        let curve = StrainCurve::new(shared.taper, shared.gauge, hub, Drive::Angle, shared.model.shear);
+        Frame::new(&Ask {
+            model: &setup.model,
+            side: setup.gauge.side,
+            curve: &curve,
+            // Errors stay relative to what the drive, not the angle in the plane, would make of the peak.
+            peak: shared.peak * self.amount / planar.angle,
+            a: planar.distance,
+            amount: planar.angle,
+            grip: Grip::Slide(0.0),
+        })
+    }
+
+    /// Whether a frame's strain means something: its contact starts beyond the gauge's near end.
+    fn reads(&self, planar: &Planar) -> bool {
+        planar.distance > self.shared.gauge[0]
+    }
+
+    /// What `solution` says, of the tap in the plane of [`Self::phi`].
+    fn turn(&mut self, solution: &Solution<f64>, tolerance: f64) -> Turn {
+        let Some(next) = self.pole.azimuth(solution.base + self.alpha) else { return Turn::Lost };
+        let step = (next - self.phi) / (1.0 - self.contraction);
+        let phi = self.phi + step;
+        let Some(planar) = self.pole.planar(phi) else { return Turn::Lost };
+        // In the plane of φ the deviation from the first-order solution is taken as it was: it changes as θ² does.
+        let rough = self.contraction.abs() + planar.angle * planar.angle;
+        let left = step.abs() * rough * (1.0 + phi.tan().abs());
+        self.phi = phi;
+        if left.is_nan() || left > SHARE * tolerance {
+            return Turn::Next;
+        }
+        let plane = Plane { azimuth: phi, slide: planar.slide };
+        match self.frame(&planar) {
+            Some(frame) if self.reads(&planar) => Turn::Found(frame, plane),
+            _ => Turn::Lost,
+        }
+    }
+}
+
+impl Evaluator<'_> {
+    /// Frames and solutions of `tasks`, of which some ask for their plane of bending; `None` outside the domain or at the apex.
+    pub(super) fn spatial_solutions(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
+        let setup = self.setup;
+        // A contact that sticks on the centreline stays in the plane of rotation, wherever the pole points.
+        let kind = |task: &Task| match task.direction.is_upright() {
+            true => usize::from(setup.gauge.second),
+            false if setup.model.contact == Contact::Stick => 1,
+            false => 2,
+        };
+        let mut all: Vec<Option<Solved>> = vec![None; tasks.len()];
+        for which in 0..3 {
+            let places: Vec<usize> = (0..tasks.len()).filter(|&i| kind(&tasks[i]) == which).collect();
+            if places.is_empty() {
+                continue;
+            }
+            let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
+            self.spatial = which > 0;
+            let solved =
+                if which == 2 { self.tilted(designs, &these) } else { self.solutions(designs, &these) };
+            self.spatial = false;
+            places.iter().zip(solved?).for_each(|(&i, s)| all[i] = s);
+        }
+        Ok(all)
+    }
+
+    /// The same of frictionless taps against poles that are not upright.
+    fn tilted(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Option<Solved>>, SolveError> {
+        let (setup, tolerance) = (self.setup, self.tolerance());
+        let begin = |task: &Task| {
+            let design = &designs[task.design as usize];
+            // Where nothing else is found the reference is asked.
+            let upright =
+                frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
+            let lost = Solved {
+                frame: upright,
+                solution: Solution::UNWRITTEN,
+                grip: Grip::Slide(0.0),
+                sweeps: 0.0,
+                interpolated: false,
+                plane: Some(Plane::default()),
+            };
+            Some((lost, design.shared.as_ref().and_then(|shared| Trial::new(setup, shared, task))))
+        };
+        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
+            tasks.par_iter().with_min_len(64).map(begin).collect();
+        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
+        let mut open: Vec<(usize, Trial<'_>)> =
+            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
+        for _ in 0..MOST_PLANES {
+            if open.is_empty() {
+                break;
+            }
+            let framed = |(_, trial): &(usize, Trial<'_>)| {
+                let planar = trial.pole.planar(trial.phi).filter(|planar| trial.reads(planar))?;
+                trial.frame(&planar)
+            };
+            let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
+            let mut rest = Vec::new();
+            for ((i, mut trial), s) in open.into_iter().zip(solved) {
+                let (Some(s), Some(one)) = (s, &mut all[i]) else { continue };
+                one.sweeps += s.sweeps;
+                if !s.solution.within(tolerance) {
+                    // As of an upright pole: the material ends, or a kernel cannot tell.
+                    *one = Solved { sweeps: one.sweeps, ..s };
+                    continue;
+                }
+                match trial.turn(&s.solution, tolerance) {
+                    Turn::Found(frame, plane) => {
+                        *one = Solved { frame, plane: Some(plane), sweeps: one.sweeps, ..s };
+                    }
+                    Turn::Next => rest.push((i, trial)),
+                    Turn::Lost => {}
+                }
+            }
+            open = rest;
+        }
+        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
+        Ok(all)
+    }
+}

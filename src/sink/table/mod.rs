@@ -1,0 +1,228 @@
+//! The columns of a sweep's tables: name, meaning and value, each in one place; and what takes rows.
+
+mod swept;
+
+use serde_json::Value;
+
+use super::rows::TableFormat;
+use crate::scene::{Convention, Drive, Setup};
+use crate::status::Status;
+pub use swept::{AtDistance, AtDrive, TapRow};
+
+/// A table that a sweep writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// One row per tap.
+    Tuples,
+    /// One row per design and stroke: a direction of the pole and a drive.
+    Designs,
+    /// One row per design, distance and direction of the pole.
+    Distances,
+}
+
+/// One value of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Field {
+    /// A number; not finite is missing.
+    Number(f64),
+    /// A count.
+    Count(u64),
+    /// One of a few words.
+    Word(&'static str),
+    /// Any text.
+    Text(String),
+    /// Status words.
+    Status(Status),
+}
+
+impl From<Option<f64>> for Field {
+    fn from(x: Option<f64>) -> Self {
+        Self::Number(x.unwrap_or(f64::NAN))
+    }
+}
+
+impl Table {
+    /// All, in the order in which they are counted.
+    pub const ALL: [Self; 3] = [Self::Tuples, Self::Designs, Self::Distances];
+
+    /// What its rows are called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tuples => "tuples",
+            Self::Designs => "designs",
+            Self::Distances => "distances",
+        }
+    }
+
+    /// File name.
+    pub fn file(self, format: TableFormat) -> String {
+        format!("{}.{}", self.name(), format.name())
+    }
+
+    /// Column names for `setup`.
+    pub fn columns(self, setup: &Setup) -> Vec<&'static str> {
+        match self {
+            Self::Tuples => names(&TapRow::COLUMNS, setup),
+            Self::Designs => names(&AtDrive::COLUMNS, setup),
+            Self::Distances => names(&AtDistance::COLUMNS, setup),
+        }
+    }
+}
+
+/// What a column is called.
+#[derive(Debug, Clone, Copy)]
+pub enum Name {
+    /// Always this.
+    Is(&'static str),
+    /// `theta_deg` or `delta_mm`, as the whisker is driven.
+    Drive,
+    /// A figure of K: its names without unit, and with the convention `elongation` in mm.
+    K(&'static str, &'static str),
+}
+
+impl Name {
+    /// The name for `setup`.
+    pub fn of(self, setup: &Setup) -> &'static str {
+        match self {
+            Self::Is(name) => name,
+            Self::Drive => setup.drive.column(),
+            Self::K(plain, mm) => match setup.estimate.convention {
+                Convention::Mean => plain,
+                Convention::Elongation => mm,
+            },
+        }
+    }
+}
+
+/// A column of a table whose rows are made of `R`: the one place that knows it. The unit is the end of its name (`_mm`, `_deg`, `_N`);
+/// without one it has none.
+pub struct Column<R> {
+    /// What it is called.
+    pub name: Name,
+    /// What it says.
+    pub meaning: &'static str,
+    /// Which tables have it.
+    pub only: Only,
+    /// Its value in a row.
+    pub read: fn(&R) -> Field,
+}
+
+/// Which tables have a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Only {
+    /// All.
+    Always,
+    /// Where the spec, or its tuple file, says `tilt`.
+    Tilt,
+    /// Where it says `lean`.
+    Lean,
+    /// Where it says either.
+    Direction,
+    /// With a second gauge.
+    Second,
+}
+
+impl Only {
+    /// Whether tables of `setup` have it.
+    pub fn holds(self, setup: &Setup) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Tilt => setup.directions.tilt,
+            Self::Lean => setup.directions.lean,
+            Self::Direction => setup.directions.tilt || setup.directions.lean,
+            Self::Second => setup.gauge.second,
+        }
+    }
+
+    /// When, in words; nothing of a column that is always there.
+    pub fn when(self) -> &'static str {
+        match self {
+            Self::Always => "",
+            Self::Tilt => "where tilt is said",
+            Self::Lean => "where lean is said",
+            Self::Direction => "where tilt or lean is said",
+            Self::Second => "with a second gauge",
+        }
+    }
+}
+
+const fn column<R>(name: Name, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
+    Column { name, meaning, only: Only::Always, read }
+}
+
+/// A column that only some tables have.
+const fn only<R>(only: Only, name: &'static str, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
+    Column { name: Name::Is(name), meaning, only, read }
+}
+
+/// Names of `columns` for `setup`, in order.
+pub fn names<R>(columns: &[Column<R>], setup: &Setup) -> Vec<&'static str> {
+    columns.iter().filter(|c| c.only.holds(setup)).map(|c| c.name.of(setup)).collect()
+}
+
+/// Values of those `columns` in `row` that tables of `setup` have, after what `out` holds.
+pub fn fields<R>(columns: &[Column<R>], setup: &Setup, row: &R, out: &mut Vec<Field>) {
+    out.extend(columns.iter().filter(|c| c.only.holds(setup)).map(|c| (c.read)(row)));
+}
+
+/// What takes the rows of a table, one after the other.
+pub trait Sink {
+    /// Why a row cannot be taken.
+    type Error;
+
+    /// Takes one row and leaves `fields` empty for the next.
+    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error>;
+}
+
+/// Rows as JSON objects: missing is null.
+pub struct Objects<'a> {
+    names: &'a [&'static str],
+    /// The rows so far.
+    pub rows: Vec<Value>,
+}
+
+impl<'a> Objects<'a> {
+    /// Of rows whose columns have these names.
+    pub fn new(names: &'a [&'static str]) -> Self {
+        Self { names, rows: Vec::new() }
+    }
+}
+
+impl Sink for Objects<'_> {
+    type Error = std::convert::Infallible;
+
+    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error> {
+        let names = self.names.iter().map(|name| (*name).to_owned());
+        self.rows.push(names.zip(fields.drain(..).map(Value::from)).collect());
+        Ok(())
+    }
+}
+
+impl From<Field> for Value {
+    fn from(field: Field) -> Self {
+        match field {
+            Field::Number(x) if x.is_finite() => x.into(),
+            Field::Number(_) => Self::Null,
+            Field::Count(n) => n.into(),
+            Field::Word("") => Self::Null,
+            Field::Word(w) => w.into(),
+            Field::Text(t) if t.is_empty() => Self::Null,
+            Field::Text(t) => t.into(),
+            Field::Status(s) => s.to_string().into(),
+        }
+    }
+}
+
+/// Name of the drive with unit, for people.
+pub fn drive_unit(drive: Drive) -> (&'static str, &'static str) {
+    match drive {
+        Drive::Angle => ("θ", "°"),
+        Drive::Displacement => ("δ", " mm"),
+    }
+}
+
+/// The unit that the end of a column's name says; `1` of a number or a word without one.
+pub fn unit(name: &str) -> &'static str {
+    let units = [("_mm", "mm"), ("_deg", "deg"), ("_N", "N")];
+    units.iter().find(|(end, _)| name.ends_with(end)).map_or("1", |(_, unit)| unit)
+}

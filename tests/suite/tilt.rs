@@ -1,0 +1,464 @@
+//! Poles that are not upright (model §6): what another code says of 56 of them, on every backend, and the symmetries.
+
+use std::collections::HashMap;
+
+use crate::common::cases::evaluate;
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
+use vibrissa::chart::ranges::Wanted;
+use vibrissa::chart::reader::Reader;
+use vibrissa::design::{Design, amount, radians};
+use vibrissa::evaluate::{Evaluator, Outcome, Task};
+use vibrissa::physics::rod::{RodProblem, TiltedTap};
+use vibrissa::physics::taper::Taper;
+use vibrissa::scene::sampler::Sampler;
+use vibrissa::scene::{Contact, Direction, Drive, Material, Setup, Side, Tuple};
+use vibrissa::status::Status;
+
+/// A tap and its answer; angles in degrees.
+#[derive(Debug, Clone)]
+struct Case {
+    line: usize,
+    setup: Setup,
+    tuple: Tuple,
+    strain: f64,
+    strain_2: f64,
+    azimuth: f64,
+    force: f64,
+    arc: f64,
+    slide: f64,
+}
+
+/// All rows of the file.
+fn cases() -> Vec<Case> {
+    let path = format!("{}/tests/data/tilt_cases.csv", env!("CARGO_MANIFEST_DIR"));
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the cases are there");
+    let case = |(i, row): (usize, Result<HashMap<String, String>, csv::Error>)| {
+        let row = row.expect("well formed");
+        let get = |column: &str| row[column].parse::<f64>().unwrap_or(f64::NAN);
+        let drive = if row["delta_mm"].is_empty() { Drive::Angle } else { Drive::Displacement };
+        let rig = Setup { hub: get("hub_mm"), drive, ..Setup::default() };
+        let setup = match row["configuration"].as_str() {
+            "hooke" => rig,
+            "surface" => rig.surface(),
+            "pole" => rig.surface().pole_radius(3.0),
+            "timoshenko" => rig.shear().extension(),
+            "neo" => rig.material(Material::NeoHookean(3.2)).surface().shear().extension(),
+            other => panic!("no configuration {other}"),
+        };
+        Case {
+            line: i + 3,
+            tuple: Tuple {
+                D: get("D_mm"),
+                d: get("d_mm"),
+                L_a: get("L_a_mm"),
+                x_ss: get("x_ss_mm"),
+                l: get("l_mm"),
+                a: get("a_mm"),
+                tilt: get("tilt_deg"),
+                lean: get("lean_deg"),
+                drive: get(drive.column()),
+            },
+            setup,
+            strain: get("strain"),
+            strain_2: get("strain_2"),
+            azimuth: get("bending_azimuth_deg"),
+            force: get("normal_force_N"),
+            arc: get("contact_arc_mm"),
+            slide: get("slide_mm"),
+        }
+    };
+    reader.deserialize().enumerate().map(case).collect()
+}
+
+/// What the reference rod says of `case` for a pole of `direction`.
+fn reference(case: &Case, direction: Direction) -> TiltedTap {
+    let Tuple { D, d, L_a, x_ss, l, a, drive, .. } = case.tuple;
+    let taper = Taper::new(D, d, L_a);
+    let problem = RodProblem {
+        taper,
+        gauge: taper.gauge(x_ss, l),
+        side: case.setup.gauge.side,
+        distance: a,
+        hub: case.setup.hub,
+        drive: case.setup.drive,
+        amount: amount(case.setup.drive, drive),
+        model: &case.setup.model,
+    };
+    problem.solve_tilted(radians(direction)).expect("it converges")
+}
+
+/// Errors of strains, azimuth (rad), force, arc and slide: of strains relative to the larger, of slide and arc to the arc.
+fn errors(case: &Case, [strain, strain_2, azimuth, force, arc, slide]: [f64; 6]) -> [f64; 6] {
+    let larger = case.strain.abs().max(case.strain_2.abs());
+    [
+        (strain - case.strain) / larger,
+        (strain_2 - case.strain_2) / larger,
+        azimuth - case.azimuth.to_radians(),
+        force / case.force - 1.0,
+        arc / case.arc - 1.0,
+        (slide - case.slide) / case.arc,
+    ]
+    .map(f64::abs)
+}
+
+const QUANTITIES: [&str; 6] = ["strain", "strain_2", "azimuth", "force", "arc", "slide"];
+
+/// The worst errors of the first quantities, in words.
+fn told(worst: &[f64]) -> String {
+    QUANTITIES.iter().zip(worst).map(|(name, worst)| format!("{name} {worst:.1e} ")).collect()
+}
+
+#[test]
+fn the_reference_is_right_about_tilted_poles() {
+    let cases = cases();
+    assert_eq!(cases.len(), 56);
+    let mut worst = [0.0f64; 6];
+    for case in &cases {
+        let one = reference(case, case.tuple.direction());
+        let found =
+            [one.tap.strain, one.strain_2, one.azimuth, one.tap.normal_force, one.tap.contact_arc, one.slide];
+        let found = errors(case, found);
+        assert!(found.iter().all(|e| *e <= 1e-8), "line {}: {found:?}", case.line);
+        worst = std::array::from_fn(|k| worst[k].max(found[k]));
+    }
+    println!("{}", told(&worst));
+}
+
+/// Values of an outcome in the order of [`QUANTITIES`].
+fn values(o: &Outcome) -> [f64; 6] {
+    [o.strain, o.strain_2, o.azimuth, o.normal_force, o.arc, o.slide]
+}
+
+/// The outcome of one tap.
+fn one(setup: &Setup, place: Place, tuple: Tuple) -> Outcome {
+    evaluate(setup, place.open(setup), &[tuple])[0].0
+}
+
+/// All cases by a backend, with two gauges.
+fn agrees_with_another_code(place: Place, bound: f64) {
+    let mut worst = [0.0f64; 6];
+    for case in &cases() {
+        let mut setup = case.setup.clone();
+        setup.gauge.second = true;
+        let outcome = one(&setup, place, case.tuple);
+        assert!(outcome.status.counts() && !outcome.referred, "line {}: {outcome:?}", case.line);
+        let found = errors(case, values(&outcome));
+        assert!(found.iter().all(|e| *e <= bound), "line {}: {found:?}", case.line);
+        worst = std::array::from_fn(|k| worst[k].max(found[k]));
+        // One gauge says the same of itself.
+        let alone = one(&case.setup, place, case.tuple);
+        assert_eq!((alone.strain, alone.arc), (outcome.strain, outcome.arc));
+        assert!(alone.strain_2.is_nan() && alone.azimuth == outcome.azimuth);
+        let [e1, e2] = [outcome.strain, outcome.strain_2];
+        assert!((1.0 + alone.deviation - outcome.strain_linear / e1).abs() < 1e-12);
+        assert!((1.0 + outcome.deviation - outcome.strain_linear * e1 / (e1 * e1 + e2 * e2)).abs() < 1e-12);
+    }
+    println!("{place:?}: {}", told(&worst));
+}
+
+#[test]
+fn the_reference_answers_tilted_taps() {
+    agrees_with_another_code(REFERENCE, 1e-8);
+}
+
+#[test]
+fn cpu_f32_answers_tilted_taps() {
+    agrees_with_another_code(CPU, 1e-5);
+}
+
+#[test]
+fn cpu_f64_answers_tilted_taps() {
+    agrees_with_another_code(CPU_F64, 2e-8);
+}
+
+#[test]
+fn gpu_f32_answers_tilted_taps() {
+    agrees_with_another_code(GPU, 1e-5);
+}
+
+fn rigs() -> [Setup; 5] {
+    let rig = Setup { hub: 3.0, ..Setup::default() };
+    let neo = rig.clone().material(Material::NeoHookean(3.2)).surface().shear().extension();
+    [
+        rig.clone(),
+        rig.clone().surface().pole_radius(3.0),
+        neo.clone(),
+        neo.clone().side(Side::Far),
+        Setup { drive: Drive::Displacement, ..neo },
+    ]
+    .map(|mut setup| {
+        setup.gauge.second = true;
+        setup
+    })
+}
+
+/// A tap of the prototype; a displacement as large as the angle makes.
+fn tap(setup: &Setup, a: f64, degrees: f64, [tilt, lean]: [f64; 2]) -> Tuple {
+    let drive = if setup.drive == Drive::Angle { degrees } else { a * degrees.to_radians() };
+    Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a, tilt, lean, drive }
+}
+
+/// A pole mirrored in the plane of rotation: strain, force and arc are even, the second strain but for the centreline's, azimuth and slide odd.
+#[test]
+fn mirrored_poles_give_mirrored_taps() {
+    for (place, bound) in [(REFERENCE, 1e-9), (CPU_F64, 1e-8), (CPU, 1e-5)] {
+        for setup in rigs() {
+            let axial = one(&setup, place, tap(&setup, 30.0, 6.0, [0.0; 2])).strain_2;
+            for [tilt, lean] in [[10.0, 0.0], [35.0, 0.0], [-20.0, 25.0], [1e-3, -5.0]] {
+                let at = |direction| one(&setup, place, tap(&setup, 30.0, 6.0, direction));
+                let (this, that) = (at([tilt, lean]), at([-tilt, -lean]));
+                let near = |x: f64, y: f64, size: f64| {
+                    assert!((x - y).abs() <= bound * size.abs(), "{tilt} {lean}: {x} {y}");
+                };
+                near(this.strain, that.strain, this.strain);
+                near(this.normal_force, that.normal_force, this.normal_force);
+                near(this.arc, that.arc, this.arc);
+                near(this.azimuth, -that.azimuth, 1.0);
+                near(this.slide, -that.slide, this.arc);
+                // The strain of the centreline is left, which is even.
+                let even = 0.5 * (this.strain_2 + that.strain_2);
+                assert!(
+                    (even - axial).abs() <= 0.5 * axial.abs() + bound * this.strain.abs(),
+                    "{even} {axial}"
+                );
+            }
+        }
+    }
+}
+
+/// A tilt of a millionth of a degree changes nothing but the odd quantities, in proportion, also where the pole's centre crosses the line of the
+/// base's tangent (D/2 + ρ = (a + r₀) θ is at some 9° here).
+#[test]
+fn tiny_tilts_are_no_singularity() {
+    for setup in rigs() {
+        for degrees in [0.1, 3.0, 7.0, 8.5, 9.0, 9.5, 12.0] {
+            for (place, bound) in [(REFERENCE, 1e-9), (CPU_F64, 1e-8)] {
+                let at = |tilt| one(&setup, place, tap(&setup, 36.0, degrees, [tilt, 0.0]));
+                let (upright, tiny, small) = (at(0.0), at(1e-6), at(1e-2));
+                assert!(
+                    (tiny.strain / upright.strain - 1.0).abs() < bound,
+                    "{degrees}: {tiny:?} {upright:?}"
+                );
+                assert!((tiny.arc / upright.arc - 1.0).abs() < bound);
+                let ratio = |o: &Outcome, of: f64| o.azimuth / of.to_radians();
+                assert!(
+                    (ratio(&tiny, 1e-6) / ratio(&small, 1e-2) - 1.0).abs() < 1e-3,
+                    "{degrees}: {tiny:?} {small:?}"
+                );
+                assert!((tiny.slide / small.slide - 1e-4).abs() < 1e-7);
+            }
+        }
+    }
+}
+
+/// What sticks on the centreline stays in the plane of rotation: an upright pole's tap, whatever the direction.
+#[test]
+fn sticking_contacts_do_not_know_the_tilt() {
+    let mut setup = Setup::default().shear().extension().contact(Contact::Stick);
+    for place in [REFERENCE, CPU_F64, CPU] {
+        setup.gauge.second = false;
+        let upright = one(&setup, place, tap(&setup, 30.0, 5.0, [0.0; 2]));
+        setup.gauge.second = true;
+        let tilted = one(&setup, place, tap(&setup, 30.0, 5.0, [30.0, -10.0]));
+        assert_eq!((upright.strain, upright.arc), (tilted.strain, tilted.arc));
+        assert_eq!((tilted.azimuth, tilted.slide), (0.0, 0.0));
+        // The stretch of the centreline alone: far below the bending, and tension.
+        assert!(tilted.strain_2 > 0.0 && tilted.strain_2 < 0.2 * tilted.strain, "{tilted:?}");
+    }
+}
+
+/// Without tilt and second gauge every bit is that of a planar tap; a second gauge changes none of the first's.
+#[test]
+fn a_second_gauge_leaves_the_first_as_it_is() {
+    for place in [CPU, CPU_F64, REFERENCE] {
+        for mut setup in rigs() {
+            let tuples: Vec<Tuple> = (1..40)
+                .map(|k| tap(&setup, 20.0 + 0.5 * f64::from(k), 0.25 * f64::from(k), [0.0; 2]))
+                .collect();
+            let both = evaluate(&setup, place.open(&setup), &tuples);
+            setup.gauge.second = false;
+            let alone = evaluate(&setup, place.open(&setup), &tuples);
+            for ((both, _), (alone, _)) in both.iter().zip(&alone) {
+                let bits =
+                    |o: &Outcome| [o.strain, o.normal_force, o.arc, o.tangential_force].map(f64::to_bits);
+                assert_eq!(bits(both), bits(alone));
+                assert!(alone.azimuth.is_nan() && alone.slide.is_nan() && alone.strain_2.is_nan());
+                assert_eq!((both.azimuth, both.slide), (0.0, 0.0));
+            }
+        }
+    }
+}
+
+/// Tilted taps of wide ranges on the kernels, against the reference.
+#[test]
+fn random_tilted_taps_keep_the_tolerance() {
+    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32);
+    for setup in rigs() {
+        let tuples: Vec<Tuple> = (0..120)
+            .map(|i| {
+                let direction = [120.0 * unit(0, i) - 60.0, 60.0 * unit(1, i) - 30.0];
+                let a = 12.0 + 36.0 * unit(2, i);
+                Tuple { d: 2.0 + 8.0 * unit(3, i), ..tap(&setup, a, 0.1 + 12.0 * unit(4, i), direction) }
+            })
+            .collect();
+        let known = evaluate(&setup, REFERENCE.open(&setup), &tuples);
+        for (place, bound) in [(CPU, 1e-5), (CPU_F64, 1e-8)] {
+            let found = evaluate(&setup, place.open(&setup), &tuples);
+            let (mut worst, mut referred, mut unsolved) = ([0.0f64; 3], 0, 0);
+            for (i, ((found, least), (known, _))) in found.iter().zip(&known).enumerate() {
+                referred += usize::from(found.referred);
+                if known.status.has(Status::NOT_CONVERGED) || found.status.has(Status::NOT_CONVERGED) {
+                    unsolved += usize::from(found.status != known.status);
+                    continue;
+                }
+                assert_eq!(found.status, known.status, "{:?}", tuples[i]);
+                let size = known.strain.abs().max(*least);
+                let whole = known.strain.hypot(known.strain_2).max(*least);
+                let errors = [
+                    (found.strain - known.strain).abs() / size,
+                    (found.strain_2 - known.strain_2).abs() / whole,
+                    (found.azimuth - known.azimuth).abs(),
+                ];
+                assert!(errors.iter().all(|e| *e <= bound), "{place:?} {:?}: {errors:?}", tuples[i]);
+                worst = std::array::from_fn(|k| worst[k].max(errors[k]));
+            }
+            println!("{place:?}: {}, {referred} referred, {unsolved} unsolved", told(&worst));
+            assert!(referred + unsolved <= 6);
+        }
+    }
+}
+
+#[test]
+fn linear_theory_is_the_limit() {
+    for displaced in [false, true] {
+        let mut setup = Setup::default().linear();
+        setup.gauge.second = true;
+        setup.drive = if displaced { Drive::Displacement } else { Drive::Angle };
+        let exact = Setup { model: Setup::default().model, ..setup.clone() };
+        let tuple = tap(&setup, 33.0, 0.01, [25.0, 20.0]);
+        let (linear, rod) = (one(&setup, CPU, tuple), one(&exact, REFERENCE, tuple));
+        for (linear, rod) in values(&linear).into_iter().zip(values(&rod)) {
+            assert!((linear / rod - 1.0).abs() < 1e-3, "{linear} {rod}");
+        }
+        let cos = 25f64.to_radians().cos();
+        assert!((linear.strain / linear.strain_linear - cos * cos).abs() < 1e-15);
+        // Two gauges tell the tilt of linear theory: K = 1.
+        assert!(linear.deviation.abs() < 1e-14);
+    }
+}
+
+/// Whiskers of a lab with poles of two directions at three distances.
+fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) {
+    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(6, k, i)) / 2f64.powi(32);
+    let distances = vec![24.0, 33.0, 45.0];
+    let leans = Direction { tilt: -35.0, lean: 10.0 };
+    let directions = vec![Direction { tilt: 20.0, lean: 0.0 }, leans];
+    let [least, most] = if setup.drive == Drive::Angle { [0.5, 10.0] } else { [0.3, 4.0] };
+    let wanted = Wanted {
+        D: [9.0, 11.0],
+        d: [3.0, 5.0],
+        L_a: [50.0; 2],
+        x_ss: [4.0, 6.0],
+        l: [2.0; 2],
+        drive: [least, most],
+    };
+    let one = |i: u32| {
+        let direction = directions[(i % 2) as usize];
+        Tuple {
+            D: 9.0 + 2.0 * unit(0, i),
+            d: 3.0 + 2.0 * unit(1, i),
+            L_a: 50.0,
+            x_ss: 4.0 + 2.0 * unit(2, i),
+            l: 2.0,
+            a: distances[(i % 3) as usize],
+            tilt: direction.tilt,
+            lean: direction.lean,
+            drive: least + (most - least) * unit(3, i),
+        }
+    };
+    let tuples = (0..n).map(one).collect();
+    (distances, directions, wanted, tuples)
+}
+
+/// Taps against poles of a chart's direction are read from it.
+#[test]
+fn charts_hold_tilted_taps() {
+    for mut setup in rigs() {
+        for second in [false, true] {
+            setup.gauge.second = second;
+            let (distances, directions, wanted, tuples) = lab(&setup, 600);
+            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5)
+                .expect("taps are solved")
+                .expect("the model is smooth");
+            assert_eq!(reader.charts().len(), 6);
+            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
+            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
+            let read = reader.read(&setup, &designs, &tasks);
+            let solved = evaluate(&setup, CPU_F64.open(&setup), &tuples);
+            let (mut worst, mut count) = ([0.0f64; 6], 0);
+            for (read, (solved, _)) in read.iter().zip(&solved) {
+                let Some(read) = read else { continue };
+                count += 1;
+                assert_eq!(read.status, solved.status);
+                assert_eq!(read.strain_2.is_nan(), !second);
+                assert!((read.deviation - solved.deviation).abs() < 1e-4);
+                let (size, [a, b]) = (solved.strain.abs(), [read, solved].map(values));
+                let by = [size, size, 1.0, solved.normal_force, solved.arc, solved.arc];
+                let kept =
+                    |k: usize| if b[k].is_nan() || a[k].is_nan() { 0.0 } else { (a[k] - b[k]).abs() / by[k] };
+                worst = std::array::from_fn(|k| worst[k].max(kept(k)));
+            }
+            println!("{count} of {}: {}", tuples.len(), told(&worst));
+            assert!(
+                count > 500 && worst.iter().zip([1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5]).all(|(w, b)| *w <= b)
+            );
+            // A chart is of its direction, and says nothing of another.
+            let upright: Vec<Task> =
+                tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
+            assert!(reader.read(&setup, &designs, &upright).iter().all(Option::is_none));
+        }
+    }
+}
+
+/// What a tilt costs where it is read and where it is solved, relative to upright poles (`cargo test --test suite what_a_tilt_costs -- --ignored --nocapture`).
+#[test]
+#[ignore = "a measurement"]
+fn what_a_tilt_costs() {
+    let timed = |f: &mut dyn FnMut()| {
+        let start = std::time::Instant::now();
+        f();
+        start.elapsed().as_secs_f64()
+    };
+    for mut setup in rigs() {
+        let mut best = [[f64::INFINITY; 3]; 2];
+        for (k, second, upright) in [(0, false, true), (1, false, false), (2, true, false)] {
+            setup.gauge.second = second;
+            let (distances, directions, wanted, mut tuples) = lab(&setup, 60_000);
+            let directions = if upright { vec![Direction::UPRIGHT] } else { directions };
+            if upright {
+                tuples.iter_mut().for_each(|t| [t.tilt, t.lean] = [0.0; 2]);
+            }
+            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
+            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
+            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
+            for _ in 0..5 {
+                if let Some(reader) = &reader {
+                    let seconds = timed(&mut || drop(reader.read(&setup, &designs, &tasks)));
+                    best[0][k] = best[0][k].min(seconds);
+                }
+                let mut solver = Evaluator::new(&setup, CPU.open(&setup));
+                let seconds = timed(&mut || drop(solver.run(&designs, &tasks).expect("it runs")));
+                best[1][k] = best[1][k].min(seconds);
+            }
+        }
+        for (way, [planar, tilted, both]) in ["read", "solved"].into_iter().zip(best) {
+            println!(
+                "{way}: upright {:.0} ns, tilted {:.2}, tilted with two gauges {:.2} times",
+                planar * 1e9 / 6e4,
+                tilted / planar,
+                both / planar
+            );
+        }
+    }
+}

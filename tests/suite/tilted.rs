@@ -1,0 +1,318 @@
+//! Poles that are not upright and a second gauge, from the spec to the tables, the estimate and the search: by the closed forms of model §6,
+//! ε₁ = θ f cos²β and ε₂ = θ f cos β sin β.
+
+use crate::common::program::Desk;
+use crate::common::searching;
+use crate::common::specs::{parse, with};
+use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, Table, sweep, sweep_with};
+
+use vibrissa::design::Design;
+use vibrissa::optimise::evaluate::Scorer;
+use vibrissa::scene::Tuple;
+use vibrissa::spec;
+
+const WHISKER: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n";
+const TAP: &str = "[tap]\na = [21, 33, 48]\ntilt = [-20, 0, 30]\nlean = 10\ntheta = [1, 4]\n";
+const LINEAR: &str = "[model]\ngeometry = \"linear\"\n";
+
+fn linear(more: &str) -> String {
+    format!("{WHISKER}{more}{TAP}{LINEAR}")
+}
+
+fn values(table: &Table, column: &str) -> Vec<f64> {
+    table.numbers(column).into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()
+}
+
+#[track_caller]
+fn close(found: &[f64], wanted: &[f64], within: f64) {
+    assert_eq!(found.len(), wanted.len());
+    for (f, w) in found.iter().zip(wanted) {
+        assert!((f - w).abs() <= within * w.abs().max(1e-12), "{f} for {w}");
+    }
+}
+
+/// Values of the same (distance, θ) at the pole that is upright.
+fn upright(values: &[f64]) -> Vec<f64> {
+    (0..values.len()).map(|t| values[t / 6 * 6 + 2 + t % 2]).collect()
+}
+
+#[test]
+fn directions_stand_between_distance_and_drive() {
+    let swept = sweep(&linear("second = true\n"), CPU);
+    let before = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,error_mm,\
+                  sigma_mm,normal_force_N,tangential_force_N,contact_arc_mm,contact_state,strain_2,bending_azimuth_deg,slide_mm,status";
+    assert_eq!(swept.tuples.columns.join(","), before);
+    assert_eq!(
+        swept.designs.columns[..9].join(","),
+        "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,lean_deg,theta_deg,n"
+    );
+    assert_eq!(
+        swept.distances.columns.join(","),
+        "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,n,K_mean,K_sd,status"
+    );
+    let nested: Vec<[f64; 3]> = [21.0, 33.0, 48.0]
+        .iter()
+        .flat_map(|a| [-20.0, 0.0, 30.0].map(|b| [1.0, 4.0].map(|theta| [*a, b, theta])).concat())
+        .collect();
+    let read = ["a_mm", "tilt_deg", "theta_deg"].map(|c| values(&swept.tuples, c));
+    assert_eq!((0..18).map(|t| [0, 1, 2].map(|k| read[k][t])).collect::<Vec<_>>(), nested);
+    assert_eq!(values(&swept.designs, "tilt_deg"), [-20.0, -20.0, 0.0, 0.0, 30.0, 30.0]);
+    assert_eq!(values(&swept.designs, "n"), [3.0; 6]);
+    assert_eq!(values(&swept.distances, "tilt_deg"), [[-20.0, 0.0, 30.0]; 3].concat());
+    assert_eq!(values(&swept.distances, "n"), [2.0; 9]);
+    assert_eq!(values(&swept.distances, "lean_deg"), [10.0; 9]);
+}
+
+#[test]
+fn two_gauges_tell_distances_at_any_tilt() {
+    for side in ["", "side = \"far\"\n"] {
+        let swept = sweep(&linear(&format!("second = true\n{side}")), CPU_F64);
+        let tuples = &swept.tuples;
+        let tilt: Vec<f64> = values(tuples, "tilt_deg").iter().map(|b| b.to_radians()).collect();
+        let by = |column: &str, f: &dyn Fn(f64) -> f64| {
+            let at_zero = upright(&values(tuples, column));
+            at_zero.iter().zip(&tilt).map(|(x, b)| x * f(*b)).collect::<Vec<_>>()
+        };
+        close(&values(tuples, "strain"), &by("strain", &|b| b.cos().powi(2)), 1e-14);
+        close(&values(tuples, "strain_2"), &by("strain", &|b| b.cos() * b.sin()), 1e-14);
+        close(&values(tuples, "strain_linear"), &by("strain", &|_| 1.0), 1e-15);
+        close(&values(tuples, "normal_force_N"), &by("normal_force_N", &f64::cos), 1e-14);
+        close(&values(tuples, "sigma_mm"), &by("sigma_mm", &|b| b.cos().powi(-2)), 1e-9);
+        close(&values(tuples, "distance_mm"), &values(tuples, "a_mm"), 1e-11);
+        close(&values(tuples, "bending_azimuth_deg"), &values(tuples, "tilt_deg"), 1e-14);
+        let slides: Vec<f64> = std::iter::zip(values(tuples, "a_mm"), values(tuples, "theta_deg"))
+            .zip(&tilt)
+            .map(|((a, theta), b)| -theta.to_radians() * a * b.sin() / 10f64.to_radians().cos())
+            .collect();
+        close(&values(tuples, "slide_mm"), &slides, 1e-14);
+        assert!(values(tuples, "K_deviation").iter().all(|k| k.abs() < 1e-14));
+        let designs = &swept.designs;
+        assert!(values(designs, "error_rms_mm").iter().all(|e| *e < 1e-9));
+        let largest = values(designs, "strain_max");
+        for (row, b) in values(designs, "tilt_deg").iter().enumerate() {
+            let wanted = largest[2 + row % 2] * b.to_radians().cos();
+            assert!((largest[row] / wanted - 1.0).abs() < 1e-14, "{row}");
+        }
+    }
+}
+
+#[test]
+fn one_gauge_takes_a_tilt_for_less_strain() {
+    let swept = sweep(&linear(""), CPU_F64);
+    assert!(!swept.tuples.columns.iter().any(|c| c == "strain_2" || c == "slide_mm"));
+    let tilt = values(&swept.tuples, "tilt_deg");
+    let wanted: Vec<f64> = tilt.iter().map(|b| b.to_radians().cos().powi(-2)).collect();
+    close(&values(&swept.tuples, "K"), &wanted, 1e-14);
+    // Calibrated at its own tilt a row has no error; uncalibrated, and by the model, which is that of upright poles, it has the same.
+    assert!(values(&swept.designs, "error_rms_mm").iter().all(|e| *e < 1e-9));
+    let errors = |estimate: &str| {
+        let swept = sweep(&format!("{}[estimate]\n{estimate}", linear("")), CPU_F64);
+        values(&swept.tuples, "error_mm")
+    };
+    let (plain, model) = (errors("K = 1\n"), errors("theory = \"exact\"\n"));
+    // At 48 mm the model finds the reading of a tilted edge beyond the tip.
+    for ((plain, model), tilt) in plain.iter().zip(&model).zip(&tilt).take(12) {
+        assert!((plain - model).abs() < 1e-7, "{plain} {model}");
+        assert!(if *tilt == 0.0 { plain.abs() < 1e-9 } else { *plain > 0.5 }, "{plain} at {tilt}");
+    }
+}
+
+/// A row without the columns that are named.
+fn without(text: &str, names: &[&str]) -> String {
+    let header: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+    let keep = |line: &str| -> String {
+        let kept = line.split(',').zip(&header).filter(|(_, name)| !names.contains(name));
+        kept.map(|(value, _)| value).collect::<Vec<_>>().join(",") + "\n"
+    };
+    text.lines().map(keep).collect()
+}
+
+#[test]
+fn naming_an_upright_pole_changes_no_other_byte() {
+    let model = "[model]\nmaterial = { neo-hookean = 3.2 }\nsurface = true\nshear = true\nextension = true\n";
+    let spec = |tap: &str| format!("{WHISKER}[tap]\na = [21, 33, 48]\ntheta = [1, 4]\n{tap}{model}");
+    let desk = Desk::new(&spec(""));
+    desk.sweep(&["--out", "plain"]).exits(0);
+    desk.write("spec.toml", spec("tilt = 0\nlean = 0.0\n"));
+    desk.sweep(&["--out", "named"]).exits(0);
+    for table in ["tuples.csv", "designs.csv", "distances.csv"] {
+        let named = desk.read(&format!("named/{table}"));
+        assert!(named.contains(",tilt_deg,lean_deg,"));
+        assert_eq!(
+            without(&named, &["tilt_deg", "lean_deg"]),
+            desk.read(&format!("plain/{table}")),
+            "{table}"
+        );
+    }
+}
+
+/// The taps of [`TAP`] as a tuple file.
+fn list() -> String {
+    let mut text = "D_mm,theta_deg,d_mm,L_a_mm,x_ss_mm,lean_deg,l_mm,a_mm,tilt_deg\n".to_owned();
+    for a in [21, 33, 48] {
+        for tilt in [-20, 0, 30] {
+            for theta in [1, 4] {
+                text += &format!("10,{theta},4,50,5,10,2,{a},{tilt}\n");
+            }
+        }
+    }
+    text
+}
+
+#[test]
+fn a_tuple_file_has_the_rows_of_its_axes() {
+    let listed =
+        format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\nsecond = true\n{LINEAR}");
+    for place in [CPU, REFERENCE] {
+        let (axes, file) =
+            (sweep(&linear("second = true\n"), place), sweep_with(&listed, Some(&list()), place));
+        for (one, other) in
+            [(&axes.tuples, &file.tuples), (&axes.designs, &file.designs), (&axes.distances, &file.distances)]
+        {
+            assert_eq!(one.columns, other.columns);
+            for column in one.columns.iter().filter(|c| *c != "status" && *c != "contact_state") {
+                assert_eq!(one.numbers(column), other.numbers(column), "{column}");
+            }
+        }
+    }
+    // A column that is not there is not shown, and its poles are upright; a pole beyond 90° is none.
+    let text =
+        "D_mm,theta_deg,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg\n10,1,4,50,5,2,21,100\n10,1,4,50,5,2,21,20\n";
+    let swept = sweep_with(&listed, Some(text), CPU);
+    assert!(!swept.tuples.columns.iter().any(|c| c == "lean_deg"));
+    assert_eq!(swept.tuples.statuses(), ["invalid_geometry", "ok"]);
+}
+
+#[test]
+fn sampled_directions_belong_to_their_samples() {
+    let axis = |min: f64, max: f64| format!("{{ min = {min}, max = {max}, samples = 4, seed = 3 }}");
+    let text = |d: &str, tilt: &str, theta: &str| {
+        format!("{WHISKER}[tap]\na = [21, 33, 48]\ntilt = {tilt}\ntheta = {theta}\n{LINEAR}")
+            .replace("d = 4", &format!("d = {d}"))
+    };
+    let pairs = |table: &Table| {
+        std::iter::zip(values(table, "tilt_deg"), values(table, "theta_deg")).collect::<Vec<_>>()
+    };
+    let strokes = sweep(&text("[4, 7]", &axis(-30.0, 30.0), &axis(1.0, 4.0)), CPU);
+    let rows = pairs(&strokes.designs);
+    assert_eq!((rows.len(), strokes.tuples.rows.len(), strokes.distances.rows.len()), (8, 24, 24));
+    assert_eq!(rows[..4], rows[4..]);
+    assert_eq!(pairs(&strokes.tuples)[..4], rows[..4]);
+    assert!(values(&strokes.distances, "n").iter().all(|n| *n == 1.0));
+    // With a whisker a direction belongs to the design: one point set, the dimensions in row order.
+    let whiskers = sweep(&text(&axis(4.0, 7.0), &axis(-30.0, 30.0), "[1, 4]"), CPU);
+    assert_eq!((whiskers.designs.rows.len(), whiskers.distances.rows.len()), (8, 12));
+    let tilts = values(&whiskers.designs, "tilt_deg");
+    assert!((0..4).all(|k| tilts[2 * k] == tilts[2 * k + 1]));
+}
+
+#[test]
+fn directions_without_a_model_are_refused() {
+    let refused = |text: &str, key: &str, part: &str| {
+        let error = parse(text).expect_err("this spec must be refused");
+        assert_eq!(error.key.as_deref(), Some(key), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+        assert!(error.line.is_some());
+    };
+    let tap = |more: &str| with("theta = {", &format!("{more}\ntheta = {{"));
+    let model = |tap: &str, model: &str| {
+        with("[model]", &format!("[model]\nextension = true\n{model}"))
+            .replace("theta = {", &format!("{tap}\ntheta = {{"))
+    };
+    refused(&tap("tilt = 90"), "tap.tilt", "-90 < degrees < 90");
+    refused(&tap("lean = [0, -95]"), "tap.lean", "-90 < degrees < 90");
+    let coulomb = "contact = { coulomb = 0.3 }\n";
+    refused(&model("tilt = [0, 10]", coulomb), "tap.tilt", "friction depends on the path");
+    refused(&model("lean = 5", coulomb), "tap.lean", "friction depends on the path");
+    assert!(parse(&model("tilt = 0", coulomb)).is_ok());
+    let stick = "contact = \"stick\"\n";
+    assert!(parse(&model("tilt = 20\nlean = 10", stick)).is_ok());
+    refused(&model("tilt = 20", &format!("surface = true\n{stick}")), "tap.tilt", "twists the whisker");
+    assert!(parse(&model("lean = 20", &format!("surface = true\n{stick}"))).is_ok());
+    let second =
+        with("[estimate]", "[estimate]\ntheory = \"exact\"").replace("[gauge]", "[gauge]\nsecond = true");
+    refused(&second, "estimate.theory", "read from two strains");
+    refused(&with("[gauge]", "[gauge]\nsecond = 1"), "gauge.second", "true");
+    let desk =
+        Desk::new("[tuples]\nfile = \"list.csv\"\n[model]\nextension = true\ncontact = { coulomb = 0.3 }\n");
+    desk.write("list.csv", list());
+    let ran = desk.sweep(&[]).exits(2);
+    assert!(ran.stderr.contains("tuples.file") && ran.stderr.contains("must be upright"), "{}", ran.stderr);
+}
+
+const SEARCH: &str = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 0\n[tap]\na = [21, 33, 48]\n[model]\ngeometry = \"linear\"\n\
+                      [optimise]\nobjective = \"distance\"\nvariables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\n";
+
+/// total_rms_mm of one candidate.
+fn total(text: &str, place: Place) -> f64 {
+    let (spec, search) = searching::parse(text);
+    let (setup, layout) = (&spec.study.setup, searching::layout(&spec));
+    let mut scorer = Scorer::new(setup, &layout, &search, place.open(setup));
+    let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, drive: 2.0, ..Tuple::default() };
+    scorer.scores(&[point]).expect("closed forms")[0].figures[1]
+}
+
+/// To first order â − a = −β² f/f′, of which the mean over a normal distribution cut at 3σ has the variance 0.97334 σ².
+#[test]
+fn a_robust_tilt_is_never_calibrated_away() {
+    let robust = |more: &str| format!("{SEARCH}robust = {{ tilt = 2, samples = 1024{more} }}\n");
+    let spec = spec::parse("t.toml", &linear(""), "".as_ref()).expect("a spec");
+    let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+    let design = Design::new(&spec.study.setup, whisker);
+    let curve = *design.shared.as_ref().expect("a whisker").theory.curve();
+    let squares = [21.0, 33.0, 48.0].map(|a| (curve.value(a) / curve.slope(a)).powi(2));
+    let wanted = 0.97334 * 2f64.to_radians().powi(2) * (squares.iter().sum::<f64>() / 3.0).sqrt();
+    let each = total(&robust(""), CPU);
+    assert!((each / wanted - 1.0).abs() < 0.01, "{each} {wanted}");
+    let nominal = total(&robust(", calibrated = \"nominal\""), CPU);
+    assert!((nominal / each - 1.0).abs() < 1e-9, "{nominal} {each}");
+    let model = total(&format!("{}[estimate]\ntheory = \"exact\"\n", robust("")), CPU);
+    assert!((model / each - 1.0).abs() < 1e-6, "{model} {each}");
+    // A second gauge knows the tilt; a lean costs nothing as θ → 0.
+    let second = |text: &str| text.replace("noise_strain = 0", "noise_strain = 0\nsecond = true");
+    assert!(total(&second(&robust("")), CPU) < 1e-9);
+    assert!(total(&robust("").replace("tilt = 2", "lean = 2"), CPU) < 1e-9);
+    assert!(total(SEARCH, CPU) < 1e-9);
+}
+
+#[test]
+fn what_a_search_cannot_know_of_directions_is_refused() {
+    let refused = |text: &str, part: &str| {
+        let error = spec::parse_search("search.toml", text, "".as_ref()).expect_err("refused").to_string();
+        assert!(error.contains(part), "{error}");
+    };
+    let robust = format!("{SEARCH}robust = {{ tilt = 5 }}\n");
+    refused(&robust.replace("tilt = 5", "tilt = 30"), "< 30 degrees");
+    refused(&robust.replace("\"distance\"", "\"sd\""), "made at upright poles");
+    refused(&robust.replace("a = [21", "tilt = 10\na = [21"), "upright but for that");
+    refused(&SEARCH.replace("a = [21", "tilt = [0, 10]\na = [21"), "one direction");
+    refused(&SEARCH.replace("theta = [0.5, 10] }", "tilt = [0, 10] }"), "some of D, d");
+}
+
+/// A search, its spec of the best whisker and that spec's sweep; the curve of a tap.
+#[test]
+fn searches_and_taps_go_through_with_directions() {
+    let text = format!("{SEARCH}budget = {{ evaluations = 300 }}\nrobust = {{ tilt = 5, samples = 8 }}\n")
+        .replace("noise_strain = 0", "noise_strain = 1e-6");
+    let desk = Desk::new(&text);
+    desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "found"]).exits(0);
+    desk.run(&["sweep", "found/best.toml", "--backend", "cpu", "--out", "swept"]).exits(0);
+    let two = text.replace("theta = [0.5, 10]", "l = [1, 3]").replace("l = 2\n", "second = true\n");
+    desk.write(
+        "two.toml",
+        two.replace("a = [21", "tilt = 10\ntheta = [1, 2]\na = [21").replace("robust", "# robust"),
+    );
+    desk.run(&["optimise", "two.toml", "--backend", "cpu", "--out", "two"]).exits(0);
+    let best = desk.read("two/best.toml");
+    assert!(best.contains("tilt = 10") && best.contains("second = true"), "{best}");
+    desk.run(&["sweep", "two/best.toml", "--backend", "cpu", "--out", "swept-two"]).exits(0);
+    assert!(
+        desk.read("swept-two/designs.csv").starts_with("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,theta_deg,")
+    );
+    let tap = linear("second = true\n").replace("[-20, 0, 30]", "20").replace("theta = [1, 4]\n", "");
+    desk.write("tap.toml", &tap);
+    desk.run(&["tap", "tap.toml", "--backend", "cpu", "--out", "tapped"]).exits(0);
+    desk.write("tap.toml", tap.replace("tilt = 20", "tilt = [0, 20]"));
+    let ran = desk.run(&["tap", "tap.toml", "--backend", "cpu", "--out", "tapped"]).exits(2);
+    assert!(ran.stderr.contains("tap.tilt"), "{}", ran.stderr);
+}
