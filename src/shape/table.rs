@@ -77,7 +77,8 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     if let Some(t) = tuples.iter().find(|t| !t.direction().is_upright()) {
-        let error = InputError::new("the tables of a shape have no place for what is out of the plane of rotation");
+        let error =
+            InputError::new("the tables of a shape have no place for what is out of the plane of rotation");
         let value = format!("tilt {} and lean {} degrees", t.tilt, t.lean);
         return Err(error.key("tap.tilt").value(value).allowed("tilt = 0 and lean = 0").into());
     }

@@ -218,7 +218,10 @@ fn mirrored_poles_give_mirrored_taps() {
                 near(this.slide, -that.slide, this.arc);
                 // The strain of the centreline is left, which is even.
                 let even = 0.5 * (this.strain_2 + that.strain_2);
-                assert!((even - axial).abs() <= 0.5 * axial.abs() + bound * this.strain.abs(), "{even} {axial}");
+                assert!(
+                    (even - axial).abs() <= 0.5 * axial.abs() + bound * this.strain.abs(),
+                    "{even} {axial}"
+                );
             }
         }
     }
