@@ -230,16 +230,18 @@ fn outcome(
     if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > setup.gauge.strain_limit {
         status |= Status::STRAIN_LIMIT;
     }
+    let plane =
+        found.beside.as_ref().map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
     // With two gauges K = θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁.
     let deviation = match strain_2 {
         _ if no_strain => f64::NAN,
         None => found.deviation,
-        Some(strain_2) => {
+        Some(strain_2) if plane.azimuth == 0.0 => {
             let t2 = (strain_2 / strain).powi(2);
             (found.deviation - t2) / (1.0 + t2)
         }
+        Some(strain_2) => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
     };
-    let plane = found.beside.map_or(Plane { azimuth: f64::NAN, slide: f64::NAN }, |beside| beside.plane);
     Outcome {
         strain: sign(setup) * strain + 0.0,
         strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),

@@ -19,6 +19,9 @@ use rayon::prelude::*;
 /// Share of the tolerance that what is left of φ may make of the strain.
 const SHARE: f64 = 0.1;
 
+/// The same of what φ is off with the base angle; no further plane mends that.
+const NOISE: f64 = 0.5;
+
 /// Planes in which a tap is solved at most; the reference is asked of those that need more.
 const MOST_PLANES: usize = 8;
 
@@ -28,6 +31,12 @@ const STILL: f64 = 3e-5;
 
 /// Largest contraction that is believed.
 const STEEPEST: f64 = 0.9;
+
+/// What the base angle of a solution is off, relative and in units of the tolerance: some roundings in f32 at 1e-5.
+const ROUGH: f64 = 0.03;
+
+/// Change of the contact's direction, rad, over which the slope of φ is taken.
+const PROBE: f64 = 1e-4;
 
 /// A tap whose plane is sought.
 struct Trial<'a> {
@@ -42,6 +51,8 @@ struct Trial<'a> {
     phi: f64,
     /// How much of a change of φ the next φ shows.
     contraction: f64,
+    /// Whether there is a strain to be told: the contact begins beyond the gauge's near end.
+    strained: bool,
 }
 
 /// What a solved tap says of its plane.
@@ -63,7 +74,9 @@ impl<'a> Trial<'a> {
         let pole =
             Pole::new(&Rig { taper, hub: setup.hub, drive: setup.drive, model }, direction, task.a, amount);
         let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
-        let mut one = Self { setup, shared, pole, alpha, amount, phi: direction[0], contraction: 0.0 };
+        let strained = task.a > shared.gauge[0];
+        let mut one =
+            Self { setup, shared, pole, alpha, amount, phi: direction[0], contraction: 0.0, strained };
         let mut last = 0.0f64;
         for _ in 0..ROUNDS {
             let base = one.frame(&pole.planar(one.phi)?)?.base_angle();
@@ -97,28 +110,41 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// Whether a frame's strain means something: its contact starts beyond the gauge's near end.
-    fn reads(&self, planar: &Planar) -> bool {
-        planar.distance > self.shared.gauge[0]
+    /// The frame in the plane of azimuth `phi`, and λ there; none where its strain means nothing: the contact begins at or inside the gauge's near end.
+    fn at(&self, phi: f64) -> Option<(Frame, f64)> {
+        let told = |planar: &Planar| planar.distance > self.shared.gauge[0] || !self.strained;
+        let planar = self.pole.planar(phi).filter(told)?;
+        Some((self.frame(&planar)?, planar.slide))
     }
 
-    /// What `solution` says, of the tap in the plane of [`Self::phi`].
-    fn turn(&mut self, solution: &Solution<f64>, tolerance: f64) -> Turn {
-        let Some(next) = self.pole.azimuth(solution.base + self.alpha) else { return Turn::Lost };
+    /// What `solution` says, of the tap `here` in the plane of [`Self::phi`].
+    fn turn(&mut self, here: &Frame, solution: &Solution<f64>, tolerance: f64) -> Turn {
+        let psi = solution.base + self.alpha;
+        let (Some(next), Some(beside)) = (self.pole.azimuth(psi), self.pole.azimuth(psi + PROBE)) else {
+            return Turn::Lost;
+        };
         let step = (next - self.phi) / (1.0 - self.contraction);
         let phi = self.phi + step;
-        let Some(planar) = self.pole.planar(phi) else { return Turn::Lost };
-        // In the plane of φ the deviation from the first-order solution is taken as it was: it changes as θ² does.
-        let rough = self.contraction.abs() + planar.angle * planar.angle;
-        let left = step.abs() * rough * (1.0 + phi.tan().abs());
+        let Some((frame, slide)) = self.at(phi) else { return Turn::Lost };
+        // In the plane of φ the deviation δ from the first-order solution is taken as it was. It changes by as much of itself as that solution does,
+        // and what is left of φ, or what φ is off with the base angle, shows in both.
+        let (from, to) = (here.tap(), frame.tap());
+        let (ratio, deviation) = match self.strained {
+            true => (to.strain / from.strain - 1.0, solution.strain.abs()),
+            false => (0.0, 0.0),
+        };
+        let strain = ratio.abs() * to.weight.max(from.weight);
+        let changed = (to.force / from.force - 1.0).abs().max(strain);
+        let turned = step.abs() * (1.0 + phi.tan().abs());
+        let rough = self.contraction.abs() + to.angle * to.angle;
+        let off = (beside - next).abs() / PROBE * ROUGH * tolerance * solution.base.abs();
+        let noise = if step == 0.0 { 0.0 } else { (changed + turned) * off / step.abs() };
+        let left = rough * turned + (rough + deviation) * changed;
         self.phi = phi;
-        if left.is_nan() || left > SHARE * tolerance {
-            return Turn::Next;
-        }
-        let plane = Plane { azimuth: phi, slide: planar.slide };
-        match self.frame(&planar) {
-            Some(frame) if self.reads(&planar) => Turn::Found(frame, plane),
-            _ => Turn::Lost,
+        match () {
+            () if noise > NOISE * tolerance => Turn::Lost,
+            () if left <= SHARE * tolerance => Turn::Found(frame, Plane { azimuth: phi, slide }),
+            () => Turn::Next,
         }
     }
 }
@@ -132,10 +158,12 @@ impl Evaluator<'_> {
     ) -> Result<Vec<Option<Solved>>, SolveError> {
         let setup = self.setup;
         // A contact that sticks on the centreline stays in the plane of rotation, wherever the pole points.
-        let kind = |task: &Task| match task.direction.is_upright() {
-            true => usize::from(setup.gauge.second),
-            false if setup.model.contact == Contact::Stick => 1,
-            false => 2,
+        let kind = |task: &Task| match (task.direction.is_upright(), setup.model.contact) {
+            (true, _) => usize::from(setup.gauge.second),
+            (false, Contact::Stick) => 1,
+            (false, Contact::Frictionless | Contact::Coulomb(0.0)) => 2,
+            // What slides with friction depends on its path: no spec asks for it, and it has no answer.
+            (false, Contact::Coulomb(_)) => 3,
         };
         let mut all: Vec<Option<Solved>> = vec![None; tasks.len()];
         for which in 0..3 {
@@ -180,10 +208,7 @@ impl Evaluator<'_> {
             if open.is_empty() {
                 break;
             }
-            let framed = |(_, trial): &(usize, Trial<'_>)| {
-                let planar = trial.pole.planar(trial.phi).filter(|planar| trial.reads(planar))?;
-                trial.frame(&planar)
-            };
+            let framed = |(_, trial): &(usize, Trial<'_>)| Some(trial.at(trial.phi)?.0);
             let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
             let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
             let mut rest = Vec::new();
@@ -195,7 +220,7 @@ impl Evaluator<'_> {
                     *one = Solved { sweeps: one.sweeps, ..s };
                     continue;
                 }
-                match trial.turn(&s.solution, tolerance) {
+                match trial.turn(&s.frame, &s.solution, tolerance) {
                     Turn::Found(frame, plane) => {
                         *one = Solved { frame, plane: Some(plane), sweeps: one.sweeps, ..s };
                     }

@@ -22,7 +22,7 @@ impl Progress for Silent {
 /// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
 struct Pin(&'static str, [(f64, f64); 2], usize);
 
-const PINS: [Pin; 34] = [
+const PINS: [Pin; 42] = [
     Pin("linear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
@@ -57,6 +57,14 @@ const PINS: [Pin; 34] = [
     Pin("mooney-coulomb-passive", [(8.9, 44.0), (10.5, 94.0)], 3),
     Pin("stick-passive", [(17.5, 134.0), (23.6, 398.0)], 1),
     Pin("pole-far-passive", [(8.4, 64.0), (9.2, 85.0)], 0),
+    Pin("linear-tilted", [(0.0, 0.0), (0.0, 0.0)], 0),
+    Pin("hooke-tilted", [(3.0, 16.0), (4.4, 27.0)], 1),
+    Pin("timoshenko-tilted", [(4.3, 16.0), (6.1, 27.0)], 1),
+    Pin("neo-tilted", [(7.6, 41.0), (7.2, 31.0)], 1),
+    Pin("pole-far-tilted", [(7.2, 48.0), (6.1, 33.0)], 2),
+    Pin("sticking-tilted", [(11.9, 94.0), (13.1, 115.0)], 2),
+    Pin("neo-hub-tilted", [(11.2, 55.0), (9.9, 43.0)], 1),
+    Pin("neo-passive-tilted", [(7.2, 62.0), (8.8, 59.0)], 3),
 ];
 
 /// Everything that the program verifies without a spec.

@@ -165,7 +165,7 @@ pub const TWINS: &[Twin] = &[
             ("point", "GAUGE_POINTS[i]"),
             ("side", "SIDE"),
         ],
-        same: 97,
+        same: 98,
         ..Twin::NONE
     },
     Twin {
@@ -173,7 +173,7 @@ pub const TWINS: &[Twin] = &[
         rust: "exact/spatial.rs:spatial",
         only_rust: &["tables", "effects"],
         renamed: &[("point", "GAUGE_POINTS[i]"), ("weight", "GAUGE_WEIGHTS[i]")],
-        same: 30,
+        same: 48,
         ..Twin::NONE
     },
     Twin {
