@@ -4,6 +4,7 @@ mod calibration;
 mod model_error;
 mod rig;
 mod settle;
+mod strokes;
 
 pub use model_error::{model_error, settle_model_error};
 pub use settle::settle;
