@@ -26,6 +26,12 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
+    if let Some(object) = &args.object {
+        if !quiet {
+            spec.warnings.iter().for_each(say::warning);
+        }
+        return super::strokes::run(object, &spec, &rig, &settings, &options, start);
+    }
     let axes = [Column::Distance, Column::Drive]
         .map(|column| spec.study.space.axis(column).expect("a rig has axes"));
     let [distances, drives] = axes;
