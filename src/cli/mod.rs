@@ -2,6 +2,7 @@
 
 mod apart;
 mod args;
+mod array;
 mod bench;
 mod best;
 mod calibrate;

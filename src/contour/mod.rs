@@ -3,6 +3,7 @@
 //! [`pose`] is where a whisker stands, [`skin`] which place of it touches; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
 //! [`curve`] a line, a circle or a smooth curve of points.
 
+pub mod array;
 pub mod curve;
 pub mod least;
 pub mod point;

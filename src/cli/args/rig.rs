@@ -52,12 +52,17 @@ pub struct Calibrate {
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
 pub struct Locate {
-    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
-    pub calibration: PathBuf,
+    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand); with --array, the file of readings
+    #[arg(required_unless_present = "array")]
+    pub calibration: Option<PathBuf>,
     /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
     /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
     /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
     pub readings: Option<PathBuf>,
+    /// Several whiskers: [[whisker]] name, calibration, x, y, z, heading (TOML; mm, degrees) of each; the readings then have a column
+    /// whisker, and contact_deg where the motor was not at 0 at first touch -> points in one frame (docs/contour.md)
+    #[arg(long, value_name = "ARRAY")]
+    pub array: Option<PathBuf>,
     /// Answer by this instead of the one that won on distances left out
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
