@@ -42,11 +42,16 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     let names: Vec<&str> = described.mounts.iter().map(|m| m.name.as_str()).collect();
     if options.plan == Some(true) {
-        let text = format!("would locate readings of {} by {}; nothing was run\n", readings.display(), names.join(", "));
+        let text = format!(
+            "would locate readings of {} by {}; nothing was run\n",
+            readings.display(),
+            names.join(", ")
+        );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let (mut whiskers, mut sums, mut inputs) = (Vec::new(), Vec::new(), vec![array.to_owned(), readings.clone()]);
+    let (mut whiskers, mut sums, mut inputs) =
+        (Vec::new(), Vec::new(), vec![array.to_owned(), readings.clone()]);
     for mount in &described.mounts {
         let calibration = Calibration::read(&mount.calibration, args.common.force)?;
         let label = mount.calibration.display().to_string();
@@ -70,7 +75,8 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let mut table = folder.file("located.csv")?;
     table.write(&answered.table)?;
     table.close()?;
-    let counts = json!({ "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status });
+    let counts =
+        json!({ "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let by = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });
     let body = json!({

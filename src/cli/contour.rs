@@ -45,8 +45,11 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let stem = args.data.file_stem().map_or_else(|| "points".into(), |s| s.to_string_lossy().into_owned());
     let out = super::folder(args.common.out.as_ref(), &stem, "contour");
     if options.plan == Some(true) {
-        let text =
-            format!("would trace the points of {} to {}; nothing was run\n", args.data.display(), out.display());
+        let text = format!(
+            "would trace the points of {} to {}; nothing was run\n",
+            args.data.display(),
+            out.display()
+        );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
     if let Some(n) = options.threads {
@@ -92,7 +95,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let mut result = write::described(&trace);
     result["estimator"] = locator.estimator.name().into();
     if let Some(object) = &truth {
-        result["truth"] = compared(&trace, object);
+        result["truth"] = compared(&trace, &readings, object)?;
     }
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let identity = hash(&format!("{digest}\n{}\n{settings}", calibration.checksum));
@@ -113,7 +116,10 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
 fn asked(args: &Contour) -> Result<Asked, InputError> {
     let within = |key: &str, x: f64, unit: &str| match x >= 0.0 && x < 1000.0 {
         true => Ok(x),
-        false => Err(InputError::new("this is no standard deviation").key(key).value(x).allowed(format!("≥ 0 ({unit})"))),
+        false => Err(InputError::new("this is no standard deviation")
+            .key(key)
+            .value(x)
+            .allowed(format!("≥ 0 ({unit})"))),
     };
     let touch = args.touch_noise.map(|x| within("--touch-noise", x, "degrees")).transpose()?;
     Ok(Asked {
@@ -133,27 +139,46 @@ fn outline(object: &Object) -> Vec<[f64; 2]> {
     (0..=OUTLINE).map(|k| object.at(object.length() * k as f64 / OUTLINE as f64).at).collect()
 }
 
-/// Distances of points from the object, and over their standard deviations across it as they are said.
-fn compared(trace: &Trace, object: &Object) -> Value {
-    let there = || trace.points.iter().zip(&trace.outliers).filter(|(p, o)| p.is_there() && !**o);
-    let rms = |of: &mut dyn Iterator<Item = f64>| {
-        let (sum, n) = of.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
-        (sum / n).sqrt()
+/// Distances of points from the object; where the data say what was touched (`true_x_mm`, `true_y_mm` by the readings of a stroke,
+/// `touch_x_mm`, `touch_y_mm` first), from these places.
+fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
+    let there: Vec<usize> =
+        (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.outliers[i]).collect();
+    let rms = |all: Vec<f64>| {
+        let known: Vec<f64> = all.into_iter().filter(|x| x.is_finite()).collect();
+        (known.iter().map(|x| x * x).sum::<f64>() / known.len() as f64).sqrt()
     };
-    let points = rms(&mut there().map(|(p, _)| object.distance(p.at)));
-    let curve = trace.curve.as_ref().ok().map(|chosen| {
-        let traced: Vec<f64> =
-            chosen.curve.traced(&trace.samples, OUTLINE / 2).iter().map(|(at, ..)| object.distance(*at)).collect();
-        rms(&mut traced.into_iter())
+    let points = rms(there.iter().map(|&i| object.distance(trace.points[i].at)).collect());
+    let places = |name: &str| -> Result<Option<[Vec<f64>; 2]>, InputError> {
+        let x = readings.numbers(&format!("{name}_x_mm"))?;
+        Ok(x.zip(readings.numbers(&format!("{name}_y_mm"))?).map(|(x, y)| [x, y]))
+    };
+    let (now, first) = (places("true")?, places("touch")?);
+    let apart = now.zip(first).map(|(now, first)| {
+        let one = |&i: &usize| {
+            let [x, y] = if trace.swept[i] { &now } else { &first };
+            let at = trace.points[i].at;
+            (at[0] - x[i]).hypot(at[1] - y[i])
+        };
+        rms(there.iter().map(one).collect())
     });
-    json!({ "points_rms_mm": points, "curve_rms_mm": curve, "points": there().count() })
+    let curve = trace.curve.as_ref().ok().map(|chosen| {
+        let traced = chosen.curve.traced(&trace.samples, OUTLINE / 2);
+        rms(traced.iter().map(|(at, ..)| object.distance(*at)).collect())
+    });
+    Ok(
+        json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": there.len() }),
+    )
 }
 
 fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
     let mut text = String::new();
     let strokes = match trace.strokes.len() {
         0 => String::new(),
-        n => format!(", {n} strokes, {} of them as taps", trace.strokes.iter().filter(|s| s.power.is_none()).count()),
+        n => format!(
+            ", {n} strokes, {} of them as taps",
+            trace.strokes.iter().filter(|s| s.power.is_none()).count()
+        ),
     };
     let _ = writeln!(
         text,
@@ -199,9 +224,10 @@ fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> Strin
         let mm = |key: &str| truth[key].as_f64().map_or("–".to_owned(), |x| format!("{x:.4} mm"));
         let _ = writeln!(
             text,
-            "  from the object itself: points {} rms, curve {} rms",
+            "  from the object itself: points {} rms, curve {} rms; from the places that were touched: points {} rms",
             mm("points_rms_mm"),
-            mm("curve_rms_mm")
+            mm("curve_rms_mm"),
+            mm("places_rms_mm")
         );
     }
     text

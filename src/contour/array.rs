@@ -54,12 +54,7 @@ pub struct Answered {
 ///
 /// # Errors
 /// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways.
-pub fn answer(
-    whiskers: &[Mounted],
-    bytes: &[u8],
-    ask: &Ask<'_>,
-    noise: &Noise,
-) -> Result<Answered, Error> {
+pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
     let label = ask.label.unwrap_or("stdin");
     let owners = owners(whiskers, label, bytes)?;
     let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
@@ -67,7 +62,9 @@ pub fn answer(
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
     let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
-    for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.iter().any(|o| *o == Owner::Of(*w))) {
+    for (w, whisker) in
+        whiskers.iter().enumerate().filter(|(w, _)| owners.iter().any(|o| *o == Owner::Of(*w)))
+    {
         // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
         let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
             Owner::All => line,
@@ -77,8 +74,13 @@ pub fn answer(
         let own: Vec<u8> = own.copied().collect();
         let readings = Readings::of(&whisker.locator, &own, ask, &ADDED)?;
         if header.as_ref().is_some_and(|h| *h != readings.header) {
-            let error = InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
-            return Err(error.key(WHISKER).value(&whisker.name).allowed("calibrations of one drive and one signal").into());
+            let error =
+                InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
+            return Err(error
+                .key(WHISKER)
+                .value(&whisker.name)
+                .allowed("calibrations of one drive and one signal")
+                .into());
         }
         header.get_or_insert(readings.header.clone());
         let contact = readings.numbers("contact_deg")?;
@@ -95,7 +97,8 @@ pub fn answer(
             words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
             let mut out = row.kept.clone();
             let [xx, _, yy] = point.covariance.0;
-            let (z, sigma_z) = if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
+            let (z, sigma_z) =
+                if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
             let [a, sigma] = point.distance;
             for x in [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z] {
                 field(&mut out, x);
@@ -105,9 +108,8 @@ pub fn answer(
             rows.insert(row.line, out);
         }
     }
-    let header = header.ok_or_else(|| {
-        InputError::new("this file has a header but no rows").at(label, None)
-    })?;
+    let header =
+        header.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
     let n = rows.len();
     let table = header.into_iter().chain(rows.into_values().flatten()).collect();
     Ok(Answered { table, rows: n, zeros, status })
@@ -163,7 +165,9 @@ fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8]) -> Result<Vec<Owner>,
     }
     if place.is_none() {
         let message = "this file is empty; its first line must name the columns";
-        return Err(InputError::new(message).at(label, None).allowed("whisker, then the columns of readings"));
+        return Err(InputError::new(message)
+            .at(label, None)
+            .allowed("whisker, then the columns of readings"));
     }
     Ok(all)
 }

@@ -37,14 +37,17 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
                 .allowed("base_x_mm, base_y_mm, heading_deg; sense, contact_deg, stroke, base_z_mm where they are needed; then those of readings")
         })?);
     }
-    let or = |name: &str, other: f64| Ok::<_, InputError>(readings.numbers(name)?.unwrap_or_else(|| vec![other; n]));
+    let or = |name: &str, other: f64| {
+        Ok::<_, InputError>(readings.numbers(name)?.unwrap_or_else(|| vec![other; n]))
+    };
     let (z, contact, sense, stroke) =
         (or("base_z_mm", 0.0)?, or("contact_deg", 0.0)?, or("sense", 1.0)?, or("stroke", f64::NAN)?);
     let mut all: Vec<Placed> = Vec::with_capacity(n);
     for i in 0..n {
         let sense = if sense[i].is_nan() { 1.0 } else { sense[i] };
         if sense.abs() != 1.0 {
-            let error = InputError::new("this is no sense of rotation").at(file(), Some(readings.rows[i].line));
+            let error =
+                InputError::new("this is no sense of rotation").at(file(), Some(readings.rows[i].line));
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
         let pose = Pose {

@@ -1,4 +1,4 @@
-//! A stroke: readings of one sweep, while the contact slides along the object (docs/contour.md, docs/model.md §6.6).
+//! A stroke: readings of one sweep, while the contact slides along the object (docs/contour.md §3).
 //!
 //! Without friction the whisker's state at a reading is that of a tap of a point object: of distance a′ from which it has turned by θ′. A
 //! reading alone does not tell both. Along the stroke a′ changes slowly, as a polynomial of the motor's angle, and θ′ follows from where the
@@ -151,8 +151,9 @@ pub fn swept(
     let sign = sum.signum();
     let drives = locator.drives(sign)?;
     let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
-    let fits =
-        |r: &Reading| r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite();
+    let fits = |r: &Reading| {
+        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite()
+    };
     let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
     let mut outliers = vec![false; readings.len()];
     let scale = readings.iter().map(|r| r.signal.abs()).filter(|s| s.is_finite()).fold(0.0, f64::max);

@@ -47,6 +47,8 @@ pub struct Trace {
     pub heights: Vec<f64>,
     /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
     pub off: Vec<[f64; 2]>,
+    /// Whether each is of a stroke that was followed: where the contact was then, not at first touch.
+    pub swept: Vec<bool>,
     /// Whether each is an outlier: of its stroke, or of the curve.
     pub outliers: Vec<bool>,
     /// Strokes, in the order of the file.
@@ -70,8 +72,12 @@ impl Trace {
         let skin = Skin::new(&locator.rig, asked.surface);
         let with_strokes = !asked.taps && places.iter().any(|p| p.stroke.is_some());
         if with_strokes && locator.rig.setup.drive == Drive::Displacement {
-            let error = InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
-            return Err(error.at(readings.file.clone(), Some(1)).key("stroke").allowed("theta_deg; or --taps"));
+            let error =
+                InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
+            return Err(error
+                .at(readings.file.clone(), Some(1))
+                .key("stroke")
+                .allowed("theta_deg; or --taps"));
         }
         let tap = |i: usize| -> Point {
             let reading = &readings.rows[i];
@@ -81,7 +87,7 @@ impl Trace {
             }
         };
         let mut points: Vec<Point> = (0..n).map(tap).collect();
-        let mut outliers = vec![false; n];
+        let (mut outliers, mut swept_by) = (vec![false; n], vec![false; n]);
         let mut groups: Vec<usize> = (0..n).collect();
         let mut strokes = Vec::new();
         if with_strokes {
@@ -89,7 +95,8 @@ impl Trace {
                 let of: Vec<&Reading> = rows.iter().map(|&i| &readings.rows[i]).collect();
                 let pose = &places[rows[0]].pose;
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
-                let found = (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
+                let found =
+                    (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
                 let mut followed =
                     Followed { number, points: 0, power: None, touch: [f64::NAN; 2], chi2: f64::NAN };
                 if let Some(found) = found {
@@ -98,6 +105,7 @@ impl Trace {
                         // A reading that is off its stroke is where a tap would have it.
                         if !off {
                             points[i] = *point;
+                            swept_by[i] = true;
                         }
                     }
                     followed = Followed {
@@ -131,6 +139,7 @@ impl Trace {
             heights: places.iter().map(|p| p.pose.base[2]).collect(),
             points,
             off,
+            swept: swept_by,
             outliers,
             strokes,
             samples,

@@ -51,8 +51,18 @@ pub fn points(trace: &Trace, readings: &Readings) -> Vec<u8> {
         let p = &trace.points[i];
         let z = if p.is_there() { trace.heights[i] } else { f64::NAN };
         let ([major, minor], axis) = p.covariance.ellipse();
-        let numbers =
-            [p.distance[0], p.distance[1], p.at[0], p.at[1], z, major, minor, axis, trace.off[i][0], trace.off[i][1]];
+        let numbers = [
+            p.distance[0],
+            p.distance[1],
+            p.at[0],
+            p.at[1],
+            z,
+            major,
+            minor,
+            axis,
+            trace.off[i][0],
+            trace.off[i][1],
+        ];
         numbers.iter().for_each(|x| field(&mut out, *x));
         out.extend(words(p.status, trace.outliers[i]).bytes());
         out.push(b'\n');
@@ -98,7 +108,9 @@ pub fn described(trace: &Trace) -> Value {
                 .collect();
             let mut v = json!({ "kind": chosen.kind.word(), "scale": chosen.scale, "judged": judged });
             if let Curve::Arc(arc) = &chosen.curve {
-                if let (Some((centre, radius)), Some((of_centre, of_radius))) = (arc.circle(), arc.circle_deviations()) {
+                if let (Some((centre, radius)), Some((of_centre, of_radius))) =
+                    (arc.circle(), arc.circle_deviations())
+                {
                     v["x_mm"] = centre[0].into();
                     v["sigma_x_mm"] = of_centre[0].into();
                     v["y_mm"] = centre[1].into();

@@ -92,14 +92,24 @@ impl Array {
         let mut mounts: Vec<Mount> = Vec::new();
         for w in written.whisker {
             if w.name.is_empty() || mounts.iter().any(|m| m.name == w.name) {
-                return Err(fault("whisker.name", &w.name, "each whisker has a name of its own", "different names"));
+                return Err(fault(
+                    "whisker.name",
+                    &w.name,
+                    "each whisker has a name of its own",
+                    "different names",
+                ));
             }
             if w.sense.abs() != 1.0 {
                 return Err(fault("whisker.sense", &w.sense, "this is no sense of rotation", "1 or -1"));
             }
             for (key, x) in [("x", w.x), ("y", w.y), ("z", w.z), ("heading", w.heading)] {
                 if !x.is_finite() {
-                    return Err(fault(&format!("whisker.{key}"), &x, "this must be a finite number", "mm, degrees"));
+                    return Err(fault(
+                        &format!("whisker.{key}"),
+                        &x,
+                        "this must be a finite number",
+                        "mm, degrees",
+                    ));
                 }
             }
             let pose = Pose { base: [w.x, w.y, w.z], heading: w.heading.to_radians(), sense: w.sense };

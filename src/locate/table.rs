@@ -89,14 +89,25 @@ impl Readings {
                 (true, _) => Located::nothing(Status::NO_STRAIN),
                 (_, false) => Located::nothing(Status::BAD_INPUT),
                 // A drive that was not recorded when the whisker was calibrated counts as 1 here too.
-                _ => locator.locate_above(if locator.drive_recorded { drive } else { 1.0 }, signal, 0.0, share),
+                _ => {
+                    locator.locate_above(if locator.drive_recorded { drive } else { 1.0 }, signal, 0.0, share)
+                }
             };
             let fields: Vec<String> =
                 lines.fields(line.text.unwrap_or_default()).iter().map(|f| f.to_string()).collect();
             let fields = if fields.len() == names.len() { fields } else { Vec::new() };
             let mut bytes = Vec::new();
             kept.row(&mut bytes, &line, &lines, [drive, recorded, zero.map_or(f64::NAN, |z| z.0)]);
-            rows.push(Reading { line: line.number, fields, kept: bytes, drive, signal, share, rests, located });
+            rows.push(Reading {
+                line: line.number,
+                fields,
+                kept: bytes,
+                drive,
+                signal,
+                share,
+                rests,
+                located,
+            });
         }
         Ok(Self { file: label.to_owned(), names, header, rows })
     }
@@ -120,7 +131,10 @@ impl Readings {
             None => Ok(f64::NAN),
             Some(field) => text::number(field).ok_or_else(|| {
                 let error = InputError::new("this is not a number").at(self.file.clone(), Some(row.line));
-                error.key(name).value(field).allowed("a number without unit; empty or NaN where it is missing")
+                error
+                    .key(name)
+                    .value(field)
+                    .allowed("a number without unit; empty or NaN where it is missing")
             }),
         };
         self.rows.iter().map(value).collect::<Result<_, _>>().map(Some)

@@ -35,7 +35,12 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 ///
 /// # Errors
 /// Tables that are damaged.
-pub fn of_tables(points: &[u8], curve: &[u8], kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
+pub fn of_tables(
+    points: &[u8],
+    curve: &[u8],
+    kind: &str,
+    outline: &[[f64; 2]],
+) -> Result<Figure, InputError> {
     figure(&Table::parse("points.csv", points)?, &Table::parse("curve.csv", curve)?, kind, outline)
 }
 
@@ -74,7 +79,8 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         there.iter().copied().filter(|r| points.word("status", *r).contains("outlier") == outlier).collect()
     };
     let (fine, off) = (of(false), of(true));
-    let path = |name: &str, colour, rows: &[usize]| Path::new(name, colour, rows.iter().map(|r| (x[*r], y[*r])));
+    let path =
+        |name: &str, colour, rows: &[usize]| Path::new(name, colour, rows.iter().map(|r| (x[*r], y[*r])));
     panel = panel
         .with(Mark::points(path("points", 0, &fine), Marker::Circle))
         .with(Mark::points(path("outliers", 5, &off), Marker::Cross))

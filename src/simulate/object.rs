@@ -120,12 +120,7 @@ fn bends(knots: &[f64], values: &[f64], closed: bool) -> Option<Vec<f64>> {
         // The same bend at both ends, and the same slope.
         m[(0, n - 1)] = -1.0;
         m.row_mut(n - 1).fill(0.0);
-        for (j, x) in [
-            (0, 2.0 * h(0)),
-            (1, h(0)),
-            (n - 2, h(n - 2)),
-            (n - 1, 2.0 * h(n - 2)),
-        ] {
+        for (j, x) in [(0, 2.0 * h(0)), (1, h(0)), (n - 2, h(n - 2)), (n - 1, 2.0 * h(n - 2))] {
             m[(n - 1, j)] += x;
         }
         b[n - 1] = 6.0 * (rise(0) - rise(n - 2));

@@ -124,6 +124,11 @@ impl<'a> Stroker<'a> {
         if along { Ok(Touch { pose, t }) } else { Err(Missed::ByTip) }
     }
 
+    /// Where the whisker first touches, mm.
+    pub fn place(&self, touch: &Touch) -> [f64; 2] {
+        self.seen(self.object.at(touch.t).at)
+    }
+
     /// Whether a straight side of direction `side` may rest on the corner at `t`.
     fn admits(&self, t: f64, side: f64) -> bool {
         let [before, after] = [self.object.at(t - 0.5).direction, self.object.at(t + 0.5).direction];

@@ -80,20 +80,21 @@ pub fn simulate(
     let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
     degrees.sort_by(f64::total_cmp);
     let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
-    let solve = |start: &Pose| -> Result<(Pose, Vec<Contact>), Missed> {
+    let solve = |start: &Pose| -> Result<(Pose, [f64; 2], Vec<Contact>), Missed> {
         let stroker = Stroker::new(rig, &strokes.object, start.sense);
         let touch = stroker.touch(*start)?;
-        Ok((touch.pose, stroker.stroke(&touch, &angles)))
+        Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
     };
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
     let mut text = Text::default();
     let signal = settings.unit.column();
-    let after = ["theta_deg", signal, "true_x_mm", "true_y_mm", "source", "status"];
+    let after =
+        ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
     text.header(&[&BEFORE[..], &after].concat()).map_err(text_error)?;
     let mut counts = Counts::default();
     let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
     for (k, solved) in solved.into_iter().enumerate() {
-        let (pose, contacts) = match solved {
+        let (pose, first, contacts) = match solved {
             Ok(found) => found,
             Err(why) => {
                 miss(k + 1, why);
@@ -106,7 +107,8 @@ pub fn simulate(
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
         let row = |text: &mut Text, rest: [f64; 4], status: &str| {
-            let mut fields: Vec<Field> = before.iter().chain(&rest).copied().map(Field::Number).collect();
+            let mut fields: Vec<Field> =
+                before.iter().chain(&rest).chain(&first).copied().map(Field::Number).collect();
             text.row_with(&mut fields, &[SOURCE, status]).map_err(text_error)
         };
         for (i, degree) in degrees.iter().enumerate() {
@@ -137,7 +139,8 @@ pub fn simulate(
         }
     }
     if counts.taps == 0 {
-        let error = InputError::new("no start leads to a stroke: the whisker misses the object").key("--object");
+        let error =
+            InputError::new("no start leads to a stroke: the whisker misses the object").key("--object");
         return Err(error.allowed("starts from which the whisker's side touches it").into());
     }
     write(&text.into_bytes())?;

@@ -7,6 +7,7 @@ mod calibrate;
 mod charted;
 mod cli;
 mod common;
+mod contour;
 mod counted;
 mod curve;
 mod effects;

@@ -45,7 +45,8 @@ impl Arc {
         let ahead = if (e[0] * d[0] + e[1] * d[1]) < 0.0 || b < a { std::f64::consts::PI } else { 0.0 };
         let one = |direction: f64| Self::new(p, direction, Some(curvature));
         // The tangent is that of the two of which the circle passes the third place.
-        let all = [one(along - lift), one(along + lift + ahead), one(along + lift), one(along - lift + ahead)];
+        let all =
+            [one(along - lift), one(along + lift + ahead), one(along + lift), one(along - lift + ahead)];
         let miss = |a: &Self| points.iter().map(|p| a.off(*p).abs()).fold(0.0, f64::max);
         all.into_iter().filter(|a| miss(a).is_finite()).min_by(|a, b| miss(a).total_cmp(&miss(b)))
     }
@@ -204,7 +205,8 @@ mod tests {
             };
             (0..n).map(|k| sample(at(k), noise.max(1e-3))).collect()
         };
-        let start = |s: &[Sample]| Arc::through(&[s[0].at, s[s.len() / 3].at, s[2 * s.len() / 3].at]).unwrap();
+        let start =
+            |s: &[Sample]| Arc::through(&[s[0].at, s[s.len() / 3].at, s[2 * s.len() / 3].at]).unwrap();
         let exact = ring(20, 0.0);
         let arc = start(&exact).fit(&exact, &[1.0; 20]).unwrap();
         let (centre, radius) = arc.circle().unwrap();

@@ -14,6 +14,8 @@ const TRIES: usize = 600;
 const PASSES: usize = 12;
 /// Most groups that are left out one by one; more are joined.
 const GROUPS: usize = 200;
+/// Loss per point that a less simple curve must be better by at least: a tenth of the density.
+const WORTH: f64 = 0.1;
 /// Share of points that may lie anywhere, in the loss.
 const ANYWHERE: f64 = 0.02;
 /// Stiffness of smooth curves that are tried: powers of ten.
@@ -227,7 +229,9 @@ fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: f64, base: &Arc) ->
         let Some(first) = flat.fit(samples, &weights(samples, &vec![false; samples.len()]), stiffness) else {
             continue;
         };
-        let Some((curve, scale, outliers)) = settle(samples, Curve::Smooth(first), 0.0, &draw) else { continue };
+        let Some((curve, scale, outliers)) = settle(samples, Curve::Smooth(first), 0.0, &draw) else {
+            continue;
+        };
         let Curve::Smooth(drawn) = &curve else { continue };
         let all = weights(samples, &outliers);
         let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
@@ -295,7 +299,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         .collect();
     let place = match asked {
         Some(kind) => all.iter().position(|d| d.kind == kind),
-        None => judged.iter().position(|j| j.more[0] <= j.more[1]),
+        None => judged.iter().position(|j| j.more[0] <= j.more[1].max(WORTH)),
     };
     let drawn = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
     let off = samples.iter().zip(&drawn.outliers).map(|(s, outlier)| {

@@ -3,7 +3,7 @@
 //! Points weigh by their covariance across the curve; those of a stroke, which have errors in common, count as few as they are worth. A start
 //! that outliers do not move (the least median over lines and circles through a few points) is refined on the points that are near it. Judged
 //! is by what is left out, a stroke or a tap at a time, with a loss that outliers bound; the simplest is taken that the others do not
-//! beat by more than one standard error.
+//! beat by more than one standard error, and a tenth of the density.
 
 mod arc;
 mod choice;

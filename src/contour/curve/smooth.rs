@@ -52,12 +52,8 @@ impl Basis {
             (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
             t * t * t / 6.0,
         ];
-        let slopes = [
-            -0.5 * u * u,
-            0.5 * (3.0 * t * t - 4.0 * t),
-            -0.5 * (3.0 * u * u - 4.0 * u),
-            0.5 * t * t,
-        ];
+        let slopes =
+            [-0.5 * u * u, 0.5 * (3.0 * t * t - 4.0 * t), -0.5 * (3.0 * u * u - 4.0 * u), 0.5 * t * t];
         (std::array::from_fn(|i| (k + i) % n), values, slopes.map(|d| d / h))
     }
 
@@ -162,10 +158,10 @@ impl Smooth {
         ((self.base.off(p) - offset) / size, across)
     }
 
-    /// Standard deviation across the curve beside a place, mm.
+    /// Standard deviation across the curve beside a place, mm, with that of its base, which no stiffness takes away.
     pub fn deviation(&self, p: [f64; 2]) -> f64 {
         let (_, slope, sigma) = self.offset(self.along(p));
-        sigma / 1.0f64.hypot(slope)
+        (sigma / 1.0f64.hypot(slope)).hypot(self.base.deviation(p))
     }
 
     /// The place at s along the base, and the direction of the curve there.
@@ -201,7 +197,8 @@ impl Smooth {
         // A trace of stiffness against the base itself: a coefficient without points is that of its neighbours.
         let n = self.basis.len();
         let scale = (0..n).map(|i| sums.n[(i, i)]).sum::<f64>() / n as f64;
-        let m = &sums.n + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
+        let m =
+            &sums.n + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
         normal::solve(&m, &sums.b)
     }
 
@@ -237,6 +234,6 @@ impl Smooth {
 
     /// The same with its covariance times `factor`.
     pub fn scaled(self, factor: f64) -> Self {
-        Self { covariance: self.covariance * factor, ..self }
+        Self { covariance: self.covariance * factor, base: self.base.scaled(factor), ..self }
     }
 }
