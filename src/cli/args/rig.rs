@@ -79,9 +79,7 @@ pub struct Locate {
 
 /// The contour of an object.
 #[derive(Debug, Flags)]
-#[command(
-    after_help = "Example: vibrissa contour poses.csv --calibration results/rig-calibrate/calibration.toml"
-)]
+#[command(after_help = "Example: vibrissa contour poses.csv --calibration calibration.toml --out traced")]
 pub struct Contour {
     /// CSV with base_x_mm, base_y_mm (the motor's axis) and heading_deg (the undeflected whisker at first touch, counterclockwise from +x);
     /// where needed sense (1: turns counterclockwise, the default; -1), contact_deg (motor's angle at first touch, added to the

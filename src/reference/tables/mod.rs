@@ -6,7 +6,7 @@ mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{PEAKS, ROOFLINE, SCALING, THREADS, VERIFY, WORK};
-use traced::{CURVE, POINTS, STROKES};
+use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
 pub type Told = (&'static str, &'static str);
@@ -59,6 +59,7 @@ pub const OTHERS: &[Table] = &[
     K_TABLE,
     ROWS,
     LOCATED,
+    ARRAY,
     POINTS,
     CURVE,
     MEASUREMENTS,
@@ -187,15 +188,6 @@ const LOCATED: Table = table(
         ("zero", "what was subtracted from it, of a bridge in mV/V; empty where no zero is known"),
         ("distance_mm", "distance â"),
         ("sigma_mm", "standard deviation of â: noise, calibration and bias (docs/calibration.md)"),
-        (
-            "x_mm",
-            "with --array: where the whisker first touched, in the frame of the array; y_mm and z_mm too",
-        ),
-        ("y_mm", "the same"),
-        ("z_mm", "the same"),
-        ("sigma_x_mm", "with --array: standard deviation of x; sigma_y_mm and sigma_z_mm too"),
-        ("sigma_y_mm", "the same"),
-        ("sigma_z_mm", "the same"),
         STATUS,
     ],
 );

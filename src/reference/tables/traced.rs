@@ -1,11 +1,14 @@
 //! Tables of traced objects.
 
-use super::{Table, Told, table};
+use super::{DRIVE, STATUS, Table, Told, table};
 
 const X: Told = (
     "x_mm",
     "where the whisker touched: first of a tap, then of a stroke's reading; in the frame of the bases",
 );
+const LINE: Told = ("line", "number of the line in the file");
+const SIGNAL: Told = ("strain or reading", "the signal as recorded; tension positive");
+const ZERO: Told = ("zero", "what was subtracted from it; empty where no zero is known");
 const Y: Told = ("y_mm", "the same");
 
 /// `points.csv`.
@@ -14,8 +17,13 @@ pub const POINTS: Table = table(
     "points.csv",
     "A row is a row of the data, whose own columns stand after line as in located.csv (docs/contour.md).",
     &[
-        ("line", "number of the line in the file"),
-        ("zero", "what was subtracted from the signal; empty where no zero is known"),
+        LINE,
+        ("base_x_mm", "the motor's axis"),
+        ("base_y_mm", "the motor's axis"),
+        ("heading_deg", "direction of the undeflected whisker at first touch"),
+        DRIVE,
+        SIGNAL,
+        ZERO,
         ("distance_mm", "distance â of the tap, or of the virtual tap of a stroke's reading"),
         ("sigma_mm", "standard deviation of â"),
         X,
@@ -27,6 +35,29 @@ pub const POINTS: Table = table(
         ("off_mm", "distance to the left of the curve; empty without one"),
         ("off_sigma", "off_mm over the standard deviation of the point across the curve"),
         ("status", "ok, or words joined by +; outlier: off the curve, or off its stroke"),
+    ],
+);
+
+/// `located.csv` of an array.
+pub const ARRAY: Table = table(
+    "locate --array",
+    "located.csv",
+    "A row is a reading of one of several whiskers; the file's own columns stand after line, as in that of one whisker.",
+    &[
+        LINE,
+        ("whisker", "name of the whisker"),
+        DRIVE,
+        SIGNAL,
+        ZERO,
+        ("distance_mm", "distance â"),
+        ("sigma_mm", "standard deviation of â"),
+        ("x_mm", "where the whisker first touched, in the frame of the array"),
+        Y,
+        ("z_mm", "the same: the plane in which the whisker turns"),
+        ("sigma_x_mm", "standard deviation of x"),
+        ("sigma_y_mm", "standard deviation of y"),
+        ("sigma_z_mm", "standard deviation of z"),
+        STATUS,
     ],
 );
 
