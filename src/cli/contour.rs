@@ -177,7 +177,7 @@ fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> Strin
         0 => String::new(),
         n => format!(
             ", {n} strokes, {} of them as taps",
-            trace.strokes.iter().filter(|s| s.power.is_none()).count()
+            trace.strokes.iter().filter(|s| s.sharp.is_none()).count()
         ),
     };
     let _ = writeln!(

@@ -30,8 +30,8 @@ pub struct Followed {
     pub number: f64,
     /// Readings that made points.
     pub points: usize,
-    /// Power of the polynomial; `None` where its readings were taken as taps.
-    pub power: Option<usize>,
+    /// Whether the contact stayed at one place of the object; `None` where its readings were taken as taps.
+    pub sharp: Option<bool>,
     /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
     pub touch: [f64; 2],
     /// χ² per degree of freedom.
@@ -98,7 +98,7 @@ impl Trace {
                 let found =
                     (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
                 let mut followed =
-                    Followed { number, points: 0, power: None, touch: [f64::NAN; 2], chi2: f64::NAN };
+                    Followed { number, points: 0, sharp: None, touch: [f64::NAN; 2], chi2: f64::NAN };
                 if let Some(found) = found {
                     for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
                         outliers[i] = *off;
@@ -109,7 +109,7 @@ impl Trace {
                         }
                     }
                     followed = Followed {
-                        power: Some(found.power),
+                        sharp: Some(found.sharp),
                         touch: found.touch,
                         chi2: found.chi2,
                         ..followed

@@ -133,7 +133,7 @@ pub fn described(trace: &Trace) -> Value {
         .iter()
         .map(|s| {
             json!({
-                "stroke": s.number, "points": s.points, "power": s.power, "touched_before_deg": number(s.touch[0]),
+                "stroke": s.number, "points": s.points, "object": s.sharp.map(|sharp| if sharp { "sharp" } else { "smooth" }), "touched_before_deg": number(s.touch[0]),
                 "sigma_touched_before_deg": number(s.touch[1]), "chi2": number(s.chi2),
             })
         })

@@ -92,7 +92,10 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
             bases.push(base);
         }
     }
-    panel = panel.with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Cross));
+    // From where, and closer.
+    let mut around = panel.clone().with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Cross));
+    around.title = "from where".into();
+    panel.title = "closer".into();
     let caption = format!(
         "{} points where the whisker touched, with ellipses of two standard deviations (points.csv){}; the curve and its band of two standard \
          deviations (curve.csv){}.",
@@ -100,5 +103,5 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         if every > 1 { format!(", of one in {every}") } else { String::new() },
         if outline.is_empty() { "" } else { "; dashed, the object as it was simulated" }
     );
-    Ok(Figure::new("contour", "The object", caption, vec![panel]))
+    Ok(Figure::new("contour", "The object", caption, vec![around, panel]))
 }

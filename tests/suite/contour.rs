@@ -90,7 +90,7 @@ fn a_corner_stays_where_it_is() {
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
     // Every stroke is of the same point, and finds where it touched to a hundredth of what was said.
     for stroke in strokes["result"]["strokes"].as_array().unwrap() {
-        assert_eq!(stroke["power"], 0, "{stroke}");
+        assert_eq!(stroke["object"], "sharp", "{stroke}");
         assert!(stroke["sigma_touched_before_deg"].as_f64().unwrap() < 0.02, "{stroke}");
     }
 }
