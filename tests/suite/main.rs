@@ -55,6 +55,7 @@ mod statuses;
 mod summary;
 mod tables;
 mod tap;
+mod traced;
 mod trends;
 mod twins;
 mod units;
