@@ -114,7 +114,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
 }
 
 fn asked(args: &Contour) -> Result<Asked, InputError> {
-    let within = |key: &str, x: f64, unit: &str| match x >= 0.0 && x < 1000.0 {
+    let within = |key: &str, x: f64, unit: &str| match (0.0..1000.0).contains(&x) {
         true => Ok(x),
         false => Err(InputError::new("this is no standard deviation")
             .key(key)

@@ -62,9 +62,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
     let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
-    for (w, whisker) in
-        whiskers.iter().enumerate().filter(|(w, _)| owners.iter().any(|o| *o == Owner::Of(*w)))
-    {
+    for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.contains(&Owner::Of(*w))) {
         // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
         let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
             Owner::All => line,

@@ -62,7 +62,7 @@ pub fn minimise(
         while damping < 1e12 {
             let mut n = curvature.clone();
             (0..x.len()).for_each(|i| n[(i, i)] *= 1.0 + damping);
-            let Some((step, _)) = normal::solve(&n, &gradient) else { return None };
+            let (step, _) = normal::solve(&n, &gradient)?;
             let next: Vec<f64> = x.iter().zip(step.iter()).map(|(x, s)| x - s).collect();
             match residuals(&next).filter(|r| size(r) <= before) {
                 Some(found) => {

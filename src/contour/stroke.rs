@@ -116,14 +116,15 @@ impl Stroke<'_> {
         all
     }
 
-    /// That of a sharp object, unless the readings refuse it (Schwarz's criterion; what bends the polynomial is no free number).
+    /// That of a sharp object, unless the readings refuse it (Schwarz's criterion for two numbers more: what bends the polynomial further is
+    /// hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
         let sharp = minimise(&of, vec![0.0, start], &self.steps(2))?;
         let mut from = sharp.at.clone();
         from.resize(POWERS + 2, 0.0);
         let smooth = minimise(&of, from.clone(), &self.steps(from.len()));
-        let room = (self.angles.len() as f64).ln();
+        let room = 2.0 * (self.angles.len() as f64).ln();
         Some(smooth.filter(|smooth| smooth.chi2() + room < sharp.chi2()).unwrap_or(sharp))
     }
 

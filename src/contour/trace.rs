@@ -10,6 +10,9 @@ use crate::locate::Locator;
 use crate::locate::table::{Reading, Readings};
 use crate::scene::Drive;
 
+/// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
+const LEAST: f64 = 1e-3;
+
 /// What is asked of a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Asked {
@@ -122,7 +125,10 @@ impl Trace {
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !outliers[i]).collect();
         let sample = |&i: &usize| Sample {
             at: points[i].at,
-            covariance: points[i].covariance,
+            covariance: points[i]
+                .covariance
+                .along([1.0, 0.0], LEAST * LEAST)
+                .along([0.0, 1.0], LEAST * LEAST),
             share: points[i].share,
             group: groups[i],
         };

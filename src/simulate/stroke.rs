@@ -66,9 +66,9 @@ pub struct Stroker<'a> {
 impl<'a> Stroker<'a> {
     /// Of `rig`, whose pole the object takes the place of.
     pub fn new(rig: &'a Rig, object: &Object, sense: f64) -> Self {
-        let model = Model { pole_radius: 0.0, ..rig.setup.model.clone() };
+        let model = Model { pole_radius: 0.0, ..rig.setup.model };
         let mut plain = rig.clone();
-        plain.setup.model = model.clone();
+        plain.setup.model = model;
         let skin = Skin::new(&plain, None);
         let object = if sense < 0.0 { object.mirrored() } else { object.clone() };
         Self { rig, model, skin, object, sense }
@@ -150,7 +150,7 @@ impl<'a> Stroker<'a> {
             amount: turn,
             model: &self.model,
         };
-        let tap = (turn >= 0.0 && turn < PI).then(|| problem.solve().ok())??;
+        let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;
         Some((tap, heading - tap.base_angle + self.taper()))
     }
 
