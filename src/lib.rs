@@ -20,6 +20,7 @@ pub mod backend;
 pub mod bench;
 pub mod calibrate;
 pub mod chart;
+pub mod contour;
 pub mod estimator;
 pub mod evaluate;
 pub mod explain;

@@ -23,6 +23,10 @@ use super::say;
 /// Answers a file into `located.csv`, or a stream on stdout.
 pub fn run(args: &Locate) -> Result<Reply, Error> {
     let start = Instant::now();
+    if let Some(array) = &args.array {
+        return super::array::run(args, array);
+    }
+    let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
     // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
     let pool = rayon::ThreadPoolBuilder::new();
@@ -31,8 +35,8 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let calibration = Calibration::read(&args.calibration, args.common.force)?;
-    let label = args.calibration.display().to_string();
+    let calibration = Calibration::read(path, args.common.force)?;
+    let label = path.display().to_string();
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
         say::warning(format_args!("{label} was written by version {} of this program", calibration.version));
@@ -57,7 +61,7 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         return streamed(&locator, &asked, start);
     }
     let label = readings.map(|p| p.display().to_string());
-    filed(args, &calibration, &locator, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
+    filed(args, path, &calibration, &locator, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
 }
 
 fn streamed(locator: &Locator, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
@@ -160,6 +164,7 @@ fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<Zero, Err
 
 fn filed(
     args: &Locate,
+    path: &Path,
     calibration: &Calibration,
     locator: &Locator,
     ask: &Ask<'_>,
@@ -177,7 +182,7 @@ fn filed(
     let data = readings.map(|_| &digest);
     let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": args.zero });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
-    let inputs = vec![args.calibration.clone(), from.to_owned()];
+    let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
     let mut file = folder.file("located.csv")?;
@@ -188,7 +193,7 @@ fn filed(
         "locate",
         json!({ "name": stem, "hash": identity }),
         json!({
-            "calibration": { "file": args.calibration.display().to_string(), "checksum": calibration.checksum },
+            "calibration": { "file": path.display().to_string(), "checksum": calibration.checksum },
             "readings": { "file": label, "hash": digest },
             "estimator": locator.estimator.name(),
             "counts": counted(&counts),

@@ -2,11 +2,13 @@
 
 mod apart;
 mod args;
+mod array;
 mod bench;
 mod best;
 mod calibrate;
 mod chart;
 mod cluster;
+mod contour;
 mod devices;
 mod explain;
 mod explore;
@@ -28,6 +30,7 @@ mod report;
 mod say;
 mod shape;
 mod simulate;
+mod strokes;
 mod sweep;
 mod tap;
 mod verify;
@@ -72,6 +75,7 @@ pub fn run() -> ExitCode {
         Command::Sweep(sweep) => sweep::run(sweep),
         Command::Calibrate(calibrate) => calibrate::run(calibrate),
         Command::Locate(locate) => locate::run(locate),
+        Command::Contour(contour) => contour::run(contour),
         Command::Simulate(simulate) => simulate::run(simulate),
         Command::Optimise(optimise) => optimise::run(optimise),
         Command::Tap(tap) => tap::run(tap),

@@ -25,6 +25,12 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
+    if let Some(object) = &args.object {
+        if !quiet {
+            spec.warnings.iter().for_each(say::warning);
+        }
+        return super::strokes::run(object, &spec, &rig, &settings, &options, start);
+    }
     let layout = spec.study.space.layout().expect("a rig has axes");
     let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
     let taps = layout.len().saturating_mul(settings.repeats);

@@ -8,8 +8,8 @@ use super::reading::Lines;
 use super::stream::number;
 use crate::measure::text;
 
-/// Columns that are added after the user's own.
-const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
+/// Columns that are added after the user's own where distances are asked for.
+pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
 
 /// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has
 /// other ones, the zero that was subtracted, the answer.
@@ -18,14 +18,15 @@ pub struct Kept {
     /// Whether drive and signal are added.
     more: [bool; 2],
     common: [&'static str; 2],
+    added: Vec<&'static str>,
 }
 
 impl Kept {
-    /// For these lines.
-    pub fn new(locator: &Locator, lines: &Lines<'_>) -> Self {
+    /// For these lines, with the columns `added`, of which the zero is the first.
+    pub fn new(locator: &Locator, lines: &Lines<'_>, added: &[&'static str]) -> Self {
         let own = lines.names();
         let common = [lines.drive().column(), locator.unit.common()];
-        let taken = |n: &String| n == "line" || ADDED.contains(&n.as_str());
+        let taken = |n: &String| n == "line" || added.contains(&n.as_str());
         let mut names = own.clone();
         for k in (0..own.len()).filter(|k| taken(&own[*k])) {
             let mut name = format!("given_{}", own[k]);
@@ -34,7 +35,7 @@ impl Kept {
             }
             names[k] = name;
         }
-        Self { more: common.map(|c| !own.iter().any(|n| n == c)), names, common }
+        Self { more: common.map(|c| !own.iter().any(|n| n == c)), names, common, added: added.to_vec() }
     }
 
     /// The names of all columns.
@@ -42,7 +43,7 @@ impl Kept {
         out.extend(b"line,");
         self.names.iter().for_each(|n| field(out, n));
         self.common.iter().zip(self.more).filter(|(_, more)| *more).for_each(|(c, _)| field(out, c));
-        out.extend(ADDED.join(",").bytes());
+        out.extend(self.added.join(",").bytes());
         out.push(b'\n');
     }
 

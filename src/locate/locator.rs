@@ -202,6 +202,12 @@ impl Locator {
         self.sides.iter().all(|s| s.only == Some(first)).then_some(first + self.drive_origin)
     }
 
+    /// Least and largest calibrated drive of the side of `sign`, counted from the origin of the drive; `None` where it has none.
+    pub fn drives(&self, sign: f64) -> Option<[f64; 2]> {
+        let side = self.sides.iter().find(|s| s.sign == sign)?;
+        Some([*side.drives.first()?, *side.drives.last()?])
+    }
+
     /// What answers each side.
     pub(crate) fn sides(&self) -> &[Opened] {
         &self.sides

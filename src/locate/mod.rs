@@ -17,6 +17,7 @@ pub mod locator;
 mod reading;
 pub mod sequence;
 pub mod stream;
+pub mod table;
 pub mod tare;
 
 pub use crate::estimator::model::Found;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::kept::Kept;
+use super::kept::{ADDED, Kept};
 use super::lines::Source;
 use super::reading::Lines;
 use super::tare::{Tare, doubt};
@@ -123,7 +123,7 @@ pub fn answer(
         Some(zero) if zero.count > 0 => Tare::File(zero),
         _ => Tare::new(locator, said),
     };
-    let kept = ask.keep.then(|| Kept::new(locator, &lines));
+    let kept = ask.keep.then(|| Kept::new(locator, &lines, &ADDED));
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }

@@ -9,6 +9,7 @@ mod bins;
 mod budget;
 mod calibrate;
 pub mod content;
+mod contour;
 mod designs;
 mod locate;
 mod optimise;
@@ -38,8 +39,8 @@ use source::Source;
 pub const PAGE: &str = "report.html";
 
 /// Commands whose results are drawn.
-pub const COMMANDS: [&str; 8] =
-    ["sweep", "optimise", "tap", "calibrate", "locate", "bench", "verify", "shape"];
+pub const COMMANDS: [&str; 9] =
+    ["sweep", "optimise", "tap", "calibrate", "locate", "contour", "bench", "verify", "shape"];
 
 /// Figures and rows of a result.
 ///
@@ -52,6 +53,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         "tap" => tap::content(source),
         "calibrate" => calibrate::content(source),
         "locate" => locate::content(source),
+        "contour" => contour::content(source),
         "bench" => bench::content(source),
         "verify" => verify::content(source),
         "shape" => shape::content(source),
@@ -73,6 +75,8 @@ pub fn of_bench(tables: &[(&str, String)]) -> Result<Vec<Figure>, Error> {
         Ok(text.map(|(file, text)| table::Table::parse(file, text.as_bytes())).transpose()?)
     })
 }
+
+pub use contour::of_tables as of_contour;
 
 /// What was drawn.
 #[derive(Debug)]

@@ -1,6 +1,10 @@
 //! Synthetic measurements: what a rig would record of a whisker that is exactly the model. They are examples and tests, no
 //! evidence about a real sensor; a column says so in every row.
 
+pub mod object;
+pub mod stroke;
+pub mod strokes;
+
 use crate::error::{Error, InputError};
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};

@@ -70,7 +70,7 @@ fn completions_and_manual_know_every_command() {
 fn examples_of_the_help_name_files_that_are_there() {
     let (desk, root) = (Desk::new(SPEC), Path::new(env!("CARGO_MANIFEST_DIR")));
     let mut examples = 0;
-    for command in ["sweep", "optimise", "tap", "calibrate", "locate", "simulate"] {
+    for command in ["sweep", "optimise", "tap", "calibrate", "locate", "contour", "simulate"] {
         let help = desk.run(&[command, "--help"]).exits(0).stdout;
         let example =
             help.lines().find(|l| l.starts_with("Example: ")).unwrap_or_else(|| panic!("{command}"));

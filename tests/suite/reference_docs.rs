@@ -215,7 +215,36 @@ fn every_column_from_measurement_to_distance_is_described() {
         desk.write("readings.csv", format!("theta_deg,{column}\n2,0.01\n"));
         desk.run(&["locate", &calibration, "readings.csv", "--out", &read]).exits(0);
         described_all(&desk, "locate", &read);
+        traced(&desk, signal, &calibration);
     }
+}
+
+/// That the tables of points, arrays and strokes are described.
+fn traced(desk: &Desk, signal: &str, calibration: &str) {
+    let column = if signal == "reading" { signal } else { "strain" };
+    desk.write("poses.csv", format!("base_x_mm,base_y_mm,heading_deg,theta_deg,{column}\n0,0,90,2,0.01\n"));
+    desk.run(&["contour", "poses.csv", "--calibration", calibration, "--out", "traced", "--force"]).exits(0);
+    described_all(desk, "contour", "traced");
+    let pose = "x = 0\ny = 0\nheading = 0\n";
+    desk.write("array.toml", format!("[[whisker]]\nname = \"one\"\ncalibration = \"{calibration}\"\n{pose}"));
+    desk.write("array.csv", format!("whisker,theta_deg,{column}\none,2,0.01\n"));
+    desk.run(&["locate", "--array", "array.toml", "array.csv", "--out", "array", "--force"]).exits(0);
+    described_all(desk, "locate --array", "array");
+    let circle = "[object]\nshape = \"circle\"\nx = 0\ny = 0\nradius = 10\n";
+    desk.write("object.toml", format!("{circle}[around]\nstarts = 1\ndistance = 36\n"));
+    let strokes = [
+        "simulate",
+        "spec.toml",
+        "--object",
+        "object.toml",
+        "--signal",
+        signal,
+        "--out",
+        "strokes",
+        "--force",
+    ];
+    desk.run(&strokes).exits(0);
+    described_all(desk, "simulate", "strokes");
 }
 
 #[test]

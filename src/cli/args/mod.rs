@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 use super::help::{Completions, Help, Man};
 pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
-pub use rig::{Calibrate, Locate, Simulate};
+pub use rig::{Calibrate, Contour, Locate, Simulate};
 pub use show::{Bench, Explore, Report, Shape, Verify};
 
 /// Behind the help of the program.
@@ -37,7 +37,9 @@ pub enum Command {
     Calibrate(Calibrate),
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     Locate(Locate),
-    /// Synthetic measurements of one whisker from the exact model -> measurements.csv
+    /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
+    Contour(Contour),
+    /// Synthetic measurements of one whisker from the exact model -> measurements.csv, or strokes over an object -> strokes.csv
     Simulate(Simulate),
     /// Search geometry and tap angle -> best design, Pareto front, history
     Optimise(Optimise),
@@ -77,6 +79,7 @@ impl Command {
             Self::Sweep(_) => "sweep",
             Self::Calibrate(_) => "calibrate",
             Self::Locate(_) => "locate",
+            Self::Contour(_) => "contour",
             Self::Simulate(_) => "simulate",
             Self::Optimise(_) => "optimise",
             Self::Tap(_) => "tap",
@@ -101,6 +104,7 @@ impl Command {
             Self::Sweep(s) => Some(&s.common),
             Self::Calibrate(c) => Some(&c.common),
             Self::Locate(l) => Some(&l.common),
+            Self::Contour(c) => Some(&c.common),
             Self::Simulate(s) => Some(&s.common),
             Self::Optimise(o) => Some(&o.common),
             Self::Tap(t) => Some(&t.common),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args as Flags;
+use vibrissa::contour::curve::Kind;
 use vibrissa::export::Language;
 use vibrissa::locate::estimator::{ALL, Estimator};
 
@@ -51,12 +52,17 @@ pub struct Calibrate {
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa locate calibration.toml readings.csv --out located")]
 pub struct Locate {
-    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand)
-    pub calibration: PathBuf,
+    /// calibration.toml as calibrate wrote it (--force takes one that was edited by hand); with --array, the file of readings
+    #[arg(required_unless_present = "array")]
+    pub calibration: Option<PathBuf>,
     /// CSV (comma, semicolon or tab; decimal point or comma) with theta_deg (or delta_mm) and strain (or microstrain,
     /// bridge_mV_per_V, reading); rows with theta (delta) = 0 are zero readings. stdin if left out or -, where the header may be
     /// missing (drive, signal in the unit of the calibration) and every line is answered at once on stdout
     pub readings: Option<PathBuf>,
+    /// Several whiskers: [[whisker]] name, calibration, x, y, z, heading (TOML; mm, degrees) of each; the readings then have a column
+    /// whisker, and contact_deg where the motor was not at 0 at first touch -> points in one frame (docs/contour.md)
+    #[arg(long, value_name = "ARRAY")]
+    pub array: Option<PathBuf>,
     /// Answer by this instead of the one that won on distances left out
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
@@ -65,6 +71,53 @@ pub struct Locate {
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub zero: Option<f64>,
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// The contour of an object.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa contour poses.csv --calibration calibration.toml --out traced")]
+pub struct Contour {
+    /// CSV with base_x_mm, base_y_mm (the motor's axis) and heading_deg (the undeflected whisker at first touch, counterclockwise from +x);
+    /// where needed sense (1: turns counterclockwise, the default; -1), contact_deg (motor's angle at first touch, added to the
+    /// heading), stroke (its number, in the rows of one sweep), base_z_mm; then as for locate: theta_deg (since first touch) or
+    /// delta_mm, and strain, microstrain, bridge_mV_per_V or reading; rows with theta (delta) = 0 are zero readings
+    pub data: PathBuf,
+    /// calibration.toml of the whisker, as calibrate wrote it (--force takes one that was edited by hand)
+    #[arg(long, value_name = "CAL")]
+    pub calibration: PathBuf,
+    /// Distances by this instead of the estimator that won on distances left out
+    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
+    pub estimator: Option<&'static dyn Estimator>,
+    /// Standard deviation of the heading at first touch, degrees: moves a point across the whisker
+    #[arg(long, value_name = "DEG", default_value_t = 0.1)]
+    pub angle_noise: f64,
+    /// Standard deviation of each coordinate of the base, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    pub base_noise: f64,
+    /// Standard deviation of the motor's angle at which a touch is noticed, degrees; a stroke finds its touch itself, and takes this as
+    /// what is known before [default: 0 for a tap, 0.5 for a stroke]
+    #[arg(long, value_name = "DEG")]
+    pub touch_noise: Option<f64>,
+    /// Which place of the whisker touches [default: as the calibration's model has it]
+    #[arg(long, value_parser = words([("surface", true, "its side"), ("centreline", false, "its axis")]), value_name = "PLACE")]
+    pub contact: Option<bool>,
+    /// Take each row as a tap, whatever its stroke
+    #[arg(long)]
+    pub taps: bool,
+    /// Draw this curve [default: the one that tells best where points lie that were left out, the simplest of equals]
+    #[arg(long, value_parser = words(Kind::WORDS), value_name = "KIND")]
+    pub curve: Option<Kind>,
+    /// The object as it was simulated (simulate --object): tells how far from it the points are, and draws it
+    #[arg(long, value_name = "OBJECT")]
+    pub truth: Option<PathBuf>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it
+    #[arg(long, value_name = "X", allow_negative_numbers = true)]
+    pub zero: Option<f64>,
+    /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
     #[command(flatten)]
@@ -110,6 +163,10 @@ pub struct Simulate {
     /// Tap this much farther out than the label says, mm
     #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
     pub a_offset: f64,
+    /// Strokes over the object of this file, from its starts, in place of taps at labelled distances; the drives of the spec are the angles
+    /// after first touch at which they are read -> strokes.csv (docs/contour.md)
+    #[arg(long, value_name = "OBJECT")]
+    pub object: Option<PathBuf>,
     /// What is recorded: strain, microstrain, bridge_mV_per_V or reading [default: strain]
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,

@@ -2,9 +2,11 @@
 
 mod bent;
 mod judged;
+mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{PEAKS, ROOFLINE, SCALING, THREADS, VERIFY, WORK};
+use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
 pub type Told = (&'static str, &'static str);
@@ -59,7 +61,11 @@ pub const OTHERS: &[Table] = &[
     K_TABLE,
     ROWS,
     LOCATED,
+    ARRAY,
+    POINTS,
+    CURVE,
     MEASUREMENTS,
+    STROKES,
     SHAPE,
     CONTACTS,
     VERIFY,

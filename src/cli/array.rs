@@ -1,0 +1,106 @@
+//! `vibrissa locate --array ARRAY.toml READINGS.csv`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::contour::array::{Mounted, answer};
+use vibrissa::error::{Error, InputError};
+use vibrissa::files::Array;
+use vibrissa::locate::stream::Ask;
+use vibrissa::locate::{Calibration, Locator, locator::opener};
+use vibrissa::measure::{Data, Names};
+use vibrissa::scene::RunOptions;
+use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
+use vibrissa::sink::run_json;
+
+use super::args::Locate;
+use super::reply::Reply;
+use super::say;
+
+/// Answers readings of several whiskers into one `located.csv`.
+pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let options = args.common.over(&RunOptions::default());
+    let quiet = args.common.quiet;
+    let warn = |text: &str| {
+        if !quiet {
+            say::warning(text)
+        }
+    };
+    // The first of the two files is the readings where the array names the calibrations.
+    let readings = match (&args.calibration, &args.readings) {
+        (Some(readings), None) => readings,
+        (None, _) => return Err(misused("nothing", "the readings are missing").into()),
+        (Some(_), Some(other)) => {
+            return Err(misused(&other.display().to_string(), "the array names the calibrations").into());
+        }
+    };
+    let described = Array::read(array)?;
+    let bytes = Data::load(readings)?;
+    let stem = readings.file_stem().map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
+    let out = super::folder(args.common.out.as_ref(), &stem, "locate");
+    let names: Vec<&str> = described.mounts.iter().map(|m| m.name.as_str()).collect();
+    if options.plan == Some(true) {
+        let text = format!(
+            "would locate readings of {} by {}; nothing was run\n",
+            readings.display(),
+            names.join(", ")
+        );
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let (mut whiskers, mut sums, mut inputs) =
+        (Vec::new(), Vec::new(), vec![array.to_owned(), readings.clone()]);
+    for mount in &described.mounts {
+        let calibration = Calibration::read(&mount.calibration, args.common.force)?;
+        let label = mount.calibration.display().to_string();
+        let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
+        calibration.rig.warnings.iter().for_each(|w| warn(w));
+        sums.push(calibration.checksum);
+        inputs.push(mount.calibration.clone());
+        whiskers.push(Mounted { name: mount.name.clone(), locator, pose: mount.pose });
+    }
+    let file = readings.display().to_string();
+    let ask = Ask { columns: &columns, zero: args.zero, label: Some(&file), keep: true, warn: &warn };
+    let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
+    let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
+    let asked = json!({
+        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": args.zero,
+        "estimator": args.estimator.map(|e| e.name()),
+    });
+    let identity = hash(&asked.to_string());
+    let question = Question { inputs, ..Question::new("locate", &stem, asked) };
+    let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
+    let mut table = folder.file("located.csv")?;
+    table.write(&answered.table)?;
+    table.close()?;
+    let counts =
+        json!({ "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let by = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });
+    let body = json!({
+        "array": { "file": array.display().to_string(), "whiskers": whiskers.iter().map(by).collect::<Vec<Value>>() },
+        "readings": { "file": file, "hash": digest },
+        "counts": counts, "seconds": seconds,
+    });
+    folder.run_json(&run_json::document("locate", json!({ "name": stem, "hash": identity }), body))?;
+    let written = folder.finish()?;
+    let words: Vec<String> = answered.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
+    let text = format!(
+        "{} readings of {} whiskers located: {}\nwrote {} in {:.2} s\n",
+        answered.rows,
+        whiskers.len(),
+        words.join(", "),
+        super::listed(&written.files),
+        start.elapsed().as_secs_f64()
+    );
+    let result = json!({ "whiskers": names });
+    Ok(Reply { text, out: Some(out), files: written.files, counts, seconds, result, ..Reply::default() }
+        .removing(&written.removed))
+}
+
+fn misused(value: &str, message: &str) -> InputError {
+    let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";
+    InputError::new(message).key("--array").value(value).allowed(allowed)
+}

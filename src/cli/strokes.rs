@@ -1,0 +1,90 @@
+//! `vibrissa simulate SPEC.toml --object OBJECT.toml`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::error::Error;
+use vibrissa::measure::Rig;
+use vibrissa::scene::{Column, RunOptions, Spec};
+use vibrissa::simulate::strokes::{self, Strokes};
+use vibrissa::simulate::{self, Settings};
+use vibrissa::sink::folder::{Folder, Question};
+use vibrissa::sink::run_json;
+
+use super::reply::Reply;
+use super::say;
+
+/// Strokes over the object of the file at `object` into `strokes.csv`.
+pub fn run(
+    object: &Path,
+    spec: &Spec,
+    rig: &Rig,
+    settings: &Settings,
+    options: &RunOptions,
+    start: Instant,
+) -> Result<Reply, Error> {
+    let quiet = options.quiet == Some(true);
+    strokes::check(rig, settings)?;
+    let course = Strokes::read(object)?;
+    let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
+    let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
+    let mut result = settings.described(rig.setup.drive);
+    result["object"] = format!("{:?}", course.object).into();
+    result["starts"] = course.starts.len().into();
+    result["touch_noise_deg"] = course.touch_noise.into();
+    if options.plan == Some(true) {
+        let text = format!(
+            "{}: {} strokes of {} readings to {}; nothing was run\n",
+            spec.name,
+            course.starts.len(),
+            drives.len(),
+            out.display()
+        );
+        let result = json!({ "settings": result, "in_force": run_json::in_force(spec) });
+        return Ok(Reply { text, out: Some(out), result, ..Reply::default() });
+    }
+    let asked = json!({ "settings": result.to_string(), "course": format!("{course:?}") });
+    let mut question = Question::of_scene("simulate", spec, asked);
+    question.inputs.push(object.to_owned());
+    let mut folder = Folder::open(&out, question, &[strokes::FILE], options.force == Some(true))?;
+    let mut file = folder.file(strokes::FILE)?;
+    let mut missed = 0;
+    let mut miss = |number: usize, why| {
+        missed += 1;
+        if !quiet {
+            say::warning(format_args!("start {number} makes no stroke: {why}"));
+        }
+    };
+    let mut write = |bytes: &[u8]| file.write(bytes);
+    let counts = strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)?;
+    file.close()?;
+    let counted = counts.described();
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    folder.run_json(&simulate::document(spec, [&result, &counted, &seconds]))?;
+    let written = folder.finish()?;
+    let without = match counts.unsolved {
+        0 => String::new(),
+        n => format!(", {n} of them after the whisker has left the object"),
+    };
+    let text = format!(
+        "{} synthetic readings of {} strokes{without}, {} zero readings\nwrote {} in {:.2} s\n",
+        counts.taps,
+        course.starts.len() - missed,
+        counts.zeros,
+        super::listed(&written.files),
+        start.elapsed().as_secs_f64()
+    );
+    Ok(Reply {
+        text,
+        out: Some(out),
+        files: written.files,
+        counts: counted,
+        seconds,
+        backend: Value::Null,
+        result: json!({ "settings": result }),
+        quiet,
+        ..Reply::default()
+    }
+    .removing(&written.removed))
+}

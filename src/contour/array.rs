@@ -1,0 +1,171 @@
+//! Several whiskers: points of all in one frame.
+
+use std::collections::BTreeMap;
+
+use super::point::{Noise, Point};
+use super::pose::Pose;
+use super::skin::Skin;
+use crate::error::{Error, InputError, nearest};
+use crate::locate::Locator;
+use crate::locate::stream::Ask;
+use crate::locate::table::{Readings, field};
+use crate::measure::text::{fields, separator};
+
+/// Column that names the whisker of a row.
+pub const WHISKER: &str = "whisker";
+/// Columns of located.csv after the user's own.
+pub const ADDED: [&str; 10] = [
+    "zero",
+    "distance_mm",
+    "sigma_mm",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "sigma_x_mm",
+    "sigma_y_mm",
+    "sigma_z_mm",
+    "status",
+];
+
+/// A whisker of an array.
+pub struct Mounted {
+    /// Its name.
+    pub name: String,
+    /// What answers its readings.
+    pub locator: Locator,
+    /// The motor's axis, the direction of the whisker at first touch when the motor is at 0, and the sense in which it turns.
+    pub pose: Pose,
+}
+
+/// Answers of an array.
+#[derive(Debug, Clone)]
+pub struct Answered {
+    /// located.csv.
+    pub table: Vec<u8>,
+    /// Rows.
+    pub rows: usize,
+    /// Of these, readings of the zero.
+    pub zeros: usize,
+    /// Rows per status word, and `ok`.
+    pub status: BTreeMap<String, u64>,
+}
+
+/// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of.
+///
+/// # Errors
+/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways.
+pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
+    let label = ask.label.unwrap_or("stdin");
+    let owners = owners(whiskers, label, bytes)?;
+    let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    let mut header: Option<Vec<u8>> = None;
+    // By line: rows of the whiskers come together again.
+    let mut rows = BTreeMap::new();
+    let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
+    for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.contains(&Owner::Of(*w))) {
+        // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
+        let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
+            Owner::All => line,
+            Owner::Of(o) if *o == w => line,
+            _ => &b"#\n"[..],
+        });
+        let own: Vec<u8> = own.copied().collect();
+        let readings = Readings::of(&whisker.locator, &own, ask, &ADDED)?;
+        if header.as_ref().is_some_and(|h| *h != readings.header) {
+            let error =
+                InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
+            return Err(error
+                .key(WHISKER)
+                .value(&whisker.name)
+                .allowed("calibrations of one drive and one signal")
+                .into());
+        }
+        header.get_or_insert(readings.header.clone());
+        let contact = readings.numbers("contact_deg")?;
+        let skin = Skin::new(&whisker.locator.rig, None);
+        for (i, row) in readings.rows.iter().enumerate() {
+            let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
+            let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
+            let point = match row.rests {
+                true => Point::nothing(row.located.status),
+                false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),
+            };
+            zeros += usize::from(row.rests);
+            let words = point.status.to_string();
+            words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
+            let mut out = row.kept.clone();
+            let [xx, _, yy] = point.covariance.0;
+            let (z, sigma_z) =
+                if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
+            let [a, sigma] = point.distance;
+            for x in [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z] {
+                field(&mut out, x);
+            }
+            out.extend(words.bytes());
+            out.push(b'\n');
+            rows.insert(row.line, out);
+        }
+    }
+    let header =
+        header.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
+    let n = rows.len();
+    let table = header.into_iter().chain(rows.into_values().flatten()).collect();
+    Ok(Answered { table, rows: n, zeros, status })
+}
+
+/// Whose line it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    /// The header, and comments.
+    All,
+    /// A whisker, by its place.
+    Of(usize),
+}
+
+fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8]) -> Result<Vec<Owner>, InputError> {
+    let mut place: Option<(usize, char)> = None;
+    let mut all = Vec::new();
+    for (k, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let text = text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}');
+        if text.starts_with('#') {
+            all.push(Owner::All);
+            continue;
+        }
+        let Some((place, mark)) = place else {
+            let mark = separator(text);
+            let names = fields(text, mark);
+            let found = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
+                let known: Vec<&str> = names.iter().map(|n| n.as_ref()).collect();
+                let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
+                InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
+                    .at(label, Some(k + 1))
+                    .key(WHISKER)
+                    .value(text)
+                    .allowed("whisker, then the columns of readings; contact_deg where it is needed")
+            })?;
+            place = Some((found, mark));
+            all.push(Owner::All);
+            continue;
+        };
+        let row = fields(text, mark);
+        let name = row.get(place).map_or("", |n| n.as_ref());
+        let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
+        let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
+            let close = nearest(name, &known).map(|n| format!("; is {n} meant?"));
+            InputError::new(format!("the array has no such whisker{}", close.unwrap_or_default()))
+                .at(label, Some(k + 1))
+                .key(WHISKER)
+                .value(name)
+                .allowed(known.join(", "))
+        })?;
+        all.push(Owner::Of(owner));
+    }
+    if place.is_none() {
+        let message = "this file is empty; its first line must name the columns";
+        return Err(InputError::new(message)
+            .at(label, None)
+            .allowed("whisker, then the columns of readings"));
+    }
+    Ok(all)
+}

@@ -1,0 +1,316 @@
+//! Which curve: each kind drawn robustly, judged by what is left out.
+
+use super::arc::Arc;
+use super::smooth::Smooth;
+use super::{Curve, Kind, Sample};
+use crate::reduce::median;
+
+/// A point farther off than so many of its standard deviations, where those are as large as the points say, is an outlier.
+pub const OFF: f64 = 4.0;
+/// Points looked at, and curves tried, for a start.
+const LOOKS: usize = 300;
+const TRIES: usize = 600;
+/// Passes in which outliers settle.
+const PASSES: usize = 12;
+/// Most groups that are left out one by one; more are joined.
+const GROUPS: usize = 200;
+/// Loss per point that a less simple curve must be better by at least: a tenth of the density.
+const WORTH: f64 = 0.1;
+/// Share of points that may lie anywhere, in the loss.
+const ANYWHERE: f64 = 0.02;
+/// Stiffness of smooth curves that are tried: powers of ten.
+const STIFFNESS: [f64; 17] =
+    [-4.0, -3.5, -3.0, -2.5, -2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
+
+/// Why there is no curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Nothing {
+    /// Fewer than three.
+    #[error("a curve takes three points or more")]
+    TooFew,
+    /// Within their uncertainty.
+    #[error("the points are one place within their uncertainty")]
+    OnePlace,
+    /// The kind that was asked for cannot be drawn.
+    #[error("such a curve is not determined by these points")]
+    Undetermined,
+}
+
+/// What a kind is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// The kind.
+    pub kind: Kind,
+    /// Mean loss of a point that was left out: −ln of the density that was foretold where it lies, mm.
+    pub loss: f64,
+    /// Root mean square distance of points that were left out, mm; outliers of the kind not counted.
+    pub left_out_rms: f64,
+    /// Outliers.
+    pub outliers: usize,
+    /// Loss more than the best kind's, and its standard error.
+    pub more: [f64; 2],
+}
+
+/// A curve, how it was found, and what it says of each point.
+#[derive(Debug, Clone)]
+pub struct Chosen {
+    /// Its kind.
+    pub kind: Kind,
+    /// The curve.
+    pub curve: Curve,
+    /// How many times larger than said the points' standard deviations are, at least 1.
+    pub scale: f64,
+    /// Distance to the left of each point (mm), over its standard deviation as said, and whether it is an outlier.
+    pub off: Vec<(f64, f64, bool)>,
+    /// All kinds that could be drawn, the simplest first.
+    pub judged: Vec<Judged>,
+}
+
+/// One kind, drawn.
+struct Drawn {
+    kind: Kind,
+    curve: Curve,
+    scale: f64,
+    outliers: Vec<bool>,
+    /// Loss of each group, and square distances of what counts.
+    losses: Vec<f64>,
+    squares: [f64; 2],
+}
+
+/// Groups of samples, at most [`GROUPS`].
+fn groups(samples: &[Sample]) -> Vec<Vec<usize>> {
+    let mut all: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (i, s) in samples.iter().enumerate() {
+        match all.iter_mut().find(|(g, _)| *g == s.group) {
+            Some((_, members)) => members.push(i),
+            None => all.push((s.group, vec![i])),
+        }
+    }
+    let n = all.len().min(GROUPS);
+    let mut joined = vec![Vec::new(); n];
+    for (k, (_, members)) in all.into_iter().enumerate() {
+        joined[k % n].extend(members);
+    }
+    joined
+}
+
+/// Distance to the left (mm) and over the point's own standard deviation.
+fn off(curve: &Curve, s: &Sample) -> (f64, f64) {
+    let (d, across) = curve.off(s.at);
+    (d, d / s.covariance.of(across).sqrt())
+}
+
+/// How many times larger than said deviations are: the median of those that are there, as of a normal distribution.
+fn spread(curve: &Curve, samples: &[Sample], free: f64) -> f64 {
+    let mut sizes: Vec<f64> = samples.iter().map(|s| off(curve, s).1.abs()).collect();
+    // Parameters take up some of what points are off.
+    let room = (samples.len() as f64 / (samples.len() as f64 - free).max(1.0)).sqrt();
+    1.4826 * median(&mut sizes) * room
+}
+
+/// The arc of a kind with the least median distance among those through a few of the points.
+fn start(samples: &[Sample], kind: Kind) -> Option<Arc> {
+    let every = samples.len().div_ceil(LOOKS).max(1);
+    let looked: Vec<&Sample> = samples.iter().step_by(every).collect();
+    let n = looked.len();
+    let places = if kind == Kind::Line { 2 } else { 3 };
+    // A linear congruence (Knuth's MMIX) is random enough.
+    let mut state = 0x2545_F491_4F6C_DD1D_u64;
+    let mut draw = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % n
+    };
+    let mut best: Option<(f64, Arc)> = None;
+    for _ in 0..TRIES {
+        let chosen: Vec<[f64; 2]> = (0..places).map(|_| looked[draw()].at).collect();
+        let Some(arc) = Arc::through(&chosen) else { continue };
+        let curve = Curve::Arc(arc.clone());
+        let mut sizes: Vec<f64> = looked.iter().map(|s| off(&curve, s).1.abs()).collect();
+        let middle = median(&mut sizes);
+        if middle.is_finite() && best.as_ref().is_none_or(|(least, _)| middle < *least) {
+            best = Some((middle, arc));
+        }
+    }
+    best.map(|(_, arc)| arc)
+}
+
+/// Weights of samples: their shares, 0 of outliers.
+fn weights(samples: &[Sample], outliers: &[bool]) -> Vec<f64> {
+    samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
+}
+
+/// A curve that settles with its outliers; `draw` makes it of weights.
+fn settle(
+    samples: &[Sample],
+    first: Curve,
+    free: f64,
+    draw: &dyn Fn(&Curve, &[f64]) -> Option<Curve>,
+) -> Option<(Curve, f64, Vec<bool>)> {
+    let mut curve = first;
+    let mut outliers: Vec<bool> = vec![false; samples.len()];
+    let judge = |curve: &Curve| -> (f64, Vec<bool>) {
+        let scale = spread(curve, samples, free).max(1.0);
+        (scale, samples.iter().map(|s| off(curve, s).1.abs() > OFF * scale).collect())
+    };
+    for pass in 0..PASSES {
+        let (_, next) = judge(&curve);
+        if pass > 0 && next == outliers {
+            break;
+        }
+        outliers = next;
+        curve = draw(&curve, &weights(samples, &outliers))?;
+    }
+    let (scale, outliers) = judge(&curve);
+    Some((curve, scale, outliers))
+}
+
+/// Loss of a point that a curve has not seen.
+fn loss(curve: &Curve, scale: f64, s: &Sample, extent: f64) -> (f64, f64) {
+    let (d, across) = curve.off(s.at);
+    let variance = scale * scale * (s.covariance.of(across) + curve.deviation(s.at).powi(2));
+    let normal = (-0.5 * d * d / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
+    (-((1.0 - ANYWHERE) * normal + ANYWHERE / extent).ln(), d)
+}
+
+/// Losses by group, and the sum of squares with what it is over.
+fn judged(
+    samples: &[Sample],
+    groups: &[Vec<usize>],
+    extent: f64,
+    (scale, outliers): (f64, &[bool]),
+    unseen: &dyn Fn(usize) -> Option<Curve>,
+) -> Option<(Vec<f64>, [f64; 2])> {
+    let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
+    for (g, group) in groups.iter().enumerate() {
+        let curve = unseen(g)?;
+        let mut sum = 0.0;
+        for &i in group {
+            let (loss, d) = loss(&curve, scale, &samples[i], extent);
+            sum += samples[i].share * loss;
+            if !outliers[i] {
+                squares[0] += samples[i].share * d * d;
+                squares[1] += samples[i].share;
+            }
+        }
+        losses.push(sum);
+    }
+    losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
+}
+
+/// A line or a circle.
+fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Option<Drawn> {
+    let free = if kind == Kind::Line { 2.0 } else { 3.0 };
+    let draw = |curve: &Curve, weights: &[f64]| match curve {
+        Curve::Arc(arc) => arc.fit(samples, weights).map(Curve::Arc),
+        Curve::Smooth(_) => None,
+    };
+    let first = Curve::Arc(start(samples, kind)?);
+    let (curve, scale, outliers) = settle(samples, first, free, &draw)?;
+    let all = weights(samples, &outliers);
+    let unseen = |g: usize| {
+        let mut left = all.clone();
+        groups[g].iter().for_each(|&i| left[i] = 0.0);
+        draw(&curve, &left)
+    };
+    let (losses, squares) = judged(samples, groups, extent, (scale, &outliers), &unseen)?;
+    Some(Drawn { kind, curve, scale, outliers, losses, squares })
+}
+
+/// The smooth curve beside `base` whose stiffness tells best what it has not seen.
+fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: f64, base: &Arc) -> Option<Drawn> {
+    let flat = Smooth::beside(base, samples, groups.len())?;
+    let mut best: Option<(f64, Drawn)> = None;
+    for power in STIFFNESS {
+        let stiffness = 10f64.powf(power);
+        let draw = |curve: &Curve, weights: &[f64]| match curve {
+            Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
+            Curve::Arc(_) => None,
+        };
+        let Some(first) = flat.fit(samples, &weights(samples, &vec![false; samples.len()]), stiffness) else {
+            continue;
+        };
+        let Some((curve, scale, outliers)) = settle(samples, Curve::Smooth(first), 0.0, &draw) else {
+            continue;
+        };
+        let Curve::Smooth(drawn) = &curve else { continue };
+        let all = weights(samples, &outliers);
+        let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
+        let unseen = |g: usize| Some(Curve::Smooth(unseen[g].clone()));
+        let Some((losses, squares)) = judged(samples, groups, extent, (scale, &outliers), &unseen) else {
+            continue;
+        };
+        let sum: f64 = losses.iter().sum();
+        if best.as_ref().is_none_or(|(least, _)| sum < *least) {
+            best = Some((sum, Drawn { kind: Kind::Smooth, curve, scale, outliers, losses, squares }));
+        }
+    }
+    best.map(|(_, drawn)| drawn)
+}
+
+/// The curve of `samples`; `asked`: of this kind, whatever the others are worth.
+///
+/// # Errors
+/// Why there is none.
+pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing> {
+    if samples.len() < 3 {
+        return Err(Nothing::TooFew);
+    }
+    let side = |k: usize| {
+        let of = |f: fn(f64, f64) -> f64| samples.iter().map(|s| s.at[k]).reduce(f).unwrap_or(f64::NAN);
+        of(f64::max) - of(f64::min)
+    };
+    let extent = side(0).hypot(side(1));
+    let mut sizes: Vec<f64> = samples.iter().map(|s| s.covariance.ellipse().0[1]).collect();
+    if extent <= 4.0 * median(&mut sizes) || extent.is_nan() {
+        return Err(Nothing::OnePlace);
+    }
+    let groups = groups(samples);
+    let wide = 2.0 * extent;
+    let mut all: Vec<Drawn> = Vec::new();
+    if groups.len() >= 3 {
+        all.extend(arc(samples, &groups, wide, Kind::Line));
+    }
+    if groups.len() >= 4 {
+        all.extend(arc(samples, &groups, wide, Kind::Circle));
+    }
+    let sum = |d: &Drawn| d.losses.iter().sum::<f64>();
+    let base = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b)));
+    if let (Some(Curve::Arc(base)), true) = (base.map(|d| d.curve.clone()), groups.len() >= 6) {
+        all.extend(smooth(samples, &groups, wide, &base));
+    }
+    let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(Nothing::Undetermined)?;
+    let shares: f64 = samples.iter().map(|s| s.share).sum();
+    let more = |d: &Drawn| {
+        let n = groups.len() as f64;
+        let differences: Vec<f64> = d.losses.iter().zip(&least.losses).map(|(a, b)| a - b).collect();
+        let mean = differences.iter().sum::<f64>() / n;
+        let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        [n * mean / shares, (n * variance).sqrt() / shares]
+    };
+    let judged: Vec<Judged> = all
+        .iter()
+        .map(|d| Judged {
+            kind: d.kind,
+            loss: sum(d) / shares,
+            left_out_rms: (d.squares[0] / d.squares[1]).sqrt(),
+            outliers: d.outliers.iter().filter(|o| **o).count(),
+            more: more(d),
+        })
+        .collect();
+    let place = match asked {
+        Some(kind) => all.iter().position(|d| d.kind == kind),
+        None => judged.iter().position(|j| j.more[0] <= j.more[1].max(WORTH)),
+    };
+    let drawn = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
+    let off = samples.iter().zip(&drawn.outliers).map(|(s, outlier)| {
+        let (d, z) = off(&drawn.curve, s);
+        (d, z, *outlier)
+    });
+    Ok(Chosen {
+        kind: drawn.kind,
+        off: off.collect(),
+        curve: drawn.curve.scaled(drawn.scale * drawn.scale),
+        scale: drawn.scale,
+        judged,
+    })
+}

@@ -1,0 +1,106 @@
+//! The curve through points: a line, a circle or a smooth curve, whichever tells best where points lie that it has not seen.
+//!
+//! Points weigh by their covariance across the curve; those of a stroke, which have errors in common, count as few as they are worth. A start
+//! that outliers do not move (the least median over lines and circles through a few points) is refined on the points that are near it. Judged
+//! is by what is left out, a stroke or a tap at a time, with a loss that outliers bound; the simplest is taken that the others do not
+//! beat by more than one standard error, and a tenth of the density.
+
+mod arc;
+mod choice;
+mod smooth;
+
+pub use arc::Arc;
+pub use choice::{Chosen, Judged, Nothing, choose};
+pub use smooth::{Smooth, ends};
+
+use super::point::Covariance;
+
+/// A point that takes part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// mm.
+    pub at: [f64; 2],
+    /// mm².
+    pub covariance: Covariance,
+    /// What it counts.
+    pub share: f64,
+    /// Left out together: number of its stroke, or of itself.
+    pub group: usize,
+}
+
+/// Kinds of curves, the simplest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Straight.
+    Line,
+    /// Of one curvature.
+    Circle,
+    /// Any that is smooth.
+    Smooth,
+}
+
+impl Kind {
+    /// All, with their words and what to say of them.
+    pub const WORDS: [(&'static str, Self, &'static str); 3] = [
+        ("line", Self::Line, "a straight line"),
+        ("circle", Self::Circle, "a circle"),
+        ("smooth", Self::Smooth, "a smooth curve"),
+    ];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        Self::WORDS[self as usize].0
+    }
+}
+
+/// A curve of any kind.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Curve {
+    /// A line or a circle.
+    Arc(Arc),
+    /// A smooth one.
+    Smooth(Smooth),
+}
+
+impl Curve {
+    /// How far a place lies to the left, mm, and the unit vector across the curve there.
+    pub fn off(&self, p: [f64; 2]) -> (f64, [f64; 2]) {
+        match self {
+            Self::Arc(arc) => (arc.off(p), arc.normal(p)),
+            Self::Smooth(smooth) => smooth.off(p),
+        }
+    }
+
+    /// Standard deviation of the curve itself across it beside a place, mm.
+    pub fn deviation(&self, p: [f64; 2]) -> f64 {
+        match self {
+            Self::Arc(arc) => arc.deviation(p),
+            Self::Smooth(smooth) => smooth.deviation(p),
+        }
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::Arc(arc) => Self::Arc(arc.scaled(factor)),
+            Self::Smooth(smooth) => Self::Smooth(smooth.scaled(factor)),
+        }
+    }
+
+    /// `n` places from the first to the last of `samples`: where, direction (rad), standard deviation across (mm). Of what is closed the last is
+    /// the first again.
+    pub fn traced(&self, samples: &[Sample], n: usize) -> Vec<([f64; 2], f64, f64)> {
+        let ([from, to], _) = match self {
+            Self::Arc(arc) => ends(arc, samples.iter().map(|s| s.at)),
+            Self::Smooth(smooth) => (smooth.ends(), smooth.is_closed()),
+        };
+        let at = |s: f64| match self {
+            Self::Arc(arc) => arc.at(s),
+            Self::Smooth(smooth) => smooth.at(s),
+        };
+        let place = |k: usize| {
+            let (p, direction) = at(from + (to - from) * k as f64 / (n - 1) as f64);
+            (p, direction, self.deviation(p))
+        };
+        (0..n).map(place).collect()
+    }
+}

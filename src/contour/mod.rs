@@ -1,0 +1,15 @@
+//! Taps and strokes become points on an object, and points a curve (docs/contour.md).
+//!
+//! [`pose`] is where a whisker stands, [`skin`] which place of it touches; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
+//! [`curve`] a line, a circle or a smooth curve of points.
+
+pub mod array;
+pub mod curve;
+pub mod least;
+pub mod point;
+pub mod pose;
+pub mod rows;
+pub mod skin;
+pub mod stroke;
+pub mod trace;
+pub mod write;

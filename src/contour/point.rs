@@ -1,0 +1,146 @@
+//! A point on an object, with what is known of it.
+
+use super::pose::Pose;
+use super::skin::Skin;
+use crate::locate::Locator;
+use crate::locate::table::Reading;
+use crate::status::Status;
+
+/// Half width of central differences over the drive, relative.
+const STEP: f64 = 1e-3;
+
+/// What is not certain beside the signal: one standard deviation each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Of the heading at first touch, degrees: it moves a point across the whisker.
+    pub angle: f64,
+    /// Of each coordinate of the base, mm.
+    pub base: f64,
+    /// Of the motor's angle at first touch, degrees: heading and drive change by as much in opposite ways. `None`: of a tap none, of a
+    /// stroke nothing is known before.
+    pub touch: Option<f64>,
+}
+
+impl Default for Noise {
+    /// 0.1° of heading, a base that is where it is said to be.
+    fn default() -> Self {
+        Self { angle: 0.1, base: 0.0, touch: None }
+    }
+}
+
+/// A symmetric 2 × 2 matrix: xx, xy, yy.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Covariance(pub [f64; 3]);
+
+impl Covariance {
+    /// Plus `variance` along `by`.
+    pub fn along(self, by: [f64; 2], variance: f64) -> Self {
+        let [xx, xy, yy] = self.0;
+        let [x, y] = by;
+        Self([xx + variance * x * x, xy + variance * x * y, yy + variance * y * y])
+    }
+
+    /// Variance along `by`.
+    pub fn of(self, [x, y]: [f64; 2]) -> f64 {
+        let [xx, xy, yy] = self.0;
+        xx * x * x + 2.0 * xy * x * y + yy * y * y
+    }
+
+    /// Half axes of the ellipse of one standard deviation, the longer first, and the direction of that, degrees in (−90, 90].
+    pub fn ellipse(self) -> ([f64; 2], f64) {
+        let [xx, xy, yy] = self.0;
+        let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+        let axis = 0.5 * (2.0 * xy).atan2(xx - yy);
+        ([(mean + half).sqrt(), (mean - half).max(0.0).sqrt()], axis.to_degrees())
+    }
+}
+
+/// A point on an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Where, mm; NaN where there is none.
+    pub at: [f64; 2],
+    /// mm².
+    pub covariance: Covariance,
+    /// How many points like it make one that is independent, as a share: 1, and less in a stroke, whose points have errors in common.
+    pub share: f64,
+    /// Distance from the whisker's clamp and its standard deviation, mm.
+    pub distance: [f64; 2],
+    /// Words of warning.
+    pub status: Status,
+}
+
+impl Point {
+    /// None, and why.
+    pub fn nothing(status: Status) -> Self {
+        Self {
+            at: [f64::NAN; 2],
+            covariance: Covariance([f64::NAN; 3]),
+            share: 1.0,
+            distance: [f64::NAN; 2],
+            status,
+        }
+    }
+
+    /// Whether it is somewhere.
+    pub fn is_there(&self) -> bool {
+        self.at.iter().chain(&self.covariance.0).all(|x| x.is_finite())
+    }
+
+    /// Where the whisker at `pose` first touched what gave `reading`.
+    pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &Reading, noise: &Noise) -> Self {
+        let found = reading.located;
+        let sound = pose.base.iter().chain([&pose.heading, &pose.sense]).all(|x| x.is_finite());
+        if !sound || !found.distance.is_finite() {
+            let unsound = if sound { Status::OK } else { Status::BAD_INPUT };
+            return Self::nothing(found.status | unsound);
+        }
+        let a = found.distance;
+        let [x, y] = skin.place(a);
+        let slope = skin.slope();
+        let across = [-y, x];
+        let mut covariance = Covariance([noise.base * noise.base, 0.0, noise.base * noise.base])
+            .along(pose.direction(slope), found.sigma * found.sigma)
+            .along(pose.direction(across), noise.angle.to_radians().powi(2));
+        if let Some(touch) = noise.touch.filter(|t| *t > 0.0) {
+            // A touch that was seen too late makes the heading too large and the drive too small.
+            let per_degree = by_drive(locator, reading);
+            let by = [0, 1].map(|i| across[i].to_radians() - slope[i] * per_degree);
+            covariance = covariance.along(pose.direction(by), touch * touch);
+        }
+        Self {
+            at: pose.place([x, y]),
+            covariance,
+            share: 1.0,
+            distance: [a, found.sigma],
+            status: found.status,
+        }
+    }
+}
+
+/// d a/d drive at a reading, mm per degree; 0 where it cannot be told.
+fn by_drive(locator: &Locator, reading: &Reading) -> f64 {
+    let h = STEP * reading.drive.abs();
+    let at = |drive: f64| locator.locate(drive, reading.signal).distance;
+    let slope = match (at(reading.drive - h), reading.located.distance, at(reading.drive + h)) {
+        (low, _, high) if low.is_finite() && high.is_finite() => (high - low) / (2.0 * h),
+        (low, here, _) if low.is_finite() => (here - low) / h,
+        (_, here, high) => (high - here) / h,
+    };
+    if slope.is_finite() { slope } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ellipse_is_that_of_its_axes() {
+        let (sin, cos) = 0.4f64.sin_cos();
+        let c = Covariance::default().along([cos, sin], 9.0).along([-sin, cos], 4.0);
+        let ([major, minor], axis) = c.ellipse();
+        assert!((major - 3.0).abs() < 1e-12 && (minor - 2.0).abs() < 1e-12);
+        assert!((axis - 0.4f64.to_degrees()).abs() < 1e-10);
+        assert!((c.of([cos, sin]) - 9.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,244 @@
+//! A stroke: readings of one sweep, while the contact slides along the object (docs/contour.md §3).
+//!
+//! Without friction the whisker's state at a reading is that of a tap of a point object: of distance a′ from which it has turned by θ′. A
+//! reading alone does not tell both. At a sharp object a′ stands still, along a smooth one it changes slowly, as a polynomial of the motor's
+//! angle, and θ′ follows from where the whisker first touched, but for a small creep: the contact moves along the object, never into it.
+//! Slope and bend of the signal then give the polynomial and the first touch, so that neither need be known before.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::least::{Minimum, minimise, slopes};
+use super::point::{Covariance, Noise, Point};
+use super::pose::Pose;
+use super::skin::Skin;
+use crate::locate::Locator;
+use crate::locate::table::Reading;
+use crate::reduce::median;
+
+/// Fewest readings of a stroke; fewer are taps.
+pub const FEWEST: usize = 4;
+/// Highest power of a′ over the motor's angle, where the object is not sharp.
+const POWERS: usize = 3;
+/// Standard deviation of the coefficient of the j-th power of the angle (rad) that is expected before, over a′: of circles of 5 … 50 mm it is 0.05 … 0.5.
+const EXPECTED: f64 = 0.5;
+/// Standard deviation of the first touch where nothing is said of it, degrees.
+const TOUCH: f64 = 0.5;
+/// A reading off its stroke by so many standard deviations is an outlier.
+const OFF: f64 = 5.0;
+/// Readings are used beyond the calibrated drives by this share of the ends.
+const BEYOND: f64 = 0.1;
+/// Even number of parts of the integral of the creep.
+const PARTS: usize = 8;
+/// Noise that is counted at least, relative to the signal: the model is solved no better.
+const LEAST: f64 = 1e-6;
+
+/// What a stroke's readings say.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    /// A point for each reading, in their order.
+    pub points: Vec<Point>,
+    /// Which of them are off the others.
+    pub outliers: Vec<bool>,
+    /// Whether the contact stayed at one place of the object.
+    pub sharp: bool,
+    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
+    pub touch: [f64; 2],
+    /// χ² per degree of freedom.
+    pub chi2: f64,
+}
+
+/// Readings that are fitted, and what with.
+struct Stroke<'a> {
+    locator: &'a Locator,
+    skin: &'a Skin,
+    sign: f64,
+    /// Drives, degrees from where the whisker is said to touch.
+    angles: Vec<f64>,
+    signals: Vec<f64>,
+    deviations: Vec<f64>,
+    /// Largest angle, degrees.
+    span: f64,
+    /// Calibrated drives, degrees.
+    drives: [f64; 2],
+    /// Standard deviation of the first touch, degrees.
+    touch: f64,
+}
+
+impl Stroke<'_> {
+    /// a′ (mm) and its slope (mm/rad) at an angle; the parameters are the offset of the first touch, and coefficients.
+    fn distance(&self, p: &[f64], angle: f64) -> (f64, f64) {
+        let x = angle / self.span;
+        let (mut a, mut slope) = (0.0, 0.0);
+        for c in p[1..].iter().rev() {
+            slope = slope * x + a;
+            a = a * x + c;
+        }
+        (a, slope / self.span.to_radians())
+    }
+
+    /// a′ in mm and θ′ in degrees at an angle.
+    fn state(&self, p: &[f64], angle: f64) -> (f64, f64) {
+        let turned = angle + p[0];
+        let h = turned.to_radians() / PARTS as f64;
+        let creep = |k: usize| {
+            let share = k as f64 / PARTS as f64;
+            let (a, slope) = self.distance(p, share * turned - p[0]);
+            slope * self.skin.creep(a, (share * turned).to_radians())
+        };
+        // Simpson's rule.
+        let inner = |k: usize| if k % 2 == 1 { 4.0 } else { 2.0 };
+        let sum = creep(0) + creep(PARTS) + (1..PARTS).map(|k| inner(k) * creep(k)).sum::<f64>();
+        (self.distance(p, angle).0, turned + (h / 3.0 * sum).to_degrees())
+    }
+
+    /// Signal expected at a state; beyond the calibrated drives in proportion.
+    fn expected(&self, a: f64, turn: f64) -> Option<f64> {
+        let within = turn.clamp(self.drives[0], self.drives[1]);
+        let value = self.locator.expected(a, within + self.locator.drive_origin, self.sign) * turn / within;
+        value.is_finite().then_some(value)
+    }
+
+    fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
+        let one = |((angle, signal), deviation): ((&f64, &f64), &f64)| {
+            let (a, turn) = self.state(p, *angle);
+            Some((signal - self.expected(a, turn)?) / deviation)
+        };
+        let readings = self.angles.iter().zip(&self.signals).zip(&self.deviations).map(one);
+        let expected = |j: usize| EXPECTED * p[1] * self.span.to_radians().powi(j as i32);
+        let before = (2..p.len()).map(|k| Some(p[k] / expected(k - 1)));
+        readings.chain([Some(p[0] / self.touch)]).chain(before).collect()
+    }
+
+    /// Small changes of the parameters.
+    fn steps(&self, n: usize) -> Vec<f64> {
+        let mut all = vec![1e-3; n];
+        all[0] = 1e-4;
+        all
+    }
+
+    /// That of a sharp object, unless the readings refuse it (Schwarz's criterion for two numbers more: what bends the polynomial further is
+    /// hardly free).
+    fn fit(&self, start: f64) -> Option<Minimum> {
+        let of = |p: &[f64]| self.residuals(p);
+        let sharp = minimise(&of, vec![0.0, start], &self.steps(2))?;
+        let mut from = sharp.at.clone();
+        from.resize(POWERS + 2, 0.0);
+        let smooth = minimise(&of, from.clone(), &self.steps(from.len()));
+        let room = 2.0 * (self.angles.len() as f64).ln();
+        Some(smooth.filter(|smooth| smooth.chi2() + room < sharp.chi2()).unwrap_or(sharp))
+    }
+
+    /// Where the whisker at `pose` touches when it has turned by `angle`, mm.
+    fn place(&self, p: &[f64], pose: &Pose, angle: f64) -> [f64; 2] {
+        let (a, turn) = self.state(p, angle);
+        pose.turned((angle - turn).to_radians()).place(self.skin.contact(a, turn.to_radians()))
+    }
+}
+
+/// Points of a stroke by the whisker that first touched at `pose`; `None` where its readings do not make one: too few, both signs, drives
+/// that were not calibrated.
+pub fn swept(
+    locator: &Locator,
+    skin: &Skin,
+    pose: &Pose,
+    readings: &[&Reading],
+    noise: &Noise,
+) -> Option<Swept> {
+    let angle = |r: &Reading| r.drive - locator.drive_origin;
+    let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
+    let sign = sum.signum();
+    let drives = locator.drives(sign)?;
+    let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
+    let fits = |r: &Reading| {
+        r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite()
+    };
+    let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
+    let mut outliers = vec![false; readings.len()];
+    let scale = readings.iter().map(|r| r.signal.abs()).filter(|s| s.is_finite()).fold(0.0, f64::max);
+    loop {
+        if used.len() < FEWEST {
+            return None;
+        }
+        let of = |f: &dyn Fn(&Reading) -> f64| used.iter().map(|&i| f(readings[i])).collect::<Vec<f64>>();
+        let least = LEAST * scale;
+        let angles = of(&angle);
+        let stroke = Stroke {
+            locator,
+            skin,
+            sign,
+            signals: of(&|r| r.signal),
+            deviations: of(&|r| (locator.noise() * (1.0 + r.share).sqrt()).hypot(least)),
+            span: angles.iter().copied().fold(0.0, f64::max),
+            angles,
+            drives,
+            touch: noise.touch.filter(|t| *t > 0.0).unwrap_or(TOUCH),
+        };
+        let start = median(&mut of(&|r| r.located.distance));
+        let found = stroke.fit(start)?;
+        let off = &found.residuals[..used.len()];
+        let spread = 1.4826 * median(&mut off.iter().map(|r| r.abs()).collect::<Vec<_>>());
+        let wrong: Vec<usize> =
+            (0..used.len()).filter(|&k| off[k].abs() > OFF * spread.max(1.0)).map(|k| used[k]).collect();
+        if wrong.is_empty() || outliers.iter().any(|o| *o) {
+            return Some(points(&stroke, &found, pose, readings, (&used, outliers), noise));
+        }
+        wrong.iter().for_each(|&i| outliers[i] = true);
+        used.retain(|i| !outliers[*i]);
+    }
+}
+
+/// Points at the readings of a stroke that is fitted.
+fn points(
+    stroke: &Stroke<'_>,
+    found: &Minimum,
+    pose: &Pose,
+    readings: &[&Reading],
+    (used, outliers): (&[usize], Vec<bool>),
+    noise: &Noise,
+) -> Swept {
+    let n = used.len();
+    let sharp = found.at.len() == 2;
+    // What is expected before counts as much as it takes up.
+    let free = (found.residuals.len() - found.at.len()) as f64;
+    let chi2 = found.chi2() / free;
+    let covariance = &found.covariance * chi2.max(1.0);
+    let h = stroke.steps(found.at.len());
+    let point = |i: usize| -> Option<Point> {
+        let reading = readings[i];
+        let angle = reading.drive - stroke.locator.drive_origin;
+        if !angle.is_finite() {
+            return None;
+        }
+        let (a, turn) = stroke.state(&found.at, angle);
+        let place = |p: &[f64]| Some(stroke.place(p, pose, angle).to_vec());
+        let j = slopes(&place, &found.at, &h)?;
+        let of_fit: DMatrix<f64> = &j * &covariance * j.transpose();
+        let at = stroke.place(&found.at, pose, angle);
+        // What the calibration may be off by moves the whole stroke along the whisker.
+        let slope = (stroke.expected(a + 0.01, turn)? - stroke.expected(a - 0.01, turn)?) / 0.02;
+        let of_reading = stroke.locator.noise().powi(2) * (1.0 + reading.share) / (slope * slope);
+        let common = (reading.located.sigma.powi(2) - of_reading).max(0.0);
+        let heading = pose.turned((angle - turn).to_radians());
+        let across = [-(at[1] - pose.base[1]), at[0] - pose.base[0]];
+        let sigma_a = DVector::from_fn(found.at.len(), |k, _| {
+            if k == 0 { 0.0 } else { (angle / stroke.span).powi(k as i32 - 1) }
+        });
+        let sigma_a = (sigma_a.transpose() * &covariance * &sigma_a)[(0, 0)] + common;
+        Some(Point {
+            at,
+            covariance: Covariance([of_fit[(0, 0)], of_fit[(0, 1)], of_fit[(1, 1)]])
+                .along([1.0, 0.0], noise.base * noise.base)
+                .along([0.0, 1.0], noise.base * noise.base)
+                .along(heading.direction(stroke.skin.slope()), common)
+                .along(across, noise.angle.to_radians().powi(2)),
+            share: if sharp { 1.0 } else { 2.0 } / n as f64,
+            distance: [a, sigma_a.sqrt()],
+            status: reading.located.status,
+        })
+    };
+    let all = (0..readings.len()).map(|i| {
+        let usable = used.contains(&i) || outliers[i];
+        usable.then(|| point(i)).flatten().unwrap_or(Point::nothing(readings[i].located.status))
+    });
+    Swept { points: all.collect(), sharp, touch: [found.at[0], covariance[(0, 0)].sqrt()], chi2, outliers }
+}

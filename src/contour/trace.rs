@@ -1,0 +1,169 @@
+//! From rows to points, and to the curve through them.
+
+use super::curve::{Chosen, Kind, Nothing, Sample, choose};
+use super::point::{Noise, Point};
+use super::rows::{Placed, placed};
+use super::skin::Skin;
+use super::stroke::{FEWEST, swept};
+use crate::error::InputError;
+use crate::locate::Locator;
+use crate::locate::table::{Reading, Readings};
+use crate::scene::Drive;
+
+/// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.
+const LEAST: f64 = 1e-3;
+
+/// What is asked of a contour.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Asked {
+    /// What is not certain beside the signal.
+    pub noise: Noise,
+    /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.
+    pub surface: Option<bool>,
+    /// Each row is a tap, whatever its stroke.
+    pub taps: bool,
+    /// Kind of the curve; that which is best if not said.
+    pub kind: Option<Kind>,
+}
+
+/// A stroke that was followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Followed {
+    /// Its number in the file.
+    pub number: f64,
+    /// Readings that made points.
+    pub points: usize,
+    /// Whether the contact stayed at one place of the object; `None` where its readings were taken as taps.
+    pub sharp: Option<bool>,
+    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
+    pub touch: [f64; 2],
+    /// χ² per degree of freedom.
+    pub chi2: f64,
+}
+
+/// A traced object.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    /// A point for each row.
+    pub points: Vec<Point>,
+    /// Third coordinate of each, mm.
+    pub heights: Vec<f64>,
+    /// Distance to the left of the curve (mm) and over the standard deviation of each; NaN without.
+    pub off: Vec<[f64; 2]>,
+    /// Whether each is of a stroke that was followed: where the contact was then, not at first touch.
+    pub swept: Vec<bool>,
+    /// Whether each is an outlier: of its stroke, or of the curve.
+    pub outliers: Vec<bool>,
+    /// Strokes, in the order of the file.
+    pub strokes: Vec<Followed>,
+    /// Points of the curve.
+    pub samples: Vec<Sample>,
+    /// The curve.
+    pub curve: Result<Chosen, Nothing>,
+    /// Contact on the surface of the whisker.
+    pub on_surface: bool,
+}
+
+impl Trace {
+    /// Of `readings` that `locator` has answered.
+    ///
+    /// # Errors
+    /// As [`placed`]; strokes of an object that is moved.
+    pub fn new(locator: &Locator, readings: &Readings, asked: &Asked) -> Result<Self, InputError> {
+        let places = placed(readings)?;
+        let n = places.len();
+        let skin = Skin::new(&locator.rig, asked.surface);
+        let with_strokes = !asked.taps && places.iter().any(|p| p.stroke.is_some());
+        if with_strokes && locator.rig.setup.drive == Drive::Displacement {
+            let error =
+                InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
+            return Err(error
+                .at(readings.file.clone(), Some(1))
+                .key("stroke")
+                .allowed("theta_deg; or --taps"));
+        }
+        let tap = |i: usize| -> Point {
+            let reading = &readings.rows[i];
+            match reading.rests {
+                true => Point::nothing(reading.located.status),
+                false => Point::of_tap(locator, &skin, &places[i].pose, reading, &asked.noise),
+            }
+        };
+        let mut points: Vec<Point> = (0..n).map(tap).collect();
+        let (mut outliers, mut swept_by) = (vec![false; n], vec![false; n]);
+        let mut groups: Vec<usize> = (0..n).collect();
+        let mut strokes = Vec::new();
+        if with_strokes {
+            for (number, rows) in members(&places, &readings.rows) {
+                let of: Vec<&Reading> = rows.iter().map(|&i| &readings.rows[i]).collect();
+                let pose = &places[rows[0]].pose;
+                rows.iter().for_each(|&i| groups[i] = rows[0]);
+                let found =
+                    (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
+                let mut followed =
+                    Followed { number, points: 0, sharp: None, touch: [f64::NAN; 2], chi2: f64::NAN };
+                if let Some(found) = found {
+                    for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
+                        outliers[i] = *off;
+                        // A reading that is off its stroke is where a tap would have it.
+                        if !off {
+                            points[i] = *point;
+                            swept_by[i] = true;
+                        }
+                    }
+                    followed = Followed {
+                        sharp: Some(found.sharp),
+                        touch: found.touch,
+                        chi2: found.chi2,
+                        ..followed
+                    };
+                }
+                followed.points = rows.iter().filter(|&&i| points[i].is_there()).count();
+                strokes.push(followed);
+            }
+        }
+        let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !outliers[i]).collect();
+        let sample = |&i: &usize| Sample {
+            at: points[i].at,
+            covariance: points[i]
+                .covariance
+                .along([1.0, 0.0], LEAST * LEAST)
+                .along([0.0, 1.0], LEAST * LEAST),
+            share: points[i].share,
+            group: groups[i],
+        };
+        let samples: Vec<Sample> = used.iter().map(sample).collect();
+        let curve = choose(&samples, asked.kind);
+        let mut off = vec![[f64::NAN; 2]; n];
+        if let Ok(chosen) = &curve {
+            for (i, (distance, over, outlier)) in used.iter().zip(&chosen.off) {
+                off[*i] = [*distance, *over];
+                outliers[*i] |= outlier;
+            }
+        }
+        Ok(Self {
+            heights: places.iter().map(|p| p.pose.base[2]).collect(),
+            points,
+            off,
+            swept: swept_by,
+            outliers,
+            strokes,
+            samples,
+            curve,
+            on_surface: skin.on_surface(),
+        })
+    }
+}
+
+/// Strokes and their rows, in the order of the file; readings of the zero belong to none.
+fn members(places: &[Placed], rows: &[Reading]) -> Vec<(f64, Vec<usize>)> {
+    let mut all: Vec<(f64, Vec<usize>)> = Vec::new();
+    for (i, place) in places.iter().enumerate().filter(|(i, _)| !rows[*i].rests) {
+        let Some(stroke) = place.stroke else { continue };
+        match all.iter_mut().find(|(s, _)| *s == stroke) {
+            Some((_, members)) => members.push(i),
+            None => all.push((stroke, vec![i])),
+        }
+    }
+    all
+}

@@ -1,0 +1,147 @@
+//! A whole file of readings, answered at once: for those who make more of a reading than its distance.
+
+use super::kept::Kept;
+use super::lines::Source;
+use super::reading::Lines;
+use super::stream::{Ask, number, zeros};
+use super::tare::{Tare, doubt};
+use super::{Located, Locator};
+use crate::error::{Error, InputError};
+use crate::measure::text;
+use crate::status::Status;
+
+/// A reading and its answer.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
+    pub fields: Vec<String>,
+    /// The row as it is kept: number of the line, the user's own columns, drive, signal and zero, each with a comma after it.
+    pub kept: Vec<u8>,
+    /// Degrees or mm; NaN where the line says nothing.
+    pub drive: f64,
+    /// Strain, or the unit of the reading, above its zero.
+    pub signal: f64,
+    /// Variance of the zero in units of that of one reading.
+    pub share: f64,
+    /// Whether it is one of the zero.
+    pub rests: bool,
+    /// Its distance.
+    pub located: Located,
+}
+
+/// Readings of a file.
+#[derive(Debug, Clone)]
+pub struct Readings {
+    /// The file as the user named it.
+    pub file: String,
+    /// Names of its columns.
+    pub names: Vec<String>,
+    /// Header of what is kept of each row, and the columns that are added.
+    pub header: Vec<u8>,
+    /// In the order of the file.
+    pub rows: Vec<Reading>,
+}
+
+impl Readings {
+    /// Reads and answers `bytes`; `added` names the columns that will follow what is kept of each row, the zero first.
+    ///
+    /// # Errors
+    /// A header that does not fit the calibration; a zero that contradicts the file's own.
+    pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, added: &[&'static str]) -> Result<Self, Error> {
+        let (zero, wrong) = zeros(locator, bytes, ask)?;
+        let label = ask.label.unwrap_or("stdin");
+        if let (Some(x), true) = (ask.zero, zero.count > 0) {
+            let error = InputError::new("these readings have zero readings of their own").at(label, None);
+            let error = error.key("--zero").value(text::plain(x));
+            return Err(error.allowed(format!("nothing: {} rows say it", zero.count)).into());
+        }
+        if !wrong.is_empty() {
+            let lines: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
+            (ask.warn)(&format!(
+                "{label}: {} zero readings are taps by their size and not used (lines {})",
+                wrong.len(),
+                lines.join(", ")
+            ));
+        }
+        let mut source = Source::new(bytes, ask);
+        let mut lines = Lines::new(locator);
+        source.first(&mut lines)?;
+        let said = ask.zero.map(|z| lines.signal(z));
+        let tare = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said) };
+        let kept = Kept::new(locator, &lines, added);
+        let mut header = Vec::new();
+        kept.header(&mut header);
+        let names = lines.names();
+        let (mut rows, mut asked) = (Vec::new(), false);
+        while let Some(line) = source.next(&mut lines)? {
+            let (drive, recorded) = line.text.and_then(|t| lines.parse(t)).unwrap_or((f64::NAN, f64::NAN));
+            let finite = drive.is_finite() && recorded.is_finite();
+            let rests = finite && locator.rests(drive);
+            let zero = if finite && !rests { tare.at(line.place) } else { None };
+            if finite && !rests && !std::mem::replace(&mut asked, true) {
+                doubt(locator, zero.map(|z| z.0)).iter().for_each(|text| (ask.warn)(text));
+            }
+            let (value, share) = zero.unwrap_or((0.0, 0.0));
+            let signal = lines.above(recorded, value);
+            let located = match (rests, finite) {
+                (true, _) => Located::nothing(Status::NO_STRAIN),
+                (_, false) => Located::nothing(Status::BAD_INPUT),
+                // A drive that was not recorded when the whisker was calibrated counts as 1 here too.
+                _ => {
+                    locator.locate_above(if locator.drive_recorded { drive } else { 1.0 }, signal, 0.0, share)
+                }
+            };
+            let fields: Vec<String> =
+                lines.fields(line.text.unwrap_or_default()).iter().map(|f| f.to_string()).collect();
+            let fields = if fields.len() == names.len() { fields } else { Vec::new() };
+            let mut bytes = Vec::new();
+            kept.row(&mut bytes, &line, &lines, [drive, recorded, zero.map_or(f64::NAN, |z| z.0)]);
+            rows.push(Reading {
+                line: line.number,
+                fields,
+                kept: bytes,
+                drive,
+                signal,
+                share,
+                rests,
+                located,
+            });
+        }
+        Ok(Self { file: label.to_owned(), names, header, rows })
+    }
+
+    /// Place of the column `name`.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|n| n == name)
+    }
+
+    /// Values of the column `name`, NaN where a row says nothing; `None` where there is no such column.
+    ///
+    /// # Errors
+    /// A column that appears twice; a word where a number must stand.
+    pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, InputError> {
+        let Some(place) = self.column(name) else { return Ok(None) };
+        if self.names.iter().filter(|n| *n == name).count() > 1 {
+            let error = InputError::new("this column appears twice").at(self.file.clone(), Some(1));
+            return Err(error.key(name).allowed("each column once"));
+        }
+        let value = |row: &Reading| match row.fields.get(place) {
+            None => Ok(f64::NAN),
+            Some(field) => text::number(field).ok_or_else(|| {
+                let error = InputError::new("this is not a number").at(self.file.clone(), Some(row.line));
+                error
+                    .key(name)
+                    .value(field)
+                    .allowed("a number without unit; empty or NaN where it is missing")
+            }),
+        };
+        self.rows.iter().map(value).collect::<Result<_, _>>().map(Some)
+    }
+}
+
+/// A field and the comma after it; empty where there is no number.
+pub fn field(out: &mut Vec<u8>, x: f64) {
+    number(out, x);
+}

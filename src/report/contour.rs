@@ -1,0 +1,107 @@
+//! The figure of a traced object.
+
+use super::content::{Content, SHOWN};
+use super::quantity;
+use super::source::Source;
+use super::table::Table;
+use crate::error::{Error, InputError};
+use crate::figure::{Figure, Mark, Marker, Panel, Path};
+
+/// Points of which the ellipses are drawn; of more, one in so many.
+const ELLIPSES: usize = 150;
+/// Corners of an ellipse.
+const CORNERS: usize = 24;
+/// Standard deviations that ellipses and the band reach.
+const WIDE: f64 = 2.0;
+
+/// Everything of the folder of `contour`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
+pub fn content(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);
+    let kind = source.run["result"]["curve"]["kind"].as_str().unwrap_or("");
+    c.figure(figure(&points, &curve, kind, &[])?);
+    if let Some(why) = source.run["result"]["curve"]["why"].as_str() {
+        c.notes.push(format!("no curve: {why}"));
+    }
+    c.table(&points, (0..points.len.min(SHOWN)).collect(), "the first", false);
+    c.table(&curve, (0..curve.len.min(SHOWN)).collect(), "the first", false);
+    Ok(c)
+}
+
+/// The figure of the tables as they are written; `outline`: what the object is known to be.
+///
+/// # Errors
+/// Tables that are damaged.
+pub fn of_tables(
+    points: &[u8],
+    curve: &[u8],
+    kind: &str,
+    outline: &[[f64; 2]],
+) -> Result<Figure, InputError> {
+    figure(&Table::parse("points.csv", points)?, &Table::parse("curve.csv", curve)?, kind, outline)
+}
+
+fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
+    let [x, y, major, minor, axis] =
+        ["x_mm", "y_mm", "sigma_major_mm", "sigma_minor_mm", "axis_deg"].map(|n| points.numbers(n));
+    let (x, y, major, minor, axis) = (x?, y?, major?, minor?, axis?);
+    let there = points.rows(|r| x[r].is_finite() && y[r].is_finite());
+    let mut panel = Panel::new("", quantity::axis("x_mm"), quantity::axis("y_mm"));
+    panel.to_scale = true;
+    if !outline.is_empty() {
+        panel = panel.with(Mark::line(Path::new("the object", 7, outline.iter().map(|p| (p[0], p[1]))), 1));
+    }
+    let every = there.len().div_ceil(ELLIPSES).max(1);
+    for r in there.iter().copied().step_by(every) {
+        let (sin, cos) = axis[r].to_radians().sin_cos();
+        let corner = |k: usize| {
+            let (v, u) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+            let (u, v) = (WIDE * major[r] * u, WIDE * minor[r] * v);
+            (x[r] + cos * u - sin * v, y[r] + sin * u + cos * v)
+        };
+        let edge = Path::new("", 0, (0..=CORNERS).map(corner));
+        panel = panel.with(Mark::Area { path: edge, outlined: false });
+    }
+    let [cx, cy, direction, sigma] = ["x_mm", "y_mm", "direction_deg", "sigma_mm"].map(|n| curve.numbers(n));
+    let (cx, cy, direction, sigma) = (cx?, cy?, direction?, sigma?);
+    let beside = |k: usize, sign: f64| {
+        let (sin, cos) = direction[k].to_radians().sin_cos();
+        let by = sign * WIDE * sigma[k];
+        (cx[k] - by * sin, cy[k] + by * cos)
+    };
+    let n = curve.len;
+    let band = (0..n).map(|k| beside(k, 1.0)).chain((0..n).rev().map(|k| beside(k, -1.0)));
+    panel = panel.with(Mark::Area { path: Path::new("", 1, band), outlined: false });
+    let of = |outlier: bool| -> Vec<usize> {
+        there.iter().copied().filter(|r| points.word("status", *r).contains("outlier") == outlier).collect()
+    };
+    let (fine, off) = (of(false), of(true));
+    let path =
+        |name: &str, colour, rows: &[usize]| Path::new(name, colour, rows.iter().map(|r| (x[*r], y[*r])));
+    panel = panel
+        .with(Mark::points(path("points", 0, &fine), Marker::Circle))
+        .with(Mark::points(path("outliers", 5, &off), Marker::Cross))
+        .with(Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0));
+    let mut bases: Vec<(f64, f64)> = Vec::new();
+    for r in &there {
+        let base = (points.number("base_x_mm", *r), points.number("base_y_mm", *r));
+        if base.0.is_finite() && !bases.contains(&base) {
+            bases.push(base);
+        }
+    }
+    // From where, and closer.
+    let mut around = panel.clone().with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Cross));
+    around.title = "from where".into();
+    panel.title = "closer".into();
+    let caption = format!(
+        "{} points where the whisker touched, with ellipses of two standard deviations (points.csv){}; the curve and its band of two standard \
+         deviations (curve.csv){}.",
+        there.len(),
+        if every > 1 { format!(", of one in {every}") } else { String::new() },
+        if outline.is_empty() { "" } else { "; dashed, the object as it was simulated" }
+    );
+    Ok(Figure::new("contour", "The object", caption, vec![around, panel]))
+}

@@ -1,0 +1,148 @@
+//! Synthetic strokes: rows as `contour` reads them, with the true place of each contact beside.
+
+use rayon::prelude::*;
+
+use super::object::Object;
+use super::stroke::{Contact, Missed, Stroker};
+use super::{Counts, SOURCE, Settings, State};
+use crate::contour::pose::Pose;
+use crate::error::{Error, InputError};
+use crate::measure::Rig;
+use crate::scene::{Axis, Contact as Grip, Drive, Geometry};
+use crate::sink::csv::Text;
+use crate::sink::table::Field;
+
+/// The file.
+pub const FILE: &str = "strokes.csv";
+
+/// Columns before the drive.
+const BEFORE: [&str; 5] = ["stroke", "base_x_mm", "base_y_mm", "heading_deg", "sense"];
+
+/// What is stroked, and from where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strokes {
+    /// The object.
+    pub object: Object,
+    /// Where the motor's axis stands, and the heading from which the whisker turns until it touches.
+    pub starts: Vec<Pose>,
+    /// Standard deviation of the angle at which a touch is noticed, degrees.
+    pub touch_noise: f64,
+}
+
+/// Refuses what strokes cannot be made of.
+///
+/// # Errors
+/// A model that is not the exact frictionless rod driven by an angle; settings that belong to taps.
+pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
+    let model = &rig.setup.model;
+    let refuse = |key: &str, message: &str, allowed: &str| {
+        Err(InputError::new(format!("a stroke slides along an object: {message}")).key(key).allowed(allowed))
+    };
+    if rig.setup.drive != Drive::Angle {
+        return refuse("tap.drive", "the whisker must be turned", "theta (degrees after first touch)");
+    }
+    if model.geometry != Geometry::Exact {
+        return refuse("model.geometry", "linear theory has no contact that does", "exact");
+    }
+    if model.contact != Grip::Frictionless {
+        return refuse("model.contact", "with friction it would depend on its path", "frictionless");
+    }
+    let defaults = Settings::default();
+    for (key, other) in [
+        ("--repeats", settings.repeats != defaults.repeats),
+        ("--drift", settings.drift != defaults.drift),
+        ("--outliers", settings.outliers != defaults.outliers),
+        ("--hysteresis", settings.hysteresis != defaults.hysteresis),
+        ("--drive-offset", settings.drive_offset != defaults.drive_offset),
+        ("--a-offset", settings.a_offset != defaults.a_offset),
+    ] {
+        if other {
+            return refuse(key, "this belongs to taps at labelled distances", "nothing, with --object");
+        }
+    }
+    Ok(())
+}
+
+/// Simulates a stroke from each start at these drives (degrees after first touch). `write` takes the bytes of the table, `miss` is told
+/// the numbers of starts that make no stroke, and why.
+///
+/// # Errors
+/// No start that makes a stroke; a file that fails.
+pub fn simulate(
+    rig: &Rig,
+    strokes: &Strokes,
+    drives: &Axis,
+    settings: &Settings,
+    miss: &mut dyn FnMut(usize, Missed),
+    write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
+) -> Result<Counts, Error> {
+    let text_error = |e: csv::Error| Error::Run(e.to_string());
+    let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
+    degrees.sort_by(f64::total_cmp);
+    let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
+    let solve = |start: &Pose| -> Result<(Pose, [f64; 2], Vec<Contact>), Missed> {
+        let stroker = Stroker::new(rig, &strokes.object, start.sense);
+        let touch = stroker.touch(*start)?;
+        Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
+    };
+    let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
+    let mut text = Text::default();
+    let signal = settings.unit.column();
+    let after =
+        ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
+    text.header(&[&BEFORE[..], &after].concat()).map_err(text_error)?;
+    let mut counts = Counts::default();
+    let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
+    for (k, solved) in solved.into_iter().enumerate() {
+        let (pose, first, contacts) = match solved {
+            Ok(found) => found,
+            Err(why) => {
+                miss(k + 1, why);
+                continue;
+            }
+        };
+        // What is seen late, degrees: the heading is then too far on, and the drive too small.
+        let late = strokes.touch_noise * state.dice().normal();
+        state.row = state.row.wrapping_add(1);
+        let heading = pose.heading.to_degrees() + pose.sense * late;
+        let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
+        let row = |text: &mut Text, rest: [f64; 4], status: &str| {
+            let mut fields: Vec<Field> =
+                before.iter().chain(&rest).chain(&first).copied().map(Field::Number).collect();
+            text.row_with(&mut fields, &[SOURCE, status]).map_err(text_error)
+        };
+        for (i, degree) in degrees.iter().enumerate() {
+            if settings.zero_every.is_some_and(|n| state.since_zero >= n) {
+                let (value, _) = state.record(0.0);
+                counts.zeros += 1;
+                state.since_zero = 0;
+                row(&mut text, [0.0, value, f64::NAN, f64::NAN], "ok")?;
+            }
+            state.since_zero = state.since_zero.saturating_add(1);
+            if *degree <= late {
+                continue;
+            }
+            counts.taps += 1;
+            match contacts.get(i) {
+                Some(contact) => {
+                    let (value, _) = state.record(contact.strain);
+                    row(&mut text, [degree - late, value, contact.at[0], contact.at[1]], "ok")?;
+                }
+                None => {
+                    counts.unsolved += 1;
+                    row(&mut text, [degree - late, f64::NAN, f64::NAN, f64::NAN], "slipped_off")?;
+                }
+            }
+        }
+        if text.len() > 1 << 20 {
+            write(&std::mem::take(&mut text).into_bytes())?;
+        }
+    }
+    if counts.taps == 0 {
+        let error =
+            InputError::new("no start leads to a stroke: the whisker misses the object").key("--object");
+        return Err(error.allowed("starts from which the whisker's side touches it").into());
+    }
+    write(&text.into_bytes())?;
+    Ok(counts)
+}

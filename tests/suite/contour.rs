@@ -1,0 +1,322 @@
+//! Contours: synthetic strokes and taps over a circle, a corner and a curve; arrays; bad input.
+
+use std::sync::OnceLock;
+
+use crate::common::measuring::{REAL, prototype};
+use crate::common::program::{Desk, Ran};
+use crate::common::sweeping::Table;
+use vibrissa::contour::pose::Pose;
+use vibrissa::measure::Rig;
+use vibrissa::physics::rod::RodProblem;
+use vibrissa::scene::{Drive, Model};
+use vibrissa::simulate::object::Object;
+use vibrissa::simulate::stroke::Stroker;
+use vibrissa::spec;
+
+const NOISE: &str = "noise_strain = 1e-5\n";
+const TAPS: &str =
+    "[tap]\na = { from = 18, to = 45, step = 3 }\ntheta = [0.5, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]\n";
+const SWEEP: &str = "[tap]\na = 30\ntheta = { from = 0.5, to = 10, step = 0.25 }\n";
+const CIRCLE: &str =
+    "[object]\nshape = \"circle\"\nx = 0\ny = 0\nradius = 10\n[around]\nstarts = 12\ndistance = 36\n";
+
+/// A desk with a calibration of the prototype, and its spec for strokes; made once.
+fn desk() -> Desk {
+    static MADE: OnceLock<String> = OnceLock::new();
+    let calibration = MADE.get_or_init(|| {
+        let desk = Desk::new(&prototype(4.0, &[NOISE, TAPS, REAL]));
+        desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
+        desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+        desk.read("cal/calibration.toml")
+    });
+    let desk = Desk::new(&prototype(4.0, &[NOISE, SWEEP, REAL]));
+    desk.write("cal.toml", calibration);
+    desk
+}
+
+fn contour(desk: &Desk, more: &[&str]) -> Ran {
+    desk.run(&[&["contour", "st/strokes.csv", "--calibration", "cal.toml", "--json"], more].concat())
+}
+
+/// rms of points from the object: strokes, and each row a tap by the paper's formula.
+fn both(desk: &Desk) -> [serde_json::Value; 2] {
+    desk.run(&["simulate", "spec.toml", "--object", "object.toml", "--seed", "7", "--out", "st"]).exits(0);
+    let strokes = contour(desk, &["--truth", "object.toml", "--out", "strokes"]).exits(0).json();
+    let paper = ["--truth", "object.toml", "--taps", "--estimator", "paper", "--out", "taps"];
+    [strokes, contour(desk, &paper).exits(0).json()]
+}
+
+fn rms(of: &serde_json::Value) -> f64 {
+    of["result"]["truth"]["points_rms_mm"].as_f64().unwrap()
+}
+
+#[test]
+fn a_circle_is_found_from_strokes() {
+    let desk = desk();
+    desk.write("object.toml", CIRCLE);
+    let [strokes, paper] = both(&desk);
+    let curve = &strokes["result"]["curve"];
+    assert_eq!(curve["kind"], "circle", "{curve}");
+    let number = |key: &str| curve[key].as_f64().unwrap();
+    assert!((number("radius_mm") - 10.0).abs() < 4.0 * number("sigma_radius_mm").max(0.01), "{curve}");
+    assert!(
+        number("x_mm").abs() < 0.1 && number("y_mm").abs() < 0.1 && number("sigma_radius_mm") < 0.1,
+        "{curve}"
+    );
+    assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
+    // The points are where the whisker touched, one by one.
+    let table = Table::read(&desk.path("strokes/points.csv"));
+    let apart = |r: &std::collections::HashMap<String, String>| {
+        let n = |key: &str| r[key].parse::<f64>().unwrap();
+        (n("x_mm") - n("true_x_mm")).hypot(n("y_mm") - n("true_y_mm"))
+    };
+    let square: f64 = table.rows.iter().filter(|r| !r["x_mm"].is_empty()).map(|r| apart(r).powi(2)).sum();
+    assert!((square / table.rows.len() as f64).sqrt() < 0.15);
+    assert_eq!(desk.names("strokes"), ["contour.svg", "curve.csv", "points.csv", "run.json"]);
+    desk.whole("strokes");
+    desk.run(&["report", "strokes", "--figures", "svg"]).exits(0);
+    assert!(desk.names("strokes/report").contains(&"contour.svg".to_owned()));
+}
+
+#[test]
+fn a_corner_stays_where_it_is() {
+    let desk = desk();
+    desk.write(
+        "object.toml",
+        "touch_noise = 0.3\n[object]\nshape = \"box\"\nx = 0\ny = 0\nwidth = 20\nheight = 20\n\
+         [around]\nstarts = 8\ndistance = 40\nfrom = 25\nto = 75\n",
+    );
+    let [strokes, paper] = both(&desk);
+    assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
+    // Nearly every stroke is seen to be of one point, and finds where it touched to a hundredth of a degree.
+    let all = strokes["result"]["strokes"].as_array().unwrap();
+    let sharp = all.iter().filter(|s| s["object"] == "sharp");
+    assert!(sharp.count() + 1 >= all.len(), "{all:?}");
+    for stroke in all {
+        assert!(stroke["sigma_touched_before_deg"].as_f64().unwrap() < 0.02, "{stroke}");
+    }
+}
+
+#[test]
+fn a_curve_is_smooth() {
+    let desk = desk();
+    let rows: Vec<String> = (0..24)
+        .map(|k| f64::from(k) * std::f64::consts::TAU / 24.0)
+        .map(|t| (t, 12.0 + 1.5 * (2.0 * t).cos() + 0.7 * (3.0 * t).sin()))
+        .map(|(t, r)| format!("{},{}", r * t.cos(), r * t.sin()))
+        .collect();
+    desk.write("curve.csv", format!("x_mm,y_mm\n{}\n", rows.join("\n")));
+    desk.write(
+        "object.toml",
+        "[object]\nshape = \"curve\"\nfile = \"curve.csv\"\nclosed = true\n[around]\nstarts = 20\ndistance = 38\n",
+    );
+    let [strokes, paper] = both(&desk);
+    assert_eq!(strokes["result"]["curve"]["kind"], "smooth", "{}", strokes["result"]["curve"]);
+    assert!(rms(&strokes) < 0.2 && rms(&paper) > 3.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
+    let along = strokes["result"]["truth"]["curve_rms_mm"].as_f64().unwrap();
+    assert!(along < 0.4, "{along}");
+}
+
+fn rig() -> Rig {
+    let text = prototype(4.0, &[SWEEP, REAL]);
+    let spec = spec::parse("rig.toml", &text, std::path::Path::new("")).unwrap();
+    Rig::of_spec(&spec, "rig.toml").unwrap()
+}
+
+#[test]
+fn a_round_object_is_a_pole_of_its_radius() {
+    let rig = rig();
+    let radius = 10.0;
+    for sense in [1.0, -1.0] {
+        let centre = [30.0, sense * 12.0];
+        let circle = Object::Circle { centre, radius };
+        let stroker = Stroker::new(&rig, &circle, sense);
+        let start = Pose { base: [0.0; 3], heading: -sense, sense };
+        let touch = stroker.touch(start).unwrap();
+        let angles: Vec<f64> = [1.0f64, 4.0, 10.0].map(f64::to_radians).to_vec();
+        let contacts = stroker.stroke(&touch, &angles);
+        // The same by the reference, whose pole has that radius: a from where the pole's centre is.
+        let (shared, model) = (rig.shared(), Model { pole_radius: radius, ..rig.setup.model });
+        let (s, c) = (shared.taper.sin_alpha(), shared.taper.cos_alpha());
+        let centre_of = |a: f64| (a + radius * s).hypot(shared.taper.radius(a) + radius * c);
+        let (mut lo, mut hi) = (5.0, 50.0);
+        for _ in 0..100 {
+            let a = 0.5 * (lo + hi);
+            if centre_of(a) < centre[0].hypot(centre[1]) { lo = a } else { hi = a }
+        }
+        for (angle, contact) in angles.iter().zip(&contacts) {
+            let problem = RodProblem {
+                taper: shared.taper,
+                gauge: shared.gauge,
+                side: rig.setup.gauge.side,
+                distance: lo,
+                hub: 0.0,
+                drive: Drive::Angle,
+                amount: *angle,
+                model: &model,
+            };
+            let tap = problem.solve().unwrap();
+            assert!((tap.strain / contact.strain - 1.0).abs() < 1e-8, "{} {}", tap.strain, contact.strain);
+            assert!((tap.contact_arc - contact.arc).abs() < 1e-7, "{} {}", tap.contact_arc, contact.arc);
+            assert!(circle.distance(contact.at) < 1e-9);
+        }
+        assert_eq!(contacts.len(), 3);
+    }
+}
+
+#[test]
+fn a_stroke_that_began_late_says_so() {
+    let desk = desk();
+    desk.write("object.toml", CIRCLE.replace("[object]", "touch_noise = 0.4\n[object]"));
+    let [strokes, _] = both(&desk);
+    assert!(rms(&strokes) < 0.15, "{}", rms(&strokes));
+    let found = strokes["result"]["strokes"].as_array().unwrap();
+    assert!(found.iter().any(|s| s["touched_before_deg"].as_f64().unwrap().abs() > 0.2), "{found:?}");
+}
+
+#[test]
+fn bad_files_are_refused_with_file_line_and_column() {
+    let desk = desk();
+    let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain\n";
+    let row = "0,0,90,4,0.02\n";
+    for (text, place, word) in [
+        (format!("base_y_mm,heading_deg,theta_deg,strain\n{row}"), "d.csv:1", "base_x_mm is missing"),
+        (format!("base_x_mm,base_y_mm,heading,theta_deg,strain\n{row}"), "d.csv:1", "is heading meant"),
+        ("base_x_mm,base_y_mm,heading_deg,theta_deg\n0,0,90,4\n".to_owned(), "d.csv:1", "strain"),
+        (format!("{head}0,zero,90,4,0.02\n"), "d.csv:2", "not a number"),
+        (format!("sense,{head}2,{row}"), "d.csv:2", "sense"),
+        (format!("stroke,{head}1,{row}1,5{}", &row[1..]), "d.csv:3", "one pose"),
+        (String::new(), "d.csv", "base_x_mm"),
+    ] {
+        desk.write("d.csv", &text);
+        let ran = desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out"]).exits(2);
+        assert!(ran.stderr.contains(place) && ran.stderr.contains(word), "{text}: {}", ran.stderr);
+        assert!(!desk.path("out").exists(), "nothing half-written");
+    }
+    desk.write("d.csv", format!("{head}{row}"));
+    for (flag, value, word) in
+        [("--angle-noise", "-1", "standard deviation"), ("--truth", "none.toml", "no such file")]
+    {
+        let ran =
+            desk.run(&["contour", "d.csv", "--calibration", "cal.toml", &format!("{flag}={value}")]).exits(2);
+        assert!(ran.stderr.contains(word), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn points_without_a_curve_are_still_points() {
+    let desk = desk();
+    let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain,x_mm\n";
+    let trace = |rows: &str| {
+        desk.write("d.csv", format!("{head}{rows}"));
+        let ran =
+            desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out", "--json"]).exits(0);
+        (ran.json(), Table::read(&desk.path("out/points.csv")))
+    };
+    // One pose; what is missing stays missing; a column of that name is kept.
+    let (json, table) = trace("1,2,90,4,0.02,7\n1,2,90,4,NaN,7\n1,NaN,90,4,0.02,7\n1,2,90,0,0,7\n");
+    assert_eq!(json["counts"]["points"], 1);
+    assert!(json["result"]["curve"]["why"].as_str().unwrap().contains("three points"));
+    let status: Vec<&str> = table.rows.iter().map(|r| r["status"].as_str()).collect();
+    assert_eq!(status, ["ok", "bad_input", "bad_input", "no_strain"]);
+    assert_eq!(table.rows[0]["given_x_mm"], "7");
+    // To the left of a whisker that points along y lies −x.
+    let n = |key: &str| table.rows[0][key].parse::<f64>().unwrap();
+    assert!((n("y_mm") - 2.0 - n("distance_mm")).abs() < 1e-9 && n("x_mm") < -0.9, "{:?}", table.rows[0]);
+    // A heading that is certain leaves a point some width.
+    let fine: Vec<String> = (0..12).map(|k| format!("{k},2,90,4,0.02,7\n")).collect();
+    desk.write("line.csv", format!("{head}{}", fine.concat()));
+    let certain =
+        ["contour", "line.csv", "--calibration", "cal.toml", "--angle-noise", "0", "--out", "line", "--json"];
+    assert_eq!(desk.run(&certain).exits(0).json()["result"]["curve"]["kind"], "line");
+    let (json, _) = trace(&"1,2,90,4,0.02,7\n".repeat(6));
+    assert!(json["result"]["curve"]["why"].as_str().unwrap().contains("one place"));
+    assert_eq!(desk.read("out/curve.csv").lines().count(), 1);
+}
+
+#[test]
+fn an_outlier_is_named() {
+    let desk = desk();
+    desk.write("object.toml", CIRCLE);
+    desk.run(&["simulate", "spec.toml", "--object", "object.toml", "--seed", "7", "--out", "st"]).exits(0);
+    // One tap of each stroke; one of them by a base that is written down wrong.
+    let text = desk.read("st/strokes.csv");
+    let mut rows: Vec<String> =
+        text.lines().filter(|l| l.contains(",4,") || l.starts_with("stroke")).map(str::to_owned).collect();
+    let wrong: Vec<String> = rows[3]
+        .split(',')
+        .enumerate()
+        .map(|(k, f)| if k == 1 { "0".to_owned() } else { f.to_owned() })
+        .collect();
+    rows[3] = wrong.join(",");
+    desk.write("d.csv", rows.join("\n"));
+    let json = desk
+        .run(&["contour", "d.csv", "--calibration", "cal.toml", "--taps", "--out", "out", "--json"])
+        .exits(0)
+        .json();
+    assert_eq!(json["result"]["curve"]["kind"], "circle");
+    assert_eq!(json["counts"]["outliers"], 1);
+    let table = Table::read(&desk.path("out/points.csv"));
+    assert_eq!(table.rows[2]["status"], "outlier");
+    assert!(table.rows[2]["off_sigma"].parse::<f64>().unwrap().abs() > 4.0);
+}
+
+#[test]
+fn an_array_answers_in_one_frame() {
+    let desk = desk();
+    let array = "[[whisker]]\nname = \"left\"\ncalibration = \"cal.toml\"\nx = 0\ny = 40\nz = 12\nheading = 0\nsense = -1\n\
+                 [[whisker]]\nname = \"right\"\ncalibration = \"cal.toml\"\nx = 0\ny = -40\nheading = 0\n";
+    desk.write("array.toml", array);
+    desk.write(
+        "r.csv",
+        "whisker,theta_deg,strain,contact_deg\nleft,0,0.001,0\nright,0,0.002,0\nleft,4,0.021,0\nright,4,0.022,0\nright,4,0.022,90\n",
+    );
+    let run = |more: &[&str]| {
+        desk.run(&[&["locate", "--array", "array.toml", "r.csv", "--out", "out"], more].concat())
+    };
+    run(&[]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    let n = |k: usize, key: &str| table.rows[k][key].parse::<f64>().unwrap();
+    let lines: Vec<&str> = table.rows.iter().map(|r| r["line"].as_str()).collect();
+    assert_eq!(lines, ["2", "3", "4", "5", "6"]);
+    // Each has its own zero; what is the same tap is the same point in a mirror, and a quarter of a turn on.
+    assert_eq!([n(2, "zero"), n(3, "zero")], [0.001, 0.002]);
+    let near = |x: f64, y: f64| (x - y).abs() < 1e-9;
+    assert!(near(n(2, "x_mm"), n(3, "x_mm")) && near(n(2, "y_mm") - 40.0, -(n(3, "y_mm") + 40.0)));
+    assert!(near(n(4, "y_mm") + 40.0, n(3, "x_mm")) && near(n(4, "x_mm"), -(n(3, "y_mm") + 40.0)));
+    assert_eq!([n(2, "z_mm"), n(3, "z_mm")], [12.0, 0.0]);
+    assert!(n(3, "sigma_x_mm") > 0.0 && n(3, "sigma_y_mm") > 0.01);
+    desk.whole("out");
+    desk.write("r.csv", "whisker,theta_deg,strain\nleft,4,0.02\nrigth,4,0.02\n");
+    let ran = run(&[]).exits(2);
+    assert!(ran.stderr.contains("r.csv:3") && ran.stderr.contains("is right meant"), "{}", ran.stderr);
+    desk.write("r.csv", "theta_deg,strain\n4,0.02\n");
+    assert!(run(&[]).exits(2).stderr.contains("column whisker is missing"));
+    desk.write("array.toml", array.replace("right", "left"));
+    assert!(run(&[]).exits(2).stderr.contains("name of its own"));
+    desk.write("array.toml", array.replace("heading", "heding"));
+    assert!(run(&[]).exits(2).stderr.contains("array.toml:"));
+}
+
+#[test]
+fn strokes_that_cannot_be_are_refused() {
+    let desk = desk();
+    desk.write("object.toml", CIRCLE);
+    let run = |more: &[&str]| {
+        desk.run(&[&["simulate", "spec.toml", "--object", "object.toml", "--out", "st"], more].concat())
+    };
+    assert!(run(&["--drift", "1e-6"]).exits(2).stderr.contains("labelled distances"));
+    for (from, to, word) in [
+        ("radius = 10", "radius = -1", "radius"),
+        ("\"circle\"", "\"cube\"", "object.toml:2"),
+        ("starts = 12", "starts = 0", "no start"),
+        ("distance = 36", "distance = 90", "misses"),
+    ] {
+        desk.write("object.toml", CIRCLE.replace(from, to));
+        let ran = run(&[]).exits(2);
+        assert!(ran.stderr.contains(word), "{to}: {}", ran.stderr);
+    }
+    desk.write("object.toml", CIRCLE);
+    desk.write("spec.toml", prototype(4.0, &[SWEEP, "[model]\nextension = true\ncontact = \"stick\"\n"]));
+    assert!(run(&[]).exits(2).stderr.contains("frictionless"));
+}

@@ -1,0 +1,119 @@
+//! Curves through points: which is drawn, what is off it, and how well it knows where it is.
+
+use vibrissa::contour::curve::{Curve, Kind, Nothing, Sample, choose};
+use vibrissa::contour::point::Covariance;
+use vibrissa::scene::sampler::Sampler;
+
+const SIGMA: f64 = 0.05;
+
+/// A standard normal number (Box and Muller) of a seed and a place.
+fn normal(seed: u64, k: usize) -> f64 {
+    let uniform = |d: u32| (f64::from(Sampler::Random.coordinate(seed, d, k as u32)) + 0.5) / 4_294_967_296.0;
+    (-2.0 * uniform(0).ln()).sqrt() * (std::f64::consts::TAU * uniform(1)).cos()
+}
+
+fn samples(n: usize, seed: u64, at: impl Fn(f64) -> [f64; 2]) -> Vec<Sample> {
+    let one = |k: usize| {
+        let [x, y] = at(k as f64 / (n - 1) as f64);
+        Sample {
+            at: [x + SIGMA * normal(seed, 2 * k), y + SIGMA * normal(seed, 2 * k + 1)],
+            covariance: Covariance([SIGMA * SIGMA, 0.0, SIGMA * SIGMA]),
+            share: 1.0,
+            group: k,
+        }
+    };
+    (0..n).map(one).collect()
+}
+
+fn line(u: f64) -> [f64; 2] {
+    [-10.0 + 20.0 * u, 3.0 + 5.0 * u]
+}
+
+fn circle(u: f64) -> [f64; 2] {
+    [8.0 * (4.0 * u).cos(), 8.0 * (4.0 * u).sin()]
+}
+
+fn wave(u: f64) -> [f64; 2] {
+    [20.0 * u, 2.0 * (9.0 * u).sin()]
+}
+
+fn oval(u: f64) -> [f64; 2] {
+    let t = std::f64::consts::TAU * 0.98 * u;
+    [12.0 * t.cos(), 8.0 * t.sin()]
+}
+
+#[test]
+fn the_simplest_curve_that_foretells_points_is_drawn() {
+    let all: [(fn(f64) -> [f64; 2], Kind); 4] =
+        [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth), (oval, Kind::Smooth)];
+    for (at, kind) in all {
+        for seed in 1..=5 {
+            let chosen = choose(&samples(40, seed, at), None).unwrap();
+            assert_eq!(chosen.kind, kind, "{seed} {:?}", chosen.judged);
+            assert!(chosen.scale < 1.6, "{}", chosen.scale);
+            assert!(chosen.off.iter().filter(|o| o.2).count() <= 1);
+        }
+    }
+}
+
+#[test]
+fn outliers_are_named_and_do_not_draw_the_curve() {
+    let all: [(fn(f64) -> [f64; 2], Kind); 3] =
+        [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth)];
+    for (at, kind) in all {
+        let mut spoilt = samples(40, 3, at);
+        for k in [4, 11, 12, 30] {
+            spoilt[k].at[1] += 2.0;
+        }
+        let chosen = choose(&spoilt, None).unwrap();
+        let named: Vec<usize> = (0..40).filter(|&k| chosen.off[k].2).collect();
+        assert_eq!((chosen.kind, named.as_slice()), (kind, &[4, 11, 12, 30][..]));
+    }
+}
+
+/// Distance of a traced place from the truth across the curve, over its standard deviation, rms over places and seeds.
+fn honesty(at: fn(f64) -> [f64; 2], kind: Kind) -> f64 {
+    let (mut sum, mut n) = (0.0, 0.0);
+    for seed in 1..=40 {
+        let noisy = samples(40, seed, at);
+        let chosen = choose(&noisy, Some(kind)).unwrap();
+        for k in 2..=18 {
+            let p = at(f64::from(k) / 20.0);
+            let (off, _) = chosen.curve.off(p);
+            sum += (off / chosen.curve.deviation(p)).powi(2);
+            n += 1.0;
+        }
+    }
+    (sum / n).sqrt()
+}
+
+#[test]
+fn a_curve_knows_how_well_it_is_known() {
+    for (at, kind, [least, most]) in [
+        (line as fn(f64) -> [f64; 2], Kind::Line, [0.75, 1.25]),
+        (circle, Kind::Circle, [0.75, 1.25]),
+        // What a stiffness smooths away its standard deviation knows in part.
+        (wave, Kind::Smooth, [0.5, 1.6]),
+    ] {
+        let ratio = honesty(at, kind);
+        assert!((least..most).contains(&ratio), "{kind:?} {ratio}");
+    }
+}
+
+#[test]
+fn what_is_no_curve_says_why() {
+    let few = samples(2, 1, line);
+    assert_eq!(choose(&few, None).unwrap_err(), Nothing::TooFew);
+    assert_eq!(choose(&samples(9, 1, |_| [1.0, 2.0]), None).unwrap_err(), Nothing::OnePlace);
+    assert_eq!(choose(&samples(3, 1, line), Some(Kind::Smooth)).unwrap_err(), Nothing::Undetermined);
+    // All of one stroke: nothing can be left out.
+    let mut stroke = samples(20, 1, line);
+    stroke.iter_mut().for_each(|s| s.group = 7);
+    assert_eq!(choose(&stroke, None).unwrap_err(), Nothing::Undetermined);
+    // A closed curve ends where it began.
+    let chosen = choose(&samples(60, 2, oval), None).unwrap();
+    let Curve::Smooth(smooth) = &chosen.curve else { panic!("{:?}", chosen.kind) };
+    let traced = chosen.curve.traced(&samples(60, 2, oval), 50);
+    let ([x, y], [u, v]) = (traced[0].0, traced[49].0);
+    assert!(smooth.is_closed() && (x - u).hypot(y - v) < 1e-9);
+}
