@@ -10,6 +10,7 @@ mod budget;
 mod calibrate;
 pub mod content;
 mod designs;
+mod limits;
 mod locate;
 mod optimise;
 mod page;
