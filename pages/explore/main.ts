@@ -74,6 +74,9 @@ class Page {
     const { census, name, version } = this.baked;
     const model = this.baked.kept.model.trim().split("\n").filter((l) => l !== "").join(", ") || "exact rod, frictionless, hooke";
     element("name").textContent = name;
+    const drive = this.rig.drive === "angle" ? "θ" : "δ";
+    element("formula").textContent = `K = ${drive} f(a)/ε`;
+    element("inverse").textContent = `f(â) = K̄ ε/${drive}`;
     element("model").textContent = model;
     const part = (x: number) => text(Number(x.toPrecision(2)));
     const departure =
@@ -222,11 +225,14 @@ class Page {
 
   private showSliders(by?: HTMLInputElement): void {
     for (const { key } of this.sliders) {
-      const value = plain(this.state[key] * (key === "noise" ? 1e6 : 1));
-      for (const input of [element<HTMLInputElement>(`range-${key}`), element<HTMLInputElement>(`number-${key}`)]) {
-        if (input !== by) {
-          input.value = value;
-        }
+      const value = this.state[key] * (key === "noise" ? 1e6 : 1);
+      const [bar, number] = [element<HTMLInputElement>(`range-${key}`), element<HTMLInputElement>(`number-${key}`)];
+      if (bar !== by) {
+        bar.value = plain(value);
+      }
+      if (number !== by) {
+        // As many digits as there is room for; the address has them all.
+        number.value = plain(Number(value.toPrecision(6)));
       }
     }
     element("copied").textContent = "";
@@ -252,9 +258,9 @@ class Page {
     const { taps, estimates, words, ...values } = row;
     return {
       state,
-      row: { ...values, words: [...words] },
+      row: { ...values, K_sd: row.K_sd * design.unit, words: [...words] },
       taps: taps.map((t, i) => ({ a: design.distances[i]!, ...t, distance: estimates[i]?.distance ?? NaN, sigma: estimates[i]?.sigma ?? NaN })),
-      optimum: optimum && { drive: optimum.row.drive, total_rms: optimum.row.total_rms, K_sd: optimum.row.K_sd, limited_by: optimum.limitedBy },
+      optimum: optimum && { drive: optimum.row.drive, total_rms: optimum.row.total_rms, K_sd: optimum.row.K_sd * design.unit, limited_by: optimum.limitedBy },
       outside: design.outside(state.drive),
       // Distance between the object and where the drawn shape would have it, mm.
       closure: shape && Math.hypot(shape.pole[0] - shape.poleByShape[0], shape.pole[1] - shape.poleByShape[1]),

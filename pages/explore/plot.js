@@ -60,6 +60,12 @@ export function text(x) {
     const short = Number(x.toPrecision(6));
     return size >= 1e5 || size < 1e-3 ? short.toExponential().replace("e+", "e") : String(short);
 }
+/** Numbers of the ticks of one axis, all written in the same way. */
+export function labels(values) {
+    const round = values.map((x) => Number(x.toPrecision(5)));
+    const powers = round.some((x) => x !== 0 && (Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3));
+    return round.map((x) => (x === 0 ? "0" : powers ? x.toExponential().replace("e+", "e") : text(x)));
+}
 /** Draws a figure; what has no value is left out of its lines. */
 export function draw(canvas, figure, palette) {
     const { g, w, h } = prepared(canvas);
@@ -99,8 +105,8 @@ export function draw(canvas, figure, palette) {
         [lo, hi] = [figure.zeroY && lo === 0 ? 0 : lo - room, hi + room];
     }
     const tickY = figure.logY ? logTicks(lo, hi) : ticks(lo, hi, Math.max(3, h / 45));
-    const label = (x) => (figure.logY ? text(x) : text(Number(x.toPrecision(5))));
-    const left = 14 + Math.max(...tickY.map((y) => g.measureText(label(y)).width));
+    const labelY = labels(tickY);
+    const left = 14 + Math.max(...labelY.map((words) => g.measureText(words).width));
     const box = { left, right: w - 10, top: 24, bottom: h - 34 };
     const along = (log, [a, b], x) => log ? Math.log(x / a) / Math.log(b / a) : (x - a) / (b - a);
     const px = (x) => box.left + (box.right - box.left) * along(figure.logX, figure.rangeX, x);
@@ -110,35 +116,29 @@ export function draw(canvas, figure, palette) {
     g.fillStyle = soft;
     g.textAlign = "right";
     g.textBaseline = "middle";
-    for (const y of tickY) {
+    tickY.forEach((y, i) => {
         line(g, [box.left, box.right], [py(y), py(y)]);
-        g.fillText(label(y), box.left - 5, py(y));
-    }
+        g.fillText(labelY[i], box.left - 5, py(y));
+    });
     g.textAlign = "center";
     g.textBaseline = "top";
     const [from, to] = figure.rangeX;
     const tickX = figure.logX ? logTicks(from, to) : ticks(from, to, Math.max(3, w / 80));
-    for (const x of tickX) {
+    const labelX = labels(tickX);
+    tickX.forEach((x, i) => {
         line(g, [px(x), px(x)], [box.bottom, box.bottom + 4]);
-        g.fillText(text(Number(x.toPrecision(5))), px(x), box.bottom + 5);
-    }
+        g.fillText(labelX[i], px(x), box.bottom + 5);
+    });
     g.fillText(figure.x, 0.5 * (box.left + box.right), h - 15);
     g.save();
     g.beginPath();
     g.rect(box.left - 4, box.top - 4, box.right - box.left + 8, box.bottom - box.top + 8);
     g.clip();
-    let row = 0;
-    for (const mark of figure.marks ?? []) {
+    const marks = figure.marks ?? [];
+    for (const mark of marks) {
         g.strokeStyle = mark.color;
         g.setLineDash(mark.dashed ? [4, 4] : []);
         line(g, [px(mark.x), px(mark.x)], [box.top, box.bottom]);
-        if (mark.label) {
-            const left = px(mark.x) < 0.6 * w;
-            g.textAlign = left ? "left" : "right";
-            g.fillStyle = mark.color;
-            g.fillText(mark.label, px(mark.x) + (left ? 4 : -4), box.top + 14 * row);
-            row += 1;
-        }
     }
     g.setLineDash([]);
     g.lineWidth = 1.8;
@@ -166,8 +166,20 @@ export function draw(canvas, figure, palette) {
         });
         g.stroke();
     }
-    g.restore();
     g.setLineDash([]);
+    marks.filter((m) => m.label).forEach((mark, row) => {
+        // On the side where no other mark stands, on a plate: lines do not cross it.
+        const [x, wide, y] = [px(mark.x), g.measureText(mark.label).width, box.top + 15 * row];
+        const free = (from) => from >= box.left && from + wide <= box.right && !marks.some((m) => m !== mark && px(m.x) > from - 3 && px(m.x) < from + wide + 3);
+        const sides = [x + 4, x - 4 - wide];
+        const from = sides.find(free) ?? (x < 0.6 * w ? sides[0] : sides[1]);
+        g.fillStyle = palette.get("paper");
+        g.fillRect(from - 2, y - 1, wide + 4, 14);
+        g.fillStyle = mark.color;
+        g.textAlign = "left";
+        g.fillText(mark.label, from, y);
+    });
+    g.restore();
     g.strokeStyle = ink;
     g.lineWidth = 1;
     line(g, [box.left, box.left, box.right], [box.top, box.bottom, box.bottom]);

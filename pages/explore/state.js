@@ -56,7 +56,8 @@ export function fromHash(hash, start) {
     const said = new URLSearchParams(hash.replace(/^#/, ""));
     const state = { ...start };
     for (const key of Object.keys(start)) {
-        const value = Number(said.get(key) ?? NaN);
+        const words = said.get(key)?.trim() ?? "";
+        const value = words === "" ? NaN : Number(words);
         if (Number.isFinite(value) && value >= 0) {
             state[key] = key === "distances" ? Math.min(Math.max(Math.round(value), 2), 200) : value;
         }

@@ -116,7 +116,7 @@ async function handles(url) {
   const beyond = await numbers(again);
   assert.ok(beyond.outside.length > 0 && beyond.row.K_sd === null && beyond.taps[0].strain === null, "no value outside of the chart");
   assert.match(await again.$eval("#status", (s) => s.textContent), /Outside the chart.*a = 12 mm/);
-  await again.goto(`${url}#drive=abc&D=-3&d=1e999&theta=4&distances=3.4`);
+  await again.goto(`${url}#drive=abc&D=-3&d=1e999&L_a=&x_ss=%20&theta=4&distances=3.4`);
   await again.reload();
   await settled(again);
   assert.deepEqual((await numbers(again)).state, { ...before.state, distances: 3 }, "a broken address is left aside");

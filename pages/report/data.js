@@ -38,8 +38,10 @@ function told(axis, x) {
 const CIVIDIS = [
     [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [254, 232, 56],
 ];
-/** Colour of a share 0 … 1 of the scale of maps. */
+/** Colour of a share 0 … 1 of the scale of maps; grey where there is none. */
 function shade(share) {
+    if (Number.isNaN(share))
+        return "var(--soft)";
     const last = CIVIDIS.length - 1;
     const at = Math.min(1, Math.max(0, share)) * last;
     const i = Math.min(Math.floor(at), last - 1);

@@ -2,7 +2,7 @@
 
 type Value = number | null;
 
-interface Axis { label: string; unit: string; log: boolean; words: string[]; ends: [number, number] | null }
+interface Axis { label: string; unit: string; log: boolean; words: string[]; ends: [number, number] | null; whole: boolean }
 interface Path { name: string; colour: number; x: Value[]; y: Value[] }
 type Marker = "circle" | "square" | "triangle" | "diamond" | "cross" | "ring";
 interface Line extends Path { kind: "line"; dash: number; marker: Marker | null }
@@ -14,7 +14,7 @@ interface Rule { kind: "rule"; along: "x" | "y"; at: number; name: string; colou
 interface Note { kind: "note"; x: number; y: number; text: string }
 type Mark = Line | Points | Bars | Area | Cells | Rule | Note;
 interface Panel { title: string; x: Axis; y: Axis; to_scale: boolean; marks: Mark[] }
-interface Parallel { axes: Axis[]; values: Value[][]; colour: number; muted: boolean[] }
+interface Parallel { axes: Axis[]; values: Value[][]; colour: number; muted: boolean[]; why: string }
 interface Figure { name: string; title: string; caption: string; panels: Panel[]; columns: number; parallel: Parallel | null }
 interface Table {
     file: string; of: number; how: string; linked: boolean; at: number[];
@@ -22,7 +22,7 @@ interface Table {
 }
 interface Data {
     made: [string, string][]; facts: [string, string][]; notes: string[]; figures: Figure[]; tables: Table[];
-    spec: string | null; colours: string[];
+    spec: string | null; colours: string[]; no_value: string;
 }
 
 const data: Data = JSON.parse(document.getElementById("data")!.textContent!);
@@ -69,8 +69,9 @@ const CIVIDIS: [number, number, number][] = [
     [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [254, 232, 56],
 ];
 
-/** Colour of a share 0 … 1 of the scale of maps. */
+/** Colour of a share 0 … 1 of the scale of maps; grey where there is none. */
 function shade(share: number): string {
+    if (Number.isNaN(share)) return "var(--soft)";
     const last = CIVIDIS.length - 1;
     const at = Math.min(1, Math.max(0, share)) * last;
     const i = Math.min(Math.floor(at), last - 1);

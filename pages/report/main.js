@@ -14,14 +14,16 @@ function key(figure, hidden, redraw) {
             entry.spot ??= [m.colour, m.marker];
         if (m.kind === "line" && m.marker !== null)
             entry.spot ??= [m.colour, m.marker];
-        if (m.kind === "area" || m.kind === "bars")
-            entry.area ??= m.colour;
+        if (m.kind === "bars")
+            entry.area ??= `f${m.colour}`;
+        if (m.kind === "area")
+            entry.area ??= looks(m);
     }
     const list = element("div", { class: "key" });
     for (const [name, look] of entries) {
         const svg = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" });
         if (look.area !== undefined)
-            svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: `f${look.area} swatch` }));
+            svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: look.area }));
         if (look.line !== undefined)
             svg.append(drawn("path", { d: "M1 7h24", class: `s${look.line[0]} line`, "stroke-dasharray": DASHES[look.line[1]] ?? "" }));
         if (look.spot !== undefined)
@@ -34,6 +36,10 @@ function key(figure, hidden, redraw) {
             redraw();
         });
         list.append(button);
+    }
+    if (figure.panels.some((p) => p.marks.some((m) => m.kind === "cells" && m.z.includes(null)))) {
+        const empty = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" }));
+        list.append(element("span", {}, empty, data.no_value));
     }
     return list;
 }

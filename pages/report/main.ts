@@ -2,7 +2,7 @@
 
 /** Names of a figure with their looks; a click hides what has the name. */
 function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLElement {
-    const entries = new Map<string, { line?: [number, number]; spot?: [number, Marker]; area?: number }>();
+    const entries = new Map<string, { line?: [number, number]; spot?: [number, Marker]; area?: string }>();
     for (const m of figure.panels.flatMap((p) => p.marks)) {
         if (!("name" in m) || m.name === "") continue;
         const entry = entries.get(m.name) ?? {};
@@ -10,12 +10,13 @@ function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLEleme
         if (m.kind === "line" || m.kind === "rule") entry.line ??= [m.colour, m.dash];
         if (m.kind === "points") entry.spot ??= [m.colour, m.marker];
         if (m.kind === "line" && m.marker !== null) entry.spot ??= [m.colour, m.marker];
-        if (m.kind === "area" || m.kind === "bars") entry.area ??= m.colour;
+        if (m.kind === "bars") entry.area ??= `f${m.colour}`;
+        if (m.kind === "area") entry.area ??= looks(m);
     }
     const list = element("div", { class: "key" });
     for (const [name, look] of entries) {
         const svg = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" });
-        if (look.area !== undefined) svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: `f${look.area} swatch` }));
+        if (look.area !== undefined) svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: look.area }));
         if (look.line !== undefined) svg.append(drawn("path", { d: "M1 7h24", class: `s${look.line[0]} line`, "stroke-dasharray": DASHES[look.line[1]] ?? "" }));
         if (look.spot !== undefined) svg.append(spot(look.spot[1], 13, 7, 3.2, look.spot[0]));
         const button = element("button", { type: "button", "aria-pressed": "true", title: "show or hide" }, svg, name);
@@ -25,6 +26,10 @@ function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLEleme
             redraw();
         });
         list.append(button);
+    }
+    if (figure.panels.some((p) => p.marks.some((m) => m.kind === "cells" && m.z.includes(null)))) {
+        const empty = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" }));
+        list.append(element("span", {}, empty, data.no_value));
     }
     return list;
 }

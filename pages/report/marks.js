@@ -32,6 +32,10 @@ function spot(marker, x, y, r, colour) {
     }
     return drawn("path", { d: through(SHAPES[marker].map(([u, v]) => [x + u * r, y + v * r]), true), class: `f${colour}` });
 }
+/** Classes of an area. */
+function looks(area) {
+    return `a${area.colour} ${area.outlined ? "outlined" : "plain"}`;
+}
 const DASHES = ["", "6 4", "2 3"];
 /** Draws a mark and says where it can be pointed at. */
 function mark(into, place, panel, m) {
@@ -87,7 +91,7 @@ function mark(into, place, panel, m) {
             break;
         }
         case "area":
-            into.append(drawn("path", { d: through(paired(m), true), class: `a${m.colour} ${m.outlined ? "outlined" : "plain"}` }));
+            into.append(drawn("path", { d: through(paired(m), true), class: looks(m) }));
             break;
         case "cells": {
             const scale = Scale.of(m.of, m.z, true);

@@ -39,6 +39,11 @@ function spot(marker: Marker, x: number, y: number, r: number, colour: number): 
     return drawn("path", { d: through(SHAPES[marker].map(([u, v]) => [x + u * r, y + v * r]), true), class: `f${colour}` });
 }
 
+/** Classes of an area. */
+function looks(area: Area): string {
+    return `a${area.colour} ${area.outlined ? "outlined" : "plain"}`;
+}
+
 const DASHES = ["", "6 4", "2 3"];
 
 /** Draws a mark and says where it can be pointed at. */
@@ -90,7 +95,7 @@ function mark(into: SVGElement, place: Place, panel: Panel, m: Mark): Spot[] {
             break;
         }
         case "area":
-            into.append(drawn("path", { d: through(paired(m), true), class: `a${m.colour} ${m.outlined ? "outlined" : "plain"}` }));
+            into.append(drawn("path", { d: through(paired(m), true), class: looks(m) }));
             break;
         case "cells": {
             const scale = Scale.of(m.of, m.z, true);

@@ -58,18 +58,17 @@ class PanelView {
         const axis = (a: Axis, log: boolean) => ({ ...a, log, ends: log === a.log ? a.ends : null });
         const x = Scale.of(axis(p.x, this.logs.x), points.map((q) => q[0]), mapped !== undefined);
         const y = Scale.of(axis(p.y, this.logs.y), points.map((q) => q[1]), mapped !== undefined);
-        const words = p.y.words.reduce((most, w) => Math.max(most, w.length), 0);
-        const left = Math.min(0.45 * wide, Math.max(62, 22 + 6.6 * words));
-        const [right, top] = [mapped === undefined ? 12 : 78, p.title === "" ? 8 : 24];
-        const inside = wide - left - right;
-        let high = p.to_scale ? (inside * (y.to - y.from)) / (x.to - x.from) : 0.66 * inside;
-        high = Math.max(p.to_scale ? 60 : 150, 15 * p.y.words.length, Math.min(high, 460));
-        const place: Place = { left, top, wide: inside, high, x, y };
-        if (p.to_scale) {
-            // What the height has more than it needs goes to both ends.
-            const more = 0.5 * (((x.to - x.from) / inside) * high - (y.to - y.from));
-            place.y = new Scale(y.from - more, y.to + more, false);
+        const bar = mapped === undefined ? null : new Bar(mapped.of, Scale.of(mapped.of, mapped.z, true));
+        const [right, top] = [bar === null ? 12 : bar.wide(), p.title === "" ? 8 : 24];
+        // Words are cut where they would take half the panel; numbers never are. How many there are depends on the height.
+        let place = this.place(wide, { left: 62, right, top, x, y });
+        for (let again = 0; again < 3; again++) {
+            const words = longest(named(p.y, place.y, many(place.high, 40)).map((t) => t[1]));
+            const room = p.y.words.length > 0 ? Math.min(0.45 * wide, 30 + words) : 30 + words;
+            if (again > 0 && room <= place.left) break;
+            place = this.place(wide, { left: room, right, top, x, y });
         }
+        const { left, wide: inside, high } = place;
         const turned = p.x.words.length > 6 ? 60 : 0;
         const svg = drawn("svg", {
             width: wide, height: top + high + 42 + turned, tabindex: "0", role: "img",
@@ -81,7 +80,7 @@ class PanelView {
         const inner = drawn("g", { "clip-path": `url(#${clip})` });
         this.spots = marks.flatMap((m) => mark(inner, place, p, m));
         svg.append(inner, drawn("rect", { x: left, y: top, width: inside, height: high, class: "edge" }));
-        if (mapped !== undefined) this.beside(svg, place, mapped);
+        bar?.draw(svg, left + inside, top, high);
         this.ring = drawn("circle", { r: 7, class: "pointed", visibility: "hidden" });
         svg.append(this.ring);
         svg.addEventListener("pointermove", (e) => this.near(svg, e));
@@ -95,43 +94,43 @@ class PanelView {
 
     private static count = 0;
 
+    /** Where the inside lies between its margins. */
+    private place(wide: number, { left, right, top, x, y }: { left: number; right: number; top: number; x: Scale; y: Scale }): Place {
+        const p = this.panel;
+        const inside = wide - left - right;
+        if (!p.to_scale) {
+            const least = Math.max(150, 15 * p.y.words.length, measured(text(p.y), LABEL) - top);
+            return { left, top, wide: inside, high: Math.max(least, Math.min(0.66 * inside, 460)), x, y };
+        }
+        const high = Math.max(60, Math.min((inside * (y.to - y.from)) / (x.to - x.from), 460));
+        // What the height has more than it needs goes to both ends.
+        const more = 0.5 * (((x.to - x.from) / inside) * high - (y.to - y.from));
+        return { left, top, wide: inside, high, x, y: new Scale(y.from - more, y.to + more, false) };
+    }
+
     private axes(svg: SVGElement, place: Place, turned: number): void {
         const { left, top, wide, high, x, y } = place;
         const p = this.panel;
-        const named = (a: Axis, s: Scale, n: number): [number, string][] =>
-            a.words.length > 0 ? a.words.map((w, i): [number, string] => [i, w]) : s.ticks(n);
         let last = -Infinity;
-        for (const [value, words] of named(p.x, x, Math.max(2, Math.floor(wide / 62)))) {
+        for (const [value, words] of named(p.x, x, many(wide, 62))) {
             const at = left + x.share(value) * wide;
             svg.append(drawn("path", { d: `M${at} ${top}v${high + 4}`, class: "grid" }));
             if (turned > 0) {
                 svg.append(drawn("text", { x: at, y: top + high + 8, class: "tick", "text-anchor": "end", transform: `rotate(-60 ${at} ${top + high + 8})` }, words));
-            } else if (at - 3.4 * words.length > last) {
+            } else if (at - 0.5 * measured(words, TICK) > last + 4) {
                 svg.append(drawn("text", { x: at, y: top + high + 17, class: "tick", "text-anchor": "middle" }, words));
-                last = at + 3.4 * words.length;
+                last = at + 0.5 * measured(words, TICK);
             }
         }
-        for (const [value, words] of named(p.y, y, Math.max(2, Math.floor(high / 40)))) {
+        for (const [value, words] of named(p.y, y, many(high, 40))) {
             const at = top + (1 - y.share(value)) * high;
             svg.append(drawn("path", { d: `M${left - 4} ${at}h${wide + 4}`, class: "grid" }));
-            const shown = words.length * 6.6 > left - 24 ? `${words.slice(0, Math.floor((left - 30) / 6.6))}…` : words;
+            const shown = p.y.words.length > 0 ? cut(words, left - 28) : words;
             svg.append(drawn("text", { x: left - 7, y: at + 4, class: "tick", "text-anchor": "end" }, shown, drawn("title", {}, words)));
         }
         svg.append(drawn("text", { x: left + wide / 2, y: top + high + 36 + turned, class: "label", "text-anchor": "middle" }, text(p.x)));
         svg.append(drawn("text", { x: 12, y: top + high / 2, class: "label", "text-anchor": "middle", transform: `rotate(-90 12 ${top + high / 2})` }, text(p.y)));
         svg.append(drawn("text", { x: left + wide / 2, y: 14, class: "title", "text-anchor": "middle" }, p.title));
-    }
-
-    private beside(svg: SVGElement, place: Place, cells: Cells): void {
-        const scale = Scale.of(cells.of, cells.z, true);
-        const [left, steps] = [place.left + place.wide + 10, 48];
-        for (let i = 0; i < steps; i++) {
-            const high = place.high / steps;
-            svg.append(drawn("rect", { x: left, y: place.top + place.high - (i + 1) * high - 0.2, width: 10, height: high + 0.4, style: `fill: ${shade((i + 0.5) / steps)}` }));
-        }
-        for (const [value, words] of scale.ticks(5)) {
-            svg.append(drawn("text", { x: left + 14, y: place.top + (1 - scale.share(value)) * place.high + 4, class: "tick" }, words));
-        }
     }
 
     private near(svg: SVGSVGElement, e: PointerEvent): void {
@@ -200,4 +199,25 @@ class PanelView {
 
 function text(axis: Axis): string {
     return axis.unit === "" ? axis.label : `${axis.label} (${axis.unit})`;
+}
+
+/** How many ticks have room. */
+function many(long: number, each: number): number {
+    return Math.max(2, Math.floor(long / each));
+}
+
+/** Ticks of an axis with their words. */
+function named(axis: Axis, scale: Scale, wanted: number): [number, string][] {
+    if (axis.words.length > 0) return axis.words.map((w, i): [number, string] => [i, w]);
+    const ticks = scale.ticks(wanted);
+    const whole = ticks.filter(([x]) => Math.abs(x - Math.round(x)) < 1e-6).map(([x]): [number, string] => [x, String(Math.round(x))]);
+    return axis.whole ? whole : ticks;
+}
+
+/** What of some words has room. */
+function cut(words: string, room: number): string {
+    if (measured(words, TICK) <= room) return words;
+    let shown = words;
+    while (shown !== "" && measured(`${shown}…`, TICK) > room) shown = shown.slice(0, -1);
+    return `${shown}…`;
 }

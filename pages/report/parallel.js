@@ -15,26 +15,30 @@ class ParallelView {
     draw(room) {
         const p = this.p;
         const wide = Math.max(room, 108 * p.axes.length);
-        const [left, right, top, high] = [34, 56, 50, 320];
+        const by = Scale.of(p.axes[p.colour], p.values.filter((_, i) => !p.muted[i]).map((v) => v[p.colour] ?? null), true);
+        const bar = new Bar(p.axes[p.colour], by);
+        // Words of the last axis reach beyond it.
+        const [left, right, top, high] = [34, 52 + bar.wide(), 50, 320];
         const gap = (wide - left - right) / Math.max(1, p.axes.length - 1);
         const scales = p.axes.map((a, k) => Scale.of({ ...a, log: this.logs[k], ends: null }, p.values.map((v) => v[k] ?? null)));
         const at = (k, x) => [left + k * gap, top + (1 - scales[k].share(x)) * high];
-        const by = Scale.of(p.axes[p.colour], p.values.filter((_, i) => !p.muted[i]).map((v) => v[p.colour] ?? null), true);
+        const muted = p.values.map((v, i) => p.muted[i] || Number.isNaN(by.share(v[p.colour])));
         const svg = drawn("svg", { width: wide, height: top + high + 34, role: "group", "aria-label": "Parallel coordinates" });
         const inner = drawn("g", {});
         this.lines = p.values.map((values, i) => {
             const d = through(values.map((x, k) => at(k, x)));
-            const line = drawn("path", { d, class: p.muted[i] ? "thread muted" : "thread" });
-            if (!p.muted[i])
+            const line = drawn("path", { d, class: muted[i] ? "thread muted" : "thread" });
+            if (!muted[i])
                 line.style.stroke = shade(by.share(values[p.colour]));
             return line;
         });
         // Grey lines below, and of the others the best, which are dark, on top.
-        const rank = (i) => (p.muted[i] ? Infinity : p.values[i][p.colour] ?? Infinity);
+        const rank = (i) => (muted[i] ? Infinity : p.values[i][p.colour] ?? Infinity);
         const order = this.lines.map((_, i) => i).sort((a, b) => rank(b) - rank(a) || a - b);
         inner.append(...order.map((i) => this.lines[i]));
         svg.append(inner);
         p.axes.forEach((a, k) => svg.append(this.axis(svg, a, k, scales[k], [left + k * gap, top, high])));
+        bar.draw(svg, wide - bar.wide(), top, high);
         const clear = element("button", { type: "button" }, "keep all rows");
         clear.addEventListener("click", () => {
             this.kept.fill(null);
@@ -44,7 +48,9 @@ class ParallelView {
         const help = element("p", { class: "hint" }, "Drag along an axis to keep the rows that pass there (keys: arrows move the range, with Shift its upper end, Escape ends it; L: log axis).");
         const scroll = element("div", { class: "wide" });
         scroll.append(svg);
-        this.box.replaceChildren(scroll, element("div", { class: "switches" }, clear), help);
+        const grey = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, drawn("path", { d: "M1 7h24", class: "thread muted" }));
+        const key = element("div", { class: "key" }, ...(muted.includes(true) ? [element("span", {}, grey, p.why)] : []));
+        this.box.replaceChildren(scroll, key, element("div", { class: "switches" }, clear), help);
         this.show();
     }
     axis(svg, a, k, scale, [x, top, high]) {

@@ -26,18 +26,19 @@ class Scale {
             return new Scale(axis.ends[0], axis.ends[1], axis.log);
         if (least > most)
             return new Scale(axis.log ? 0.1 : 0, 1, axis.log);
+        const over = (a, b) => new Scale(bounded(a, axis.log), bounded(b, axis.log), axis.log);
         if (tight && least < most)
-            return new Scale(least, most, axis.log);
+            return over(least, most);
         if (axis.log) {
-            const room = least < most ? (most / least) ** 0.04 : 2;
-            return new Scale(least / room, most * room, true);
+            const room = least < most ? Math.exp(0.04 * (Math.log(most) - Math.log(least))) : 2;
+            return over(least / room, most * room);
         }
         if (least === most) {
             const room = least === 0 ? 1 : 0.1 * Math.abs(least);
-            return new Scale(least - room, most + room, false);
+            return over(least - room, most + room);
         }
-        const room = 0.04 * (most - least);
-        return new Scale(least >= 0 && least < 0.2 * most ? 0 : least - room, most + room, false);
+        const room = 0.04 * most - 0.04 * least;
+        return over(least >= 0 && least < 0.2 * most ? 0 : least - room, most + room);
     }
     /** Share of the way from end to end; NaN where there is no place. */
     share(x) {
@@ -45,11 +46,12 @@ class Scale {
             return NaN;
         if (!this.log)
             return (x - this.from) / (this.to - this.from);
-        return x > 0 ? Math.log(x / this.from) / Math.log(this.to / this.from) : NaN;
+        const from = Math.log(this.from);
+        return x > 0 ? (Math.log(x) - from) / (Math.log(this.to) - from) : NaN;
     }
     /** The value at a share. */
     value(share) {
-        return this.log ? this.from * (this.to / this.from) ** share : this.from + share * (this.to - this.from);
+        return this.log ? this.from ** (1 - share) * this.to ** share : this.from + share * (this.to - this.from);
     }
     ticks(wanted) {
         return this.log ? this.decades(wanted) : this.even(wanted);
@@ -65,8 +67,9 @@ class Scale {
         return found;
     }
     decades(wanted) {
-        const [a, b] = [Math.log10(this.from), Math.log10(this.to)];
-        const whole = Array.from({ length: Math.ceil(b) - Math.floor(a) + 1 }, (_, i) => Math.floor(a) + i);
+        const first = Math.max(-308, Math.floor(Math.log10(this.from)));
+        const last = Math.min(308, Math.ceil(Math.log10(this.to)));
+        const whole = Array.from({ length: last - first + 1 }, (_, i) => first + i);
         const inside = (x) => this.share(x) >= -1e-9 && this.share(x) <= 1 + 1e-9;
         const every = Math.max(1, Math.floor(whole.length / Math.max(1, wanted)));
         const tens = whole.filter((n) => n % every === 0).map((n) => 10 ** n).filter(inside);
@@ -78,6 +81,11 @@ class Scale {
         const plain = named.every((x) => x > 0.0099 && x < 9999);
         return named.map((x) => [x, decade(x, plain)]);
     }
+}
+/** `x`, or the last end that an axis may have: the way from end to end is a number too. */
+function bounded(x, log) {
+    const far = 0.25 * Number.MAX_VALUE;
+    return log ? Math.min(Math.max(x, 2.3e-308), Number.MAX_VALUE) : Math.min(Math.max(x, -far), far);
 }
 /** A multiple of `step`. */
 function round(x, step) {

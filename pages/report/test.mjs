@@ -62,6 +62,24 @@ async function picture(page, name) {
     await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
 }
 
+/** Words of figures lie within them, and numbers are never cut. */
+async function whole(page, where) {
+    const outside = await page.$$eval(".panel > svg, .parallel svg", (all) => all.flatMap((svg) => {
+        const box = svg.getBoundingClientRect();
+        return [...svg.querySelectorAll("text")].filter((t) => {
+            const b = t.getBoundingClientRect();
+            return b.width > 0 && (b.left < box.left - 2 || b.right > box.right + 4 || b.top < box.top - 2 || b.bottom > box.bottom + 2);
+        }).map((t) => t.textContent);
+    }));
+    assert.deepEqual(outside, [], `${where}: words outside of their figure`);
+    const cut = await page.evaluate(() => {
+        const panels = JSON.parse(document.getElementById("data").textContent).figures.filter((f) => f.parallel === null).flatMap((f) => f.panels);
+        const drawn = [...document.querySelectorAll(".panel > svg")];
+        return panels.flatMap((p, i) => (p.y.words.length > 0 ? [] : [...drawn[i].querySelectorAll(".tick")].map((t) => t.firstChild.data).filter((t) => t.includes("…"))));
+    });
+    assert.deepEqual(cut, [], `${where}: numbers that are cut`);
+}
+
 /** Both widths: nothing wider than the window, every figure drawn, nothing outside the numbers. */
 async function everyPage(browser, names) {
     for (const name of names) {
@@ -70,6 +88,7 @@ async function everyPage(browser, names) {
             assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, `${name} at ${width}: wider than the window`);
             const odd = await page.$$eval("svg *", (all) => all.filter((e) => [...e.attributes].some((a) => /NaN|undefined|Infinity/.test(a.value))).length);
             assert.equal(odd, 0, `${name} at ${width}: attributes that are no numbers`);
+            await whole(page, `${name} at ${width}`);
             await picture(page, `${name}-${width}`);
             quiet();
             await page.close();
@@ -160,6 +179,8 @@ async function point(browser) {
     assert.equal(await heights(), before);
     await (await page.$("#sd .key button")).click();
     assert.equal((await page.$$("#sd .panel path.line")).length, 2, "one of three lines is hidden");
+    const named = await page.$$eval("#K .panel .label", (all) => all.map((t) => t.textContent));
+    assert.equal(named.filter((t) => t === "K").length, 3, "each map says what its colours are");
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     const light = await ground();
     await page.click("#theme");

@@ -43,7 +43,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                   "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
         "suspects": suspect,
         "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
-        "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "width": g.width })),
+        "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
                       "positions": positions },
         "warnings": found.warnings,

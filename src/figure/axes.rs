@@ -5,9 +5,12 @@ use ttf_parser::Face;
 use super::colour::{FAINT, INK};
 use super::data::{Axis, Mark, Panel};
 use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
-use super::font::length;
+use super::font::{length, lines};
 use super::marks::Place;
 use super::scale::Scale;
+
+/// Distance of the lines of a text, as a multiple of its size.
+pub const LEADING: f64 = 1.15;
 
 /// Ticks of an axis: at, words; and small ones.
 type Ticks = (Vec<(f64, String)>, Vec<f64>);
@@ -32,26 +35,42 @@ pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) ->
         return (axis.words.iter().enumerate().map(|(i, w)| (i as f64, w.clone())).collect(), Vec::new());
     }
     let each = if upright { 1.8 * size } else { 3.6 * size };
-    scale.ticks(((long / each) as usize).clamp(3, 8))
+    let (mut named, mut small) = scale.ticks(((long / each) as usize).clamp(3, 8));
+    if axis.whole {
+        let whole = |x: f64| (x - x.round()).abs() < 1e-6;
+        named.retain(|(x, _)| whole(*x));
+        named.iter_mut().for_each(|(x, words)| *words = format!("{}", x.round()));
+        small.retain(|x| whole(*x));
+    }
+    (named, small)
+}
+
+/// Lines of an axis' title.
+fn title(axis: &Axis, room: f64, face: &Face<'_>, size: f64) -> Vec<String> {
+    lines(face, &axis.text(), room / size)
+}
+
+/// Room of so many lines, pt.
+fn stacked(count: usize, size: f64) -> f64 {
+    if count == 0 { 0.0 } else { (1.5 + LEADING * (count - 1) as f64) * size }
 }
 
 /// Width that the words left of a panel take.
 pub fn left(panel: &Panel, y: &Scale, high: f64, face: &Face<'_>, size: f64) -> f64 {
     let (named, _) = ticks(&panel.y, y, high, size, true);
     let longest = named.iter().map(|(_, w)| length(face, w) * size).fold(0.0, f64::max);
-    let label = if panel.y.label.is_empty() { 0.0 } else { 1.5 * size };
-    longest + label + 7.0
+    longest + stacked(title(&panel.y, high, face, size).len(), size) + 7.0
 }
 
-/// Height of what stands below a panel.
-pub fn below(panel: &Panel, size: f64) -> f64 {
+/// Height of what stands below a panel whose words have `wide` points.
+pub fn below(panel: &Panel, wide: f64, face: &Face<'_>, size: f64) -> f64 {
     let turned = panel.x.words.len() > 6;
-    let label = if panel.x.label.is_empty() { 0.0 } else { 1.5 * size };
+    let label = stacked(title(&panel.x, wide, face, size).len(), size);
     label + if turned { 6.0 * size } else { 1.3 * size } + 5.0
 }
 
-/// Grid and ticks go under the data.
-pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>, size: f64) {
+/// Grid and ticks go under the data. What stands below the panel stays within `cell`, the ends of its share of the paper.
+pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Face<'_>, size: f64) {
     let Rect { x, y, w, h } = p.inside;
     let mapped = panel.marks.iter().any(|m| matches!(m, Mark::Cells(_)));
     let (across, small_x) = ticks(&panel.x, &p.x, w, size, false);
@@ -90,8 +109,18 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, face: &Face<'_>, size: f6
         d.stroke(open(&[[x - 1.4, at], [x, at]]), Stroke::solid(INK, 0.4), None);
     }
     let turned = if panel.x.words.len() > 6 { 6.0 * size } else { 1.3 * size };
-    d.text([x + 0.5 * w, y + h + 4.0 + turned + size], panel.x.text(), size, Anchor::Middle, false);
-    d.text([x - 6.5 - widest - 0.35 * size, y + 0.5 * h], panel.y.text(), size, Anchor::Middle, true);
+    let mut base = y + h + 4.0 + turned + size;
+    for line in title(&panel.x, cell[1] - cell[0], face, size) {
+        let half = 0.5 * length(face, &line) * size;
+        let middle = (x + 0.5 * w).min(cell[1] - half).max(cell[0] + half);
+        d.text([middle, base], line, size, Anchor::Middle, false);
+        base += LEADING * size;
+    }
+    let mut beside = x - 6.5 - widest - 0.35 * size;
+    for line in title(&panel.y, h, face, size).into_iter().rev() {
+        d.text([beside, y + 0.5 * h], line, size, Anchor::Middle, true);
+        beside -= LEADING * size;
+    }
 }
 
 /// The panel's edge goes over them.

@@ -69,6 +69,40 @@ pub fn length(face: &Face<'_>, text: &str) -> f64 {
     text.chars().map(|c| f64::from(face.glyph_hor_advance(glyph(face, c)).unwrap_or(0)) / units).sum()
 }
 
+/// `text` broken at its spaces into lines that are at most `room` long, as a multiple of the font's size, where its words allow it.
+/// A value stays with its symbol and unit: x_ss = 7 mm.
+pub fn lines(face: &Face<'_>, text: &str, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in parts(text) {
+        match lines.last_mut() {
+            Some(line) if length(face, line) + length(face, " ") + length(face, &part) <= room => {
+                line.push(' ');
+                line.push_str(&part);
+            }
+            _ => lines.push(part),
+        }
+    }
+    lines
+}
+
+/// Words of a text, and values with symbol and unit.
+fn parts(text: &str) -> Vec<String> {
+    let mut parts: Vec<String> = Vec::new();
+    let mut open = false;
+    for word in text.split(' ').filter(|w| !w.is_empty()) {
+        let sign = matches!(word, "=" | "≈");
+        match parts.last_mut() {
+            Some(part) if open || sign => {
+                part.push(' ');
+                part.push_str(word);
+            }
+            _ => parts.push(word.to_owned()),
+        }
+        open = sign || open && word.parse::<f64>().is_ok();
+    }
+    parts
+}
+
 /// Outline of a text that stands at `at`.
 pub fn outline(
     face: &Face<'_>,
@@ -149,6 +183,21 @@ mod tests {
         let lacking: String =
             signs.chars().chain(' '..='~').filter(|c| *c != 'Ā' && face.glyph_index(*c).is_none()).collect();
         assert_eq!(lacking, "");
+    }
+
+    #[test]
+    fn a_text_is_broken_where_it_must_be() {
+        let font = Font::built_in();
+        let face = font.face();
+        let text = "error of the distance, rms (mm)";
+        assert_eq!(lines(&face, text, 1e3), [text]);
+        let narrow = lines(&face, text, 8.0);
+        assert!(narrow.len() > 1 && narrow.iter().all(|l| length(&face, l) <= 8.0), "{narrow:?}");
+        assert_eq!(narrow.join(" "), text);
+        let value = "D = 8 mm, x_ss ≈ 7.5 mm or 1 of 3";
+        assert_eq!(lines(&face, value, 0.1), ["D = 8 mm,", "x_ss ≈ 7.5 mm", "or", "1", "of", "3"]);
+        assert_eq!(lines(&face, "one word", 0.1), ["one", "word"]);
+        assert!(lines(&face, "", 1.0).is_empty());
     }
 
     #[test]

@@ -2,11 +2,15 @@
 
 use ttf_parser::Face;
 
-use super::colour::{self, Rgb};
-use super::data::{Figure, Mark, Marker};
+use super::axes::LEADING;
+use super::colour::{self, INK, Rgb};
+use super::data::{Figure, Mark, Marker, NO_VALUE};
 use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
-use super::font::length;
-use super::marks::{DOT, LINE, point};
+use super::font::{length, lines};
+use super::marks::{DOT, LINE, opacity, point};
+
+/// Looks of an area: colour, opacity, and the colour of its edge.
+type Area = (Rgb, f64, Option<Rgb>);
 
 /// One name and its looks.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -14,11 +18,20 @@ pub struct Entry {
     name: String,
     line: Option<(Rgb, u8)>,
     points: Option<(Rgb, Marker)>,
-    area: Option<Rgb>,
+    area: Option<Area>,
+}
+
+impl Entry {
+    /// Of a solid line.
+    pub fn line(name: &str, colour: Rgb) -> Self {
+        Self { name: name.to_owned(), line: Some((colour, 0)), ..Self::default() }
+    }
 }
 
 /// Width of a sign, pt.
 const SIGN: f64 = 16.0;
+/// From the sign to its name, pt.
+const AFTER: f64 = 4.0;
 
 /// Entries of `figure`, in the order in which their names come first.
 pub fn entries(figure: &Figure) -> Vec<Entry> {
@@ -47,40 +60,55 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
             }
             Mark::Rule { dash, .. } => entry.line = entry.line.or(Some((c, *dash))),
             Mark::Points { marker, .. } => entry.points = entry.points.or(Some((c, *marker))),
-            _ => entry.area = entry.area.or(Some(c)),
+            Mark::Area { outlined, .. } => {
+                let edge = outlined.then_some(c);
+                entry.area = entry.area.or(Some((c, opacity(*outlined), edge)));
+            }
+            _ => entry.area = entry.area.or(Some((c, 1.0, None))),
         }
+    }
+    if figure.panels.iter().flat_map(|p| &p.marks).any(Mark::has_gaps) {
+        let area = Some(([255; 3], 1.0, Some(INK)));
+        all.push(Entry { name: NO_VALUE.to_owned(), area, ..Entry::default() });
     }
     all
 }
 
-/// Rows of entries that fit into `width`.
-pub fn rows(entries: &[Entry], face: &Face<'_>, size: f64, width: f64) -> Vec<Vec<(f64, Entry)>> {
-    let mut rows: Vec<Vec<(f64, Entry)>> = Vec::new();
-    let mut at = f64::INFINITY;
+/// Draws `entries` in rows from `[x, y]` down, within the width of the paper; where they end.
+pub fn draw(
+    d: &mut Drawing,
+    entries: &[Entry],
+    [left, mut top]: [f64; 2],
+    paper: f64,
+    face: &Face<'_>,
+    size: f64,
+) -> f64 {
+    let room = paper - left;
+    let (mut at, mut high) = (0.0, 0.0);
     for entry in entries {
-        let long = SIGN + 4.0 + length(face, &entry.name) * size + 10.0;
-        if at + long > width + 10.0 && (at > 0.0 || rows.is_empty()) {
-            rows.push(Vec::new());
-            at = 0.0;
+        let names = lines(face, &entry.name, (room - SIGN - AFTER) / size);
+        let longest = names.iter().map(|n| length(face, n) * size).fold(0.0, f64::max);
+        let long = SIGN + AFTER + longest;
+        if at > 0.0 && at + long > room {
+            top += high;
+            (at, high) = (0.0, 0.0);
         }
-        if let Some(row) = rows.last_mut() {
-            row.push((at, entry.clone()));
-        }
-        at += long;
+        one(d, entry, &names, [left + at, top + 1.1 * size], size);
+        at += long + 10.0;
+        high = f64::max(high, (0.4 + LEADING * names.len() as f64) * size);
     }
-    rows
+    top + high
 }
 
-/// Draws an entry whose text has its baseline at `y`.
-pub fn draw(d: &mut Drawing, entry: &Entry, [x, y]: [f64; 2], size: f64) {
+/// Draws an entry whose first line has its baseline at `y`.
+fn one(d: &mut Drawing, entry: &Entry, names: &[String], [x, y]: [f64; 2], size: f64) {
     let middle = y - 0.34 * size;
-    if let Some(c) = entry.area {
-        d.fill(
-            Rect { x: x + 2.0, y: middle - 0.35 * size, w: SIGN - 4.0, h: 0.7 * size }.steps(),
-            c,
-            0.5,
-            None,
-        );
+    if let Some((c, opacity, edge)) = entry.area {
+        let swatch = Rect { x: x + 2.0, y: middle - 0.35 * size, w: SIGN - 4.0, h: 0.7 * size }.steps();
+        d.fill(swatch.clone(), c, opacity, None);
+        if let Some(edge) = edge {
+            d.stroke(swatch, Stroke::solid(edge, 0.6), None);
+        }
     }
     if let Some((c, dash)) = entry.line {
         d.stroke(open(&[[x, middle], [x + SIGN, middle]]), Stroke::of(c, LINE, dash), None);
@@ -88,5 +116,8 @@ pub fn draw(d: &mut Drawing, entry: &Entry, [x, y]: [f64; 2], size: f64) {
     if let Some((c, marker)) = entry.points {
         point(d, [x + 0.5 * SIGN, middle], marker, c, DOT);
     }
-    d.text([x + SIGN + 4.0, y], entry.name.clone(), size, Anchor::Start, false);
+    for (i, name) in names.iter().enumerate() {
+        let base = y + i as f64 * LEADING * size;
+        d.text([x + SIGN + AFTER, base], name.clone(), size, Anchor::Start, false);
+    }
 }

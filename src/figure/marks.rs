@@ -1,14 +1,19 @@
 //! Marks of a panel on paper.
 
+use ttf_parser::Face;
+
 use super::colour::{self, Rgb};
 use super::data::{Along, Cells, Mark, Marker};
 use super::drawing::{Anchor, Drawing, Rect, Step, Stroke, circle, closed, open};
+use super::font::length;
 use super::scale::Scale;
 
 /// Width of lines of data, pt.
 pub const LINE: f64 = 1.1;
 /// Radius of points, pt.
 pub const DOT: f64 = 1.9;
+/// From a point to its note, pt.
+const OFF: f64 = 5.0;
 /// Points of which more are drawn smaller.
 const MANY: usize = 300;
 
@@ -38,7 +43,7 @@ impl Place {
 }
 
 /// Draws `mark` at its place.
-pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark) {
+pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, face: &Face<'_>) {
     let clip = Some(p.inside);
     match mark {
         Mark::Line { path, dash, marker } => {
@@ -70,8 +75,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark) {
         }
         Mark::Area { path, outlined } => {
             let (steps, c) = (closed(&p.all(&path.x, &path.y)), colour::of(path.colour));
-            let opacity = if *outlined { 0.35 } else { 0.18 };
-            d.fill(steps.clone(), c, opacity, clip);
+            d.fill(steps.clone(), c, opacity(*outlined), clip);
             if *outlined {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
             }
@@ -88,10 +92,25 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark) {
         Mark::Note { x, y, text } => {
             let [at, base] = p.at(*x, *y);
             let right = at > p.inside.x + 0.6 * p.inside.w;
-            let (anchor, off) = if right { (Anchor::End, -3.0) } else { (Anchor::Start, 3.0) };
-            d.text([at + off, base - 3.0], text.clone(), p.size, anchor, false);
+            let (anchor, off) = if right { (Anchor::End, -OFF) } else { (Anchor::Start, OFF) };
+            let up = base - OFF - p.size >= p.inside.y;
+            let base = if up { base - OFF } else { base + OFF + p.size };
+            plated(d, [at + off, base], text, p.size, anchor, face);
         }
     }
+}
+
+/// Opacity of an area.
+pub fn opacity(outlined: bool) -> f64 {
+    if outlined { 0.35 } else { 0.18 }
+}
+
+/// Text on a plate of paper, so that lines below it do not cross it.
+pub fn plated(d: &mut Drawing, [x, y]: [f64; 2], text: &str, size: f64, anchor: Anchor, face: &Face<'_>) {
+    let long = length(face, text) * size;
+    let plate = Rect { x: x - anchor.share() * long - 0.6, y: y - 0.8 * size, w: long + 1.2, h: size };
+    d.fill(plate.steps(), [255; 3], 0.8, None);
+    d.text([x, y], text, size, anchor, false);
 }
 
 /// A map of values; cells overlap by a hair, so that no seams are seen between them.

@@ -4,6 +4,7 @@
 //! writers of the same list, so that the files look alike. Text is measured and drawn with one font, which is built in, or of the user.
 
 mod axes;
+mod bar;
 mod colour;
 mod data;
 pub mod drawing;
@@ -18,7 +19,7 @@ pub mod sheet;
 pub mod svg;
 
 pub use colour::COLOURS;
-pub use data::{Along, Axis, Cells, Figure, Mark, Marker, Panel, Parallel, Path};
+pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
 pub use scale::Scale;
 
 use crate::error::Error;

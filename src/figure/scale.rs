@@ -26,12 +26,12 @@ impl Scale {
         let ends = match (axis.log, least < most) {
             _ if least > most => [if axis.log { 0.1 } else { 0.0 }, 1.0],
             (true, true) => {
-                let room = (most / least).powf(0.04);
+                let room = (0.04 * (most.ln() - least.ln())).exp();
                 [least / room, most * room]
             }
             (true, false) => [least / 2.0, most * 2.0],
             (false, true) => {
-                let room = 0.04 * (most - least);
+                let room = 0.04 * most - 0.04 * least;
                 // Zero is an end where it is one of the data.
                 let low = if least >= 0.0 && least < 0.2 * most { 0.0 } else { least - room };
                 [low, most + room]
@@ -41,7 +41,7 @@ impl Scale {
                 [least - room, most + room]
             }
         };
-        Self { ends, log: axis.log }
+        Self { ends: ends.map(|x| bounded(x, axis.log)), log: axis.log }
     }
 
     /// Exactly from the least to the greatest of `values`: of colours.
@@ -49,14 +49,18 @@ impl Scale {
         let usable = |x: &f64| x.is_finite() && (!axis.log || *x > 0.0);
         let (a, b) =
             values.filter(usable).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        if a < b { Self { ends: [a, b], log: axis.log } } else { Self::of(axis, [a, b].into_iter()) }
+        if a < b {
+            Self { ends: [a, b].map(|x| bounded(x, axis.log)), log: axis.log }
+        } else {
+            Self::of(axis, [a, b].into_iter())
+        }
     }
 
     /// Share of the way from end to end; NaN where there is no place.
     pub fn share(&self, x: f64) -> f64 {
         let [a, b] = self.ends;
         if self.log {
-            if x > 0.0 { (x / a).ln() / (b / a).ln() } else { f64::NAN }
+            if x > 0.0 { (x.ln() - a.ln()) / (b.ln() - a.ln()) } else { f64::NAN }
         } else {
             (x - a) / (b - a)
         }
@@ -84,7 +88,7 @@ impl Scale {
 
     fn decades(&self, wanted: usize) -> (Vec<(f64, String)>, Vec<f64>) {
         let [a, b] = self.ends.map(f64::log10);
-        let whole: Vec<i32> = (a.floor() as i32..=b.ceil() as i32).collect();
+        let whole: Vec<i32> = (a.floor().max(-308.0) as i32..=b.ceil().min(308.0) as i32).collect();
         let every = (whole.len() / wanted.max(1)).max(1) as i32;
         let within = |steps: &[f64]| -> Vec<f64> {
             let all = whole.iter().flat_map(|n| steps.iter().map(move |s| s * 10f64.powi(*n)));
@@ -108,6 +112,12 @@ impl Scale {
         let plain = named.iter().all(|x| (1e-2..1e4).contains(&(x * 1.000_001)));
         (named.into_iter().map(|x| (x, decade(x, plain))).collect(), small)
     }
+}
+
+/// `x`, or the last end that an axis may have: the way from end to end is a number too.
+fn bounded(x: f64, log: bool) -> f64 {
+    const FAR: f64 = 0.25 * f64::MAX;
+    if log { x.clamp(f64::MIN_POSITIVE, f64::MAX) } else { x.clamp(-FAR, FAR) }
 }
 
 /// A number that is a multiple of `step`.
@@ -189,6 +199,25 @@ mod tests {
         assert_eq!(words(Scale { ends: [0.4, 6.0], log: true }), ["0.5", "1", "2", "5"]);
         for scale in [Scale { ends: [1.0, 1.0 + 1e-13], log: false }, Scale { ends: [5.0, 5.3], log: true }] {
             assert!(scale.ticks(5).0.len() < 100);
+        }
+    }
+
+    #[test]
+    fn the_largest_numbers_have_an_axis() {
+        let far = [vec![1.0, 1e300, f64::MAX], vec![f64::MAX], vec![5e-324, 1.0], vec![-f64::MAX, f64::MAX]];
+        for axis in [Axis::new("x", ""), Axis::log("x", "")] {
+            for values in &far {
+                for scale in [Scale::of, Scale::tight].map(|of| of(&axis, values.iter().copied())) {
+                    let (named, small) = scale.ticks(5);
+                    assert!(
+                        scale.ends.iter().all(|x| x.is_finite()) && scale.ends[0] < scale.ends[1],
+                        "{scale:?}"
+                    );
+                    assert!(named.len() < 100 && small.len() < 10_000, "{scale:?}");
+                    let middle = if scale.log { 1.0 } else { 0.0 };
+                    assert!(scale.share(middle).is_finite(), "{scale:?}");
+                }
+            }
         }
     }
 

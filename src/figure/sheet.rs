@@ -1,18 +1,27 @@
 //! A figure on paper: panels in rows, a key below them.
 
-use super::data::{Axis, Cells, Figure, Mark, Panel};
+use ttf_parser::Face;
+
+use super::axes::LEADING;
+use super::data::{Cells, Figure, Mark, Panel};
 use super::drawing::{Anchor, Drawing, MM, Rect};
-use super::font::length;
+use super::font::{length, lines};
 use super::marks::{self, Place};
 use super::scale::Scale;
-use super::{Style, axes, colour, key, parallel};
+use super::{Style, axes, bar, key, parallel};
 
 /// Gap between the columns of a paper, mm.
 const GUTTER: f64 = 5.0;
+/// Gap between panels, pt.
+const GAP: f64 = 8.0;
 /// Height over width of a panel's inside.
 const ASPECT: f64 = 0.72;
-/// Room of a scale of colours, as a multiple of the text's size.
-const SCALE: f64 = 7.0;
+/// What a title may make of that.
+const TALL: f64 = 1.3;
+/// Least width of a panel beside others, as a multiple of the text's size.
+const BESIDE: f64 = 8.0;
+/// Least width of any, likewise.
+const LEAST: f64 = 4.0;
 
 /// Lays out `figure`.
 pub fn lay(figure: &Figure, style: &Style) -> Drawing {
@@ -23,34 +32,88 @@ pub fn lay(figure: &Figure, style: &Style) -> Drawing {
     }
     let columns = figure.columns.clamp(1, figure.panels.len().max(1));
     let paper = MM * if columns > 1 { 2.0 * style.width + GUTTER } else { style.width };
-    let cell = (paper - 8.0 * (columns - 1) as f64) / columns as f64;
-    let scales: Vec<[Scale; 2]> = figure.panels.iter().map(axes::scales).collect();
-    let guess = ASPECT * cell;
-    let margin = |(p, s): (&Panel, &[Scale; 2])| axes::left(p, &s[1], guess, &face, size);
-    let left = figure.panels.iter().zip(&scales).map(margin).fold(0.0, f64::max);
-    let right = if figure.panels.iter().any(|p| mapped(p).is_some()) { SCALE * size } else { 1.3 * size };
-    let wide = (cell - left - right).max(30.0);
-    let title = if figure.panels.iter().any(|p| !p.title.is_empty()) { 1.7 * size } else { 0.6 * size };
+    let panels: Vec<(&Panel, [Scale; 2])> = figure.panels.iter().map(|p| (p, axes::scales(p))).collect();
+    let table = (1..=columns)
+        .rev()
+        .map(|n| Table::of(&panels, n, paper, &face, size))
+        .find(|t| t.columns == 1 || t.wide >= BESIDE * size && t.titled(&panels, &face, size))
+        .expect("one column is taken as it is");
+    let paper = paper.max(table.left + table.wide + table.right);
     let mut drawing = Drawing { size: [paper, 0.0], items: Vec::new() };
     let mut top = 0.0;
-    for row in figure.panels.chunks(columns).zip(scales.chunks(columns)) {
-        let high = row.0.iter().zip(row.1).map(|(p, s)| height(p, s, wide)).fold(0.0, f64::max);
-        let below = row.0.iter().map(|p| axes::below(p, size)).fold(0.0, f64::max);
-        for (i, (panel, scales)) in row.0.iter().zip(row.1).enumerate() {
-            let inside = Rect { x: i as f64 * (cell + 8.0) + left, y: top + title, w: wide, h: high };
-            one(&mut drawing, panel, inside, *scales, style);
+    for (row, room) in panels.chunks(table.columns).zip(&table.rows) {
+        for (i, (panel, scales)) in row.iter().enumerate() {
+            let from = i as f64 * (table.cell + GAP);
+            let inside = Rect { x: from + table.left, y: top + room.title, w: table.wide, h: room.high };
+            one(&mut drawing, panel, inside, [from, from + table.cell], *scales, style);
         }
-        top += title + high + below + 4.0;
+        top += room.title + room.high + room.below + 4.0;
     }
-    let entries = key::entries(figure);
-    // A single unnamed thing needs no key; a single named one does.
-    for row in key::rows(&entries, &face, size, paper - left) {
-        let base = top + 1.1 * size;
-        row.iter().for_each(|(x, entry)| key::draw(&mut drawing, entry, [left + x, base], size));
-        top += 1.55 * size;
-    }
+    top = key::draw(&mut drawing, &key::entries(figure), [table.left, top], paper, &face, size);
     drawing.size[1] = top + 3.0;
     drawing
+}
+
+/// How a row of panels is stacked, pt.
+struct Row {
+    title: f64,
+    high: f64,
+    below: f64,
+}
+
+/// Panels in columns of one width with one margin, pt.
+struct Table {
+    columns: usize,
+    /// Width of a column.
+    cell: f64,
+    left: f64,
+    /// Of the inside of a panel.
+    wide: f64,
+    right: f64,
+    rows: Vec<Row>,
+}
+
+impl Table {
+    /// Margins depend on heights (ticks, broken titles), and heights on margins: both grow until they fit.
+    fn of(panels: &[(&Panel, [Scale; 2])], columns: usize, paper: f64, face: &Face<'_>, size: f64) -> Self {
+        let cell = (paper - GAP * (columns - 1) as f64) / columns as f64;
+        let (mut left, mut right) = (0f64, 1.3 * size);
+        loop {
+            let wide = (cell - left - right).max(LEAST * size);
+            let rows: Vec<Row> =
+                panels.chunks(columns).map(|row| stacked(row, cell, wide, face, size)).collect();
+            let (mut more_left, mut more_right) = (left, right);
+            for (row, room) in panels.chunks(columns).zip(&rows) {
+                for (panel, [_, y]) in row {
+                    more_left = more_left.max(axes::left(panel, y, room.high, face, size));
+                    if let Some(cells) = mapped(panel) {
+                        let bar = bar::width(&cells.of, &colours(cells), room.high, face, size);
+                        more_right = more_right.max(bar);
+                    }
+                }
+            }
+            if more_left <= left && more_right <= right {
+                return Self { columns, cell, left, wide, right, rows };
+            }
+            (left, right) = (more_left, more_right);
+        }
+    }
+
+    /// Whether the words below each panel have room in one line.
+    fn titled(&self, panels: &[(&Panel, [Scale; 2])], face: &Face<'_>, size: f64) -> bool {
+        panels.iter().all(|(p, _)| length(face, &p.x.text()) * size <= self.cell)
+    }
+}
+
+fn stacked(row: &[(&Panel, [Scale; 2])], cell: f64, wide: f64, face: &Face<'_>, size: f64) -> Row {
+    let most =
+        |of: &dyn Fn(&Panel, &[Scale; 2]) -> f64| row.iter().map(|(p, s)| of(p, s)).fold(0.0, f64::max);
+    let named = most(&|p, _| lines(face, &p.title, cell / size).len() as f64);
+    Row {
+        title: if named > 0.0 { 1.7 + LEADING * (named - 1.0) } else { 0.6 } * size,
+        high: most(&|p, s| height(p, s, wide, face, size)),
+        below: most(&|p, _| axes::below(p, cell, face, size)),
+    }
 }
 
 /// The map of a panel.
@@ -58,37 +121,45 @@ fn mapped(panel: &Panel) -> Option<&Cells> {
     panel.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
 }
 
-fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64) -> f64 {
-    let words = panel.y.words.len() as f64;
-    match panel.to_scale {
-        true => (wide * (y.ends[1] - y.ends[0]) / (x.ends[1] - x.ends[0])).clamp(0.2 * wide, 2.0 * wide),
-        false => (ASPECT * wide).max(11.0 * words),
-    }
+/// What the colours of a map mean.
+fn colours(cells: &Cells) -> Scale {
+    Scale::tight(&cells.of, cells.z.iter().copied())
 }
 
-fn one(d: &mut Drawing, panel: &Panel, inside: Rect, [x, mut y]: [Scale; 2], style: &Style) {
-    let face = style.font.face();
+/// As high as the titles beside it are long, within bounds.
+fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: f64) -> f64 {
+    if panel.to_scale {
+        return (wide * (y.ends[1] - y.ends[0]) / (x.ends[1] - x.ends[0])).clamp(0.2 * wide, 2.0 * wide);
+    }
+    let bar = mapped(panel).map_or(0.0, |c| bar::TEXT * length(face, &c.of.text()));
+    let titles = length(face, &panel.y.text()).max(bar) * size + 0.01;
+    let words = panel.y.words.len() as f64;
+    (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
+}
+
+fn one(d: &mut Drawing, panel: &Panel, inside: Rect, cell: [f64; 2], [x, mut y]: [Scale; 2], style: &Style) {
+    let (face, size) = (style.font.face(), style.size);
     if panel.to_scale {
         // Rows may be higher than this panel asks: what is more goes to both ends.
         let each = (x.ends[1] - x.ends[0]) / inside.w;
         let more = 0.5 * (each * inside.h - (y.ends[1] - y.ends[0]));
         y.ends = [y.ends[0] - more, y.ends[1] + more];
     }
-    let place = Place { inside, x, y, size: 0.85 * style.size };
-    axes::draw(d, panel, &place, &face, style.size);
-    panel.marks.iter().for_each(|m| marks::draw(d, &place, m));
+    let place = Place { inside, x, y, size: 0.85 * size };
+    axes::draw(d, panel, &place, cell, &face, size);
+    panel.marks.iter().for_each(|m| marks::draw(d, &place, m, &face));
     axes::edge(d, inside);
-    let title = fitted(&panel.title, inside.w + 0.1 * inside.x, |t| length(&face, t) * style.size);
-    d.text(
-        [inside.x + 0.5 * inside.w, inside.y - 0.5 * style.size],
-        title,
-        style.size,
-        Anchor::Middle,
-        false,
-    );
+    let room = cell[1] - cell[0];
+    let title = lines(&face, &panel.title, room / size);
+    for (i, line) in title.iter().rev().enumerate() {
+        let line = fitted(line, room, |t| length(&face, t) * size);
+        let half = 0.5 * length(&face, &line) * size;
+        let middle = (inside.x + 0.5 * inside.w).min(cell[1] - half).max(cell[0] + half);
+        let base = inside.y - 0.5 * size - i as f64 * LEADING * size;
+        d.text([middle, base], line, size, Anchor::Middle, false);
+    }
     if let Some(cells) = mapped(panel) {
-        let scale = Scale::tight(&cells.of, cells.z.iter().copied());
-        beside(d, &cells.of, &scale, inside, style);
+        bar::draw(d, &cells.of, &colours(cells), inside, &face, size);
     }
 }
 
@@ -102,26 +173,121 @@ fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
     if whole { text } else { text + "…" }
 }
 
-/// Scale of colours right of a map.
-fn beside(d: &mut Drawing, of: &Axis, scale: &Scale, inside: Rect, style: &Style) {
-    const STEPS: usize = 64;
-    let size = style.size;
-    let bar = Rect { x: inside.x + inside.w + 0.7 * size, y: inside.y, w: 0.8 * size, h: inside.h };
-    for i in 0..STEPS {
-        let share = (i as f64 + 0.5) / STEPS as f64;
-        let h = bar.h / STEPS as f64;
-        let step = Rect { y: bar.y + bar.h - (i + 1) as f64 * h - 0.1, h: h + 0.2, ..bar };
-        d.fill(step.steps(), colour::along(share), 1.0, Some(bar));
+#[cfg(test)]
+mod tests {
+    use super::super::data::{Axis, Parallel, Path};
+    use super::super::drawing::Item;
+    use super::super::font::Font;
+    use super::*;
+
+    fn styles() -> [Style; 4] {
+        [(88.0, 8.0), (60.0, 12.0), (40.0, 8.0), (180.0, 6.0)].map(|(width, size)| Style {
+            width,
+            size,
+            font: Font::built_in(),
+        })
     }
-    axes::edge(d, bar);
-    let face = style.font.face();
-    let (named, _) = axes::ticks(of, scale, bar.h, size, true);
-    let mut widest = 0f64;
-    for (value, words) in named {
-        let at = bar.y + (1.0 - scale.share(value)) * bar.h;
-        widest = widest.max(length(&face, &words) * 0.9 * size);
-        d.text([bar.x + bar.w + 2.5, at + 0.32 * size], words, 0.9 * size, Anchor::Start, false);
+
+    /// Left, top, right and lower end of every text.
+    fn texts(d: &Drawing, style: &Style) -> Vec<(String, [f64; 4])> {
+        let face = style.font.face();
+        let of = |item: &Item| match item {
+            Item::Text { at: [x, y], text, size, anchor, upwards, .. } => {
+                let (long, before) = (length(&face, text) * size, anchor.share());
+                let ends = [x - before * long, y - 0.8 * size, x + (1.0 - before) * long, y + 0.25 * size];
+                let turned = [x - 0.8 * size, y - (1.0 - before) * long, x + 0.25 * size, y + before * long];
+                Some((text.clone(), if *upwards { turned } else { ends }))
+            }
+            Item::Path { .. } => None,
+        };
+        d.items.iter().filter_map(of).collect()
     }
-    let x = (bar.x + bar.w + 3.0 + widest + size).min(inside.x + inside.w + SCALE * size);
-    d.text([x, bar.y + 0.5 * bar.h], of.text(), 0.9 * size, Anchor::Middle, true);
+
+    #[track_caller]
+    fn inside(d: &Drawing, style: &Style) {
+        for (text, [x0, y0, x1, y1]) in texts(d, style) {
+            let within = x0 >= -0.5 && y0 >= -0.5 && x1 <= d.size[0] + 0.5 && y1 <= d.size[1] + 0.5;
+            assert!(
+                within,
+                "{text:?} at {x0:.1} {y0:.1} {x1:.1} {y1:.1} of {:?}, {} mm",
+                d.size, style.width
+            );
+        }
+    }
+
+    #[test]
+    fn titles_of_maps_are_whole_and_apart() {
+        let of = Axis::log("total error, rms", "mm");
+        let cells = Cells { x: vec![1.0, 2.0, 3.0], y: vec![1.0, 2.0], z: vec![1e-5, f64::NAN], of };
+        let axes = [Axis::new("gauge place x_ss", "mm"), Axis::new("base diameter D", "mm")];
+        let panel = || Panel::new("", axes[0].clone(), axes[1].clone()).with(Mark::Cells(cells.clone()));
+        for style in styles() {
+            for n in [1, 2, 3, 6] {
+                let figure = Figure::new("map", "Map", "", (0..n).map(|_| panel()).collect());
+                let d = lay(&figure, &style);
+                inside(&d, &style);
+                let all = texts(&d, &style);
+                // Titles are the texts with letters: none lies over another.
+                let titles: Vec<_> = all.iter().filter(|(t, _)| t.chars().any(char::is_alphabetic)).collect();
+                for (i, (text, a)) in titles.iter().enumerate() {
+                    for (other, b) in &titles[i + 1..] {
+                        let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                        assert!(
+                            apart,
+                            "{text:?} and {other:?} at {} mm, {} pt, {n} panels",
+                            style.width, style.size
+                        );
+                    }
+                }
+                let words = all.iter().map(|(t, _)| t.as_str()).collect::<Vec<_>>().join(" ");
+                for title in ["gauge place x_ss (mm)", "base diameter D (mm)", "total error, rms (mm)"] {
+                    assert!(words.matches(title).count() >= n, "{title} in {words}");
+                }
+                assert!(words.contains(super::super::data::NO_VALUE));
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_coordinates_have_their_keys() {
+        let labels =
+            ["D", "x_ss", "θ", "spread of K, SD", "total error, rms", "largest strain", "largest force"];
+        let rows = (1..20).map(|i| labels.iter().enumerate().map(|(k, _)| f64::from(i) + k as f64).collect());
+        let mut figure = Figure::new("parallel", "Parallel", "", Vec::new());
+        figure.parallel = Some(Parallel {
+            axes: labels.iter().map(|l| Axis::new(l, "mm")).collect(),
+            values: rows.collect(),
+            colour: 3,
+            muted: (1..20).map(|i| i % 5 == 0).collect(),
+            why: "a limit is broken".to_owned(),
+        });
+        for style in styles() {
+            let d = lay(&figure, &style);
+            inside(&d, &style);
+            let words = texts(&d, &style).into_iter().map(|(t, _)| t).collect::<Vec<_>>().join(" ");
+            assert!(
+                words.contains("a limit is broken") && words.matches("spread of").count() == 2,
+                "{words}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_key_is_as_strong_as_what_it_names() {
+        let square = |name| Path::new(name, 0, [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]);
+        for (mark, strength) in [
+            (Mark::Bars { path: square("bars"), among: [0, 1] }, 1.0),
+            (Mark::Area { path: square("outlined"), outlined: true }, 0.35),
+            (Mark::Area { path: square("plain"), outlined: false }, 0.18),
+        ] {
+            let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(mark);
+            let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
+            let fills = d.items.iter().filter_map(|item| match item {
+                Item::Path { fill: Some(_), opacity, .. } => Some(*opacity),
+                _ => None,
+            });
+            let fills: Vec<f64> = fills.collect();
+            assert!(fills.len() >= 2 && fills.iter().all(|o| *o == strength), "{fills:?}");
+        }
+    }
 }

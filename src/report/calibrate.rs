@@ -2,7 +2,7 @@
 
 use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
-use super::quantity::{self, said};
+use super::quantity;
 use super::source::Source;
 use super::sweep::{HUES, MARKERS};
 use super::table::{Table, distinct};
@@ -22,8 +22,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let cells = source.table("K_table.csv")?;
     let signal = cells.first(&["strain", "reading"]).ok_or_else(|| lacks(&cells, "strain"))?;
     let drive = rows.first(&DRIVES).ok_or_else(|| lacks(&rows, "theta_deg"))?;
-    c.figure(curves(&rows, &cells, drive, signal)?);
-    c.figure(residuals(&rows)?);
+    let drives = Drives::of(source, &cells, drive)?;
+    c.figure(curves(&rows, &cells, drive, signal, &drives)?);
+    c.figure(residuals(&rows, signal)?);
     c.figure(held_out(&rows)?);
     if let Some(figure) = coverage(&rows)? {
         c.figure(figure);
@@ -59,29 +60,69 @@ fn lacks(table: &Table, column: &str) -> InputError {
     InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
 }
 
+/// Drives of the data, those that are meant to be one together.
+struct Drives {
+    /// What each is called.
+    names: Vec<String>,
+    /// Their means; none where no drive was recorded, so that all taps have the same.
+    centres: Vec<f64>,
+}
+
+impl Drives {
+    fn of(source: &Source, cells: &Table, drive: &str) -> Result<Self, InputError> {
+        let result = &source.run["result"];
+        if result["drive_recorded"] == false {
+            return Ok(Self { names: vec!["one drive (not recorded)".to_owned()], centres: Vec::new() });
+        }
+        let groups = &result["grouped"][1];
+        let told = groups["centres"].as_array().map(|all| distinct(all.iter().filter_map(|x| x.as_f64())));
+        let centres = match told {
+            Some(centres) => centres,
+            None => distinct(cells.numbers(drive)?.iter().copied()),
+        };
+        let mut names = quantity::told_apart(drive, &centres);
+        if groups["width"].as_f64().is_some_and(|width| width > 0.0) {
+            names.iter_mut().for_each(|name| *name = name.replacen(" = ", " ≈ ", 1));
+        }
+        Ok(Self { names, centres })
+    }
+
+    /// That of a row: the nearest.
+    fn place(&self, x: f64) -> Option<usize> {
+        if self.centres.is_empty() {
+            return Some(0);
+        }
+        let off = |i: &usize| (self.centres[*i] - x).abs();
+        (0..self.centres.len()).filter(|_| x.is_finite()).min_by(|i, j| off(i).total_cmp(&off(j)))
+    }
+}
+
 /// Mean signals with their spread, over what the estimator expects.
-fn curves(rows: &Table, cells: &Table, drive: &str, signal: &str) -> Result<Figure, InputError> {
+fn curves(
+    rows: &Table,
+    cells: &Table,
+    drive: &str,
+    signal: &str,
+    drives: &Drives,
+) -> Result<Figure, InputError> {
     let (a, at, mean) = (cells.numbers("a_mm")?, cells.numbers(drive)?, cells.numbers(signal)?);
     let sd = cells.numbers(&format!("{signal}_sd"))?;
     let (ra, rd, expected) = (rows.numbers("a_mm")?, rows.numbers(drive)?, rows.numbers("expected")?);
-    let drives = distinct(at.iter().copied());
-    let n = drives.len().min(CURVES);
-    let some = (0..n).map(|i| drives[if n < 2 { 0 } else { i * (drives.len() - 1) / (n - 1) }]);
+    let all = drives.names.len();
+    let n = all.min(CURVES);
+    let some = (0..n).map(|i| if n < 2 { 0 } else { i * (all - 1) / (n - 1) });
     let mut panel = Panel::new("", quantity::axis("a_mm"), quantity::axis(signal));
     for (i, d) in some.enumerate() {
-        // A labelled drive may be off its group's mean by the width of the group.
-        let near =
-            |x: f64| (x - d).abs() <= 1e-3 * d.abs() || drives.iter().all(|o| (x - d).abs() <= (x - o).abs());
         let mut line: Vec<(f64, f64)> = rows
-            .rows(|r| near(rd[r]) && expected[r].is_finite())
+            .rows(|r| drives.place(rd[r]) == Some(d) && expected[r].is_finite())
             .into_iter()
             .map(|r| (ra[r], expected[r]))
             .collect();
         line.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
         line.dedup_by(|p, q| p.0 == q.0);
-        let here = cells.rows(|r| at[r] == d);
-        let name = said(drive, d);
-        panel = panel.with(Mark::line(Path::new(name.clone(), HUES[i], line), 0)).with(Mark::Points {
+        let here = cells.rows(|r| drives.place(at[r]) == Some(d));
+        let name = drives.names[d].as_str();
+        panel = panel.with(Mark::line(Path::new(name, HUES[i], line), 0)).with(Mark::Points {
             path: Path::new(name, HUES[i], here.iter().map(|r| (a[*r], mean[*r]))),
             marker: MARKERS[i % MARKERS.len()],
             error: here.iter().map(|r| sd[*r]).collect(),
@@ -89,8 +130,7 @@ fn curves(rows: &Table, cells: &Table, drive: &str, signal: &str) -> Result<Figu
             notes: Vec::new(),
         });
     }
-    let left =
-        if n < drives.len() { format!("; {n} of {} taps are shown", drives.len()) } else { String::new() };
+    let left = if n < all { format!("; {n} of {all} taps are shown") } else { String::new() };
     let caption = format!(
         "Points: mean signal of each distance, with the standard deviation of one tap (K_table.csv). Lines: what the estimator that won expects there, joined from distance to distance (rows.csv){left}."
     );
@@ -144,22 +184,32 @@ fn zero() -> Mark {
     Mark::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
 }
 
-fn residuals(rows: &Table) -> Result<Figure, InputError> {
+fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
     let [used, suspect] = used(rows);
-    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("signal − expected", ""))
-        .with(zero())
-        .with(points(rows, "used", 0, Marker::Circle, &used, "residual", None)?)
-        .with(points(rows, "suspect", 1, Marker::Cross, &suspect, "residual", None)?);
-    let mut reasons: Vec<(String, usize)> = Vec::new();
+    let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
+    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(zero()).with(points(
+        rows,
+        "used",
+        0,
+        Marker::Circle,
+        &used,
+        "residual",
+        None,
+    )?);
+    let mut reasons: Vec<(String, Vec<usize>)> = Vec::new();
     for r in &suspect {
         let word = rows.word("reason", *r);
         let word = word.split([':', ',']).next().unwrap_or_default().trim().to_owned();
         match reasons.iter_mut().find(|(w, _)| *w == word) {
-            Some((_, n)) => *n += 1,
-            None => reasons.push((word, 1)),
+            Some((_, all)) => all.push(*r),
+            None => reasons.push((word, vec![*r])),
         }
     }
-    let why = reasons.iter().map(|(w, n)| format!("{n} {w}")).collect::<Vec<_>>().join(", ");
+    for (i, (why, all)) in reasons.iter().enumerate() {
+        let (name, hue) = (format!("suspect: {why}"), HUES[(i + 1) % HUES.len()]);
+        panel = panel.with(points(rows, &name, hue, Marker::Cross, all, "residual", None)?);
+    }
+    let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
     Ok(Figure::new(
         "residuals",

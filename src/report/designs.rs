@@ -2,7 +2,7 @@
 
 use super::bins::map;
 use super::content::SHOWN;
-use super::quantity::{self, said};
+use super::quantity;
 use super::table::{Table, distinct};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
@@ -16,12 +16,16 @@ pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
 /// Names of the drive.
 pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
 
+<<<<<<< HEAD
 /// Whether every row is a row that counts and keeps its limits.
 pub fn feasible(table: &Table) -> Vec<bool> {
     (0..table.len).map(|r| matches!(table.word("status", r).as_str(), "ok" | "")).collect()
 }
 
 /// Columns of whisker, direction and drive with more than one value.
+=======
+/// Columns of whisker and drive with more than one value.
+>>>>>>> tmp-f
 pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
     for name in WHISKER.into_iter().chain(DIRECTIONS).chain(DRIVES) {
@@ -65,18 +69,19 @@ pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
     order
 }
 
-/// Trade-off of two quantities: the rows of the page, those that none beats, and one that was chosen.
+/// Trade-off of two quantities: the rows of the page, those of the `fine` ones that none beats, and one that was chosen.
 pub fn trade(
     table: &Table,
     [x, y]: [&str; 2],
     rows: &[usize],
+    fine: &[bool],
     chosen: Option<(f64, f64)>,
 ) -> Result<Option<Figure>, InputError> {
     if !table.has(x) || !table.has(y) || table.len < 3 {
         return Ok(None);
     }
-    let (xs, ys, fine) = (table.numbers(x)?, table.numbers(y)?, feasible(table));
-    let keeps: Vec<f64> = ys.iter().zip(&fine).map(|(y, ok)| if *ok { *y } else { f64::NAN }).collect();
+    let (xs, ys) = (table.numbers(x)?, table.numbers(y)?);
+    let keeps: Vec<f64> = ys.iter().zip(fine).map(|(y, ok)| if *ok { *y } else { f64::NAN }).collect();
     let best = front(xs, &keeps);
     let of = |name: &str, colour, keep: &dyn Fn(usize) -> bool, marker| {
         let places: Vec<usize> = (0..rows.len()).filter(|k| keep(rows[*k])).collect();
@@ -101,8 +106,13 @@ pub fn trade(
     Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
 }
 
-/// Parallel coordinates of `rows`, coloured by the first of `by` that there is.
-pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Figure>, InputError> {
+/// Parallel coordinates of `rows`, coloured by the first of `by` that there is, in grey where they are not `fine`.
+pub fn parallel(
+    table: &Table,
+    rows: &[usize],
+    fine: &[bool],
+    by: &[&str],
+) -> Result<Option<Figure>, InputError> {
     let mut names: Vec<&str> = varying(table)?;
     let Some(colour) = by.iter().position(|n| table.has(n)) else { return Ok(None) };
     let first = names.len();
@@ -112,7 +122,7 @@ pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Fig
         return Ok(None);
     }
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
-    let fine = feasible(table);
+    let missing = |r: usize| columns.iter().any(|c| !c[r].is_finite());
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
         // Symbols fit where labels do not.
@@ -125,7 +135,8 @@ pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Fig
         axes: names.iter().map(axis).collect(),
         values: rows.iter().map(|r| columns.iter().map(|c| c[*r]).collect()).collect(),
         colour: first,
-        muted: rows.iter().map(|r| !fine[*r]).collect(),
+        muted: rows.iter().map(|r| !fine[*r] || missing(*r)).collect(),
+        why: "a limit is broken, or a value is missing".to_owned(),
     };
     let caption = format!(
         "A line for each row of the table below, coloured by {} (dark is small); grey lines break a limit or miss a value.",
@@ -136,13 +147,13 @@ pub fn parallel(table: &Table, rows: &[usize], by: &[&str]) -> Result<Option<Fig
     Ok(Some(figure))
 }
 
-/// Maps of `quantity` over any two of what varies: the best over the rest.
-pub fn maps(table: &Table, quantity: &str) -> Result<Option<Figure>, InputError> {
+/// Maps of `quantity` over any two of what varies: the best over the rest, of the rows that are `fine`.
+pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figure>, InputError> {
     let axes = varying(table)?;
     if !table.has(quantity) || axes.len() < 2 {
         return Ok(None);
     }
-    let (values, fine) = (table.numbers(quantity)?, feasible(table));
+    let values = table.numbers(quantity)?;
     let kept = |r: usize| if fine[r] { values[r] } else { f64::NAN };
     let mut panels = Vec::new();
     let mut binned = false;
@@ -160,7 +171,7 @@ pub fn maps(table: &Table, quantity: &str) -> Result<Option<Figure>, InputError>
         String::new()
     };
     let caption = format!(
-        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}.",
+        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}; cells without such a row are white.",
         quantity::axis(quantity).label,
         table.len
     );
@@ -168,11 +179,22 @@ pub fn maps(table: &Table, quantity: &str) -> Result<Option<Figure>, InputError>
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
+<<<<<<< HEAD
 /// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by`.
 pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, usize), InputError> {
     let names: Vec<&str> =
         WHISKER.into_iter().chain(DIRECTIONS.into_iter().filter(|name| table.has(name))).collect();
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+=======
+/// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by` in a `fine` row.
+pub fn whiskers(
+    table: &Table,
+    fine: &[bool],
+    by: &str,
+    most: usize,
+) -> Result<(Vec<Whisker>, usize), InputError> {
+    let columns = WHISKER.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+>>>>>>> tmp-f
     let values = table.numbers(by)?;
     let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
     let mut places: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
@@ -188,18 +210,30 @@ pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, u
             });
         }
         all[place].rows.push(r);
-        all[place].best = all[place].best.min(if values[r].is_finite() { values[r] } else { f64::INFINITY });
+        all[place].best =
+            all[place].best.min(if fine[r] && values[r].is_finite() { values[r] } else { f64::INFINITY });
     }
     let count = all.len();
+    // Also what does not differ among those that are left is told.
+    let differ: Vec<usize> = (0..5).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
     if count > most {
         all.sort_by(|a, b| a.best.total_cmp(&b.best));
         all.truncate(most);
     }
+<<<<<<< HEAD
     let differ: Vec<usize> =
         (0..names.len()).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
     for w in &mut all {
         let told: Vec<String> = differ.iter().map(|k| said(names[*k], w.of[*k])).collect();
         w.name = told.join(", ");
+=======
+    let told: Vec<Vec<String>> = differ
+        .iter()
+        .map(|k| quantity::told_apart(WHISKER[*k], &all.iter().map(|w| w.of[*k]).collect::<Vec<_>>()))
+        .collect();
+    for (i, w) in all.iter_mut().enumerate() {
+        w.name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
+>>>>>>> tmp-f
     }
     Ok((all, count))
 }

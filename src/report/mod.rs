@@ -11,6 +11,7 @@ mod calibrate;
 pub mod content;
 mod contour;
 mod designs;
+mod limits;
 mod locate;
 mod optimise;
 mod page;

@@ -2,6 +2,7 @@
 
 use super::content::{Content, SHOWN};
 use super::designs::{self, DRIVES, SD, WHISKER};
+use super::limits::Limits;
 use super::quantity::{self, said};
 use super::source::Source;
 use super::table::Table;
@@ -21,9 +22,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let best = best.0.zip(best.1);
     if let Some(front) = source.maybe("pareto.csv")? {
         let (rows, how) = designs::chosen(&front, sd)?;
+        let fine = Limits::of(source).kept(&front);
         for figure in [
-            designs::trade(&front, [sd, "total_rms_mm"], &rows, best)?,
-            designs::parallel(&front, &rows, &[sd, "total_rms_mm"])?,
+            designs::trade(&front, [sd, "total_rms_mm"], &rows, &fine, best)?,
+            designs::parallel(&front, &rows, &fine, &[sd, "total_rms_mm"])?,
         ] {
             figure.into_iter().for_each(|f| c.figure(f));
         }
@@ -31,7 +33,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     }
     let objective = result["objective"].as_str().unwrap_or("sd");
     let column = match objective {
-        "distance" => "total_rms_mm",
+        // The starts of a front look for its end with the least total.
+        "distance" | "pareto" => "total_rms_mm",
         "weighted" => "weighted",
         _ => sd,
     };

@@ -7,9 +7,10 @@ use super::source::Source;
 use crate::page::{Page, html};
 
 /// What draws, in the order in which it is needed: `pages/report/*.ts`, built.
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("../../pages/report/data.js"),
     include_str!("../../pages/report/scale.js"),
+    include_str!("../../pages/report/bar.js"),
     include_str!("../../pages/report/panel.js"),
     include_str!("../../pages/report/marks.js"),
     include_str!("../../pages/report/parallel.js"),
@@ -29,6 +30,7 @@ pub fn page(source: &Source, content: &Content) -> String {
         .collect();
     let data = json!({
         "colours": crate::figure::COLOURS,
+        "no_value": crate::figure::NO_VALUE,
         "made": made(source),
         "facts": content.facts,
         "notes": content.notes,

@@ -1,6 +1,12 @@
 //! What columns are called where people read: symbol, unit, and whether their axis goes by decades.
 
+use super::table::distinct;
 use crate::figure::Axis;
+
+/// Digits of a value that is said.
+const DIGITS: i32 = 4;
+/// Digits that part any two numbers.
+const MOST: i32 = 17;
 
 /// Column, label, unit, by decades.
 const KNOWN: [(&str, &str, &str, bool); 39] = [
@@ -19,7 +25,7 @@ const KNOWN: [(&str, &str, &str, bool); 39] = [
     ("bending_azimuth_deg", "azimuth φ", "°", false),
     ("slide_mm", "slide λ", "mm", false),
     ("signal", "signal", "", false),
-    ("reading", "reading", "", false),
+    ("reading", "reading", "as recorded", false),
     ("K", "K", "", false),
     ("K_mm", "K", "mm", false),
     ("K_mean", "mean of K", "", false),
@@ -56,24 +62,40 @@ pub fn axis(column: &str) -> Axis {
 
 /// A value of `column` in words: d = 4 mm.
 pub fn said(column: &str, value: f64) -> String {
+    said_to(column, value, DIGITS)
+}
+
+/// The same of each of `values`, with as many digits as it takes to tell them apart.
+pub fn told_apart(column: &str, values: &[f64]) -> Vec<String> {
+    let different = distinct(values.iter().copied()).len();
+    let words = |digits| values.iter().map(|x| said_to(column, *x, digits)).collect::<Vec<_>>();
+    let parted = |all: &Vec<String>| all.iter().collect::<std::collections::HashSet<_>>().len() >= different;
+    (DIGITS..=MOST).map(words).find(parted).unwrap_or_else(|| words(MOST))
+}
+
+fn said_to(column: &str, value: f64, digits: i32) -> String {
     let axis = axis(column);
     let symbol = axis.label.rsplit(' ').next().unwrap_or_default();
     let unit = match axis.unit.as_str() {
         "" | "°" => axis.unit.clone(),
         unit => format!(" {unit}"),
     };
-    format!("{symbol} = {}{unit}", short(value))
+    format!("{symbol} = {}{unit}", short_to(value, digits))
 }
 
 /// A number to four digits.
 pub fn short(x: f64) -> String {
+    short_to(x, DIGITS)
+}
+
+fn short_to(x: f64, most: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "–".into() };
     }
-    let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
     if !(1e-4..1e6).contains(&x.abs()) {
-        return format!("{x:.3e}");
+        return format!("{x:.*e}", most as usize - 1);
     }
+    let digits = (most - 1 - x.abs().log10().floor() as i32).max(0) as usize;
     let text = format!("{x:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
@@ -87,6 +109,9 @@ mod tests {
         assert_eq!(said("d_mm", 4.0), "d = 4 mm");
         assert_eq!(said("theta_deg", 0.5), "θ = 0.5°");
         assert_eq!(said("x_ss_mm", 5.12345), "x_ss = 5.123 mm");
+        assert_eq!(told_apart("D_mm", &[8.0, 10.0, 8.0]), ["D = 8 mm", "D = 10 mm", "D = 8 mm"]);
+        assert_eq!(told_apart("D_mm", &[10.0, 10.000_000_000_1]), ["D = 10 mm", "D = 10.0000000001 mm"]);
+        assert_eq!(told_apart("theta_deg", &[1.0, 1.0 + f64::EPSILON])[1], "θ = 1.0000000000000002°");
         assert_eq!([short(0.0), short(1.25e-7), short(12345.6)], ["0", "1.250e-7", "12346"]);
     }
 }

@@ -1,8 +1,13 @@
 //! Figures of bent whiskers.
 
 use super::content::{Content, SHOWN};
+<<<<<<< HEAD
 use super::designs::{DIRECTIONS, DRIVES, WHISKER};
 use super::quantity::{self, said, short};
+=======
+use super::designs::{DRIVES, WHISKER};
+use super::quantity::{self, short, told_apart};
+>>>>>>> tmp-f
 use super::source::Source;
 use super::sweep::HUES;
 use super::table::{Table, distinct};
@@ -51,20 +56,23 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         String::new()
     };
     let (mut drawn, mut strains) = (Vec::new(), Vec::new());
-    for rows in shown {
-        let title =
-            differ.iter().map(|n| said(n, contacts.number(n, rows[0]))).collect::<Vec<_>>().join(", ");
+    let titles: Vec<Vec<String>> = differ
+        .iter()
+        .map(|n| told_apart(n, &shown.iter().map(|g| contacts.number(n, g[0])).collect::<Vec<_>>()))
+        .collect();
+    let names = told_apart(drive, contacts.numbers(drive)?);
+    for (i, rows) in shown.into_iter().enumerate() {
+        let title = titles.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
         let n = rows.len().min(WHISKERS);
         let some: Vec<usize> =
             (0..n).map(|i| rows[if n < 2 { 0 } else { i * (rows.len() - 1) / (n - 1) }]).collect();
-        drawn.push(whiskers(&title, &shape, &contacts, &taps, &some, drive, source)?);
+        drawn.push(whiskers(&title, &shape, &contacts, &taps, &some, &names, source)?);
         let mut panel =
             Panel::new(title, quantity::axis("s_mm"), Axis::new("strain of the contact side", ""));
         for (i, r) in some.iter().enumerate() {
             let nodes = &taps[*r];
             let points = nodes.iter().map(|k| (shape.number("s_mm", *k), shape.number("strain", *k)));
-            panel = panel
-                .with(Mark::line(Path::new(said(drive, contacts.number(drive, *r)), HUES[i], points), 0));
+            panel = panel.with(Mark::line(Path::new(names[*r].clone(), HUES[i], points), 0));
         }
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| contacts.number(n, rows[0]));
         let most =
@@ -73,7 +81,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         panel = panel.with(Mark::Area { path: gauge, outlined: false });
         strains.push(panel);
     }
-    c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (+) towards the pole: gauge black, contact a dot, pole grey; the dashed line is the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
+    c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (×) towards the pole; the thick side is the gauge, the dot the contact, the dashed line the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
     c.figure(Figure::new("strain_along", "Strain along the whisker", format!("Strain of the side that touches, along the whisker; the span of the gauge is shaded (shape.csv){left}."), strains));
     c.fact("taps", &contacts.len.into());
     c.table(&contacts, (0..contacts.len.min(SHOWN)).collect(), "the first", false);
@@ -105,7 +113,7 @@ fn whiskers(
     contacts: &Table,
     taps: &[Vec<usize>],
     rows: &[usize],
-    drive: &str,
+    names: &[String],
     source: &Source,
 ) -> Result<Panel, InputError> {
     let mut panel = Panel::new(title, quantity::axis("x_mm"), quantity::axis("y_mm"));
@@ -126,7 +134,7 @@ fn whiskers(
         };
         let upper = nodes.iter().map(|k| side(*k, 1.0));
         let edge = upper.chain(nodes.iter().rev().map(|k| side(*k, -1.0)));
-        let name = said(drive, number(drive, *r));
+        let name = names[*r].as_str();
         panel = panel.with(Mark::Area { path: Path::new(name, HUES[i], edge), outlined: true });
         let far = source.in_force("gauge.side").is_some_and(|t| t.contains("far"));
         let sign = if far { -1.0 } else { 1.0 };

@@ -1,10 +1,11 @@
 //! Figures of a sweep: the paper's of its whiskers, and those of a space of designs.
 
 use super::bins::edges;
-use super::budget::budget;
+use super::budget::{budget, least};
 use super::content::{Content, SHOWN};
 use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
-use super::quantity::{self, said};
+use super::limits::Limits;
+use super::quantity;
 use super::source::Source;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
@@ -21,13 +22,14 @@ const CURVES: usize = 5;
 /// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
+    let limits = Limits::of(source);
     let designs = source.maybe("designs.csv")?;
     let tuples = source.maybe("tuples.csv")?;
     if let Some(tuples) = &tuples {
-        of_taps(&mut c, tuples)?;
+        of_taps(&mut c, tuples, limits)?;
     }
     match &designs {
-        Some(designs) if designs.len > 0 => of_designs(&mut c, designs)?,
+        Some(designs) if designs.len > 0 => of_designs(&mut c, designs, limits)?,
         Some(_) => c.notes.push("designs.csv has no rows".to_owned()),
         None if tuples.is_none() => {
             source.table("designs.csv")?;
@@ -45,13 +47,14 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Spread, budget, front, parallel coordinates, maps.
-fn of_designs(c: &mut Content, table: &Table) -> Result<(), Error> {
+fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
     let Some(sd) = table.first(&SD) else {
         return Err(lacks(table, "K_sd").into());
     };
     let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
-    let (whiskers, of) = designs::whiskers(table, by, 2 * WHISKERS)?;
+    let fine = limits.kept(table);
+    let (whiskers, of) = designs::whiskers(table, &fine, by, 2 * WHISKERS)?;
     let left = left_out(whiskers.len(), of, by);
     let drives = distinct(table.numbers(drive)?.iter().copied());
     if drives.len() > 1 {
@@ -68,30 +71,18 @@ fn of_designs(c: &mut Content, table: &Table) -> Result<(), Error> {
             format!("Standard deviation of K over the distances of each tap angle (designs.csv){left}.");
         c.figure(Figure::new("sd", "Spread of K", caption, vec![panel]));
         if table.has("noise_rms_mm") && table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0) {
-            let panels = whiskers.iter().take(WHISKERS).map(|w| {
-                let column = |name: &str| {
-                    w.rows.iter().map(|r| (table.number(drive, *r), table.number(name, *r))).collect()
-                };
-                budget(
-                    &w.name,
-                    drive,
-                    [column("error_rms_mm"), column("noise_rms_mm"), column("total_rms_mm")],
-                )
-            });
-            let caption = format!(
-                "Bias of the estimate and noise of the gauge add in quadrature; ringed is the tap angle with the least total (designs.csv){left}."
-            );
-            c.figure(Figure::new("budget", "Error of the distance", caption, panels.collect()));
+            let shown = &whiskers[..whiskers.len().min(WHISKERS)];
+            c.figure(budgets(table, shown, &fine, drive, &left_out(shown.len(), of, by)));
         }
     }
     let (rows, how) = designs::chosen(table, by)?;
     let other = if table.has("total_rms_mm") { "total_rms_mm" } else { "error_rms_mm" };
     if designs::varying(table)?.len() > 1 {
         for figure in [
-            designs::trade(table, [sd, other], &rows, None)?,
-            designs::parallel(table, &rows, &[sd, other])?,
-            designs::maps(table, sd)?,
-            designs::maps(table, other)?,
+            designs::trade(table, [sd, other], &rows, &fine, None)?,
+            designs::parallel(table, &rows, &fine, &[sd, other])?,
+            designs::maps(table, &fine, sd)?,
+            designs::maps(table, &fine, other)?,
         ] {
             figure.into_iter().for_each(|f| c.figure(f));
         }
@@ -100,8 +91,38 @@ fn of_designs(c: &mut Content, table: &Table) -> Result<(), Error> {
     Ok(())
 }
 
+/// Bias, noise and total of each whisker, with the best tap that keeps its limits.
+fn budgets(table: &Table, whiskers: &[Whisker], fine: &[bool], drive: &str, left: &str) -> Figure {
+    let mut without = 0;
+    let panels = whiskers.iter().map(|w| {
+        let point = |name: &str, r: usize| (table.number(drive, r), table.number(name, r));
+        let column = |name: &str| sorted(w.rows.iter().map(|r| point(name, *r)));
+        let total = |keeps: bool| {
+            w.rows.iter().filter(move |r| fine[**r] == keeps).map(|r| point("total_rms_mm", *r))
+        };
+        let best = least(total(true));
+        without += usize::from(best.is_none());
+        let parts = ["error_rms_mm", "noise_rms_mm", "total_rms_mm"].map(column);
+        let broken = Path::new("a limit is broken", 7, sorted(total(false)));
+        budget(&w.name, drive, parts, best.map(|at| ("least total", at)))
+            .with(Mark::points(broken, Marker::Cross))
+    });
+    let panels = panels.collect();
+    let none = match without {
+        0 => String::new(),
+        n => format!(
+            "; {n} of {} whiskers shown keep their limits at no tap, and have no ring",
+            whiskers.len()
+        ),
+    };
+    let caption = format!(
+        "Bias of the estimate and noise of the gauge add in quadrature; ringed is the tap with the least total of those that keep every limit{none} (designs.csv){left}."
+    );
+    Figure::new("budget", "Error of the distance", caption, panels)
+}
+
 /// Strain, K and distance of single taps.
-fn of_taps(c: &mut Content, table: &Table) -> Result<(), Error> {
+fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
     let k = table.first(&["K", "K_mm"]).ok_or_else(|| lacks(table, "K"))?;
     let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
     for name in WHISKER {
@@ -111,7 +132,7 @@ fn of_taps(c: &mut Content, table: &Table) -> Result<(), Error> {
         c.notes.push("tuples.csv has no rows".to_owned());
         return Ok(());
     }
-    let (whiskers, of) = designs::whiskers(table, k, WHISKERS)?;
+    let (whiskers, of) = designs::whiskers(table, &limits.kept(table), k, WHISKERS)?;
     let left = left_out(whiskers.len(), of, k);
     let columns = Taps {
         a: table.numbers("a_mm")?,
@@ -186,14 +207,14 @@ impl Taps<'_> {
         let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
         let mut panel =
             Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis("strain"));
-        for (i, value) in self.some(w, other).into_iter().enumerate() {
+        let values = self.some(w, other);
+        let names = quantity::told_apart(self.names[1 - along], &values);
+        for (i, (value, name)) in values.into_iter().zip(names).enumerate() {
             let of =
                 |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
-            panel =
-                panel.with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1)).with(Mark::dotted(
-                    Path::new(said(self.names[1 - along], value), HUES[i], of(self.strain)),
-                    MARKERS[i % MARKERS.len()],
-                ));
+            panel = panel
+                .with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1))
+                .with(Mark::dotted(Path::new(name, HUES[i], of(self.strain)), MARKERS[i % MARKERS.len()]));
         }
         panel
     }
@@ -237,13 +258,12 @@ impl Taps<'_> {
             panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
         }
         // The smallest on top: they are where the larger ones spread about.
-        for (i, drive) in self.some(w, self.drive).into_iter().enumerate().rev() {
+        let drives = self.some(w, self.drive);
+        let names = quantity::told_apart(self.names[1], &drives);
+        for (i, (drive, name)) in drives.into_iter().zip(names).enumerate().rev() {
             let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
             let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
-            panel = panel.with(Mark::dotted(
-                Path::new(said(self.names[1], drive), HUES[i], points),
-                MARKERS[i % MARKERS.len()],
-            ));
+            panel = panel.with(Mark::dotted(Path::new(name, HUES[i], points), MARKERS[i % MARKERS.len()]));
         }
         panel
     }

@@ -8,6 +8,9 @@ use super::source::Source;
 use crate::error::{Error, InputError};
 use crate::figure::{Along, Figure, Mark, Marker, Panel, Path};
 
+/// The ringed tap.
+const BEST: &str = "best within the limits";
+
 /// Everything of the folder of `tap`.
 ///
 /// # Errors
@@ -25,19 +28,17 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let column = |name: &str| -> Result<Vec<(f64, f64)>, InputError> {
         Ok(table.numbers(drive)?.iter().copied().zip(table.numbers(name)?.iter().copied()).collect())
     };
-    let optimum = |panel: Panel, column: &str| {
+    let free = |panel: Panel, column: &str| {
         let free = at("unconstrained", column).filter(|p| Some(*p) != at("optimum", column));
-        panel
-            .with(Mark::points(Path::new("best within the limits", 4, at("optimum", column)), Marker::Ring))
-            .with(Mark::points(Path::new("best whatever the strain", 1, free), Marker::Ring))
+        panel.with(Mark::points(Path::new("best whatever the strain", 1, free), Marker::Ring))
+    };
+    let optimum = |panel: Panel, column: &str| {
+        free(panel.with(Mark::points(Path::new(BEST, 4, at("optimum", column)), Marker::Ring)), column)
     };
     let mut c = Content::default();
-    let errors =
-        budget("", drive, [column("bias_rms_mm")?, column("noise_rms_mm")?, column("total_rms_mm")?]);
-    let mut errors = optimum(errors, "total_rms_mm");
-    errors.marks.retain(|m| {
-        !matches!(m, Mark::Points { path, .. } if path.name == "least total") || result["optimum"].is_null()
-    });
+    let parts = [column("bias_rms_mm")?, column("noise_rms_mm")?, column("total_rms_mm")?];
+    let best = at("optimum", "total_rms_mm").map(|at| (BEST, at));
+    let errors = free(budget("", drive, parts, best), "total_rms_mm");
     let why = result["why"].as_str().unwrap_or_default();
     c.figure(Figure::new(
         "budget",
@@ -70,7 +71,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         "strain",
         "Strain of the gauge",
         "Largest strain over the distances (tap.csv).",
-        vec![strain],
+        vec![optimum(strain, "strain_max")],
     ));
     for (name, key) in [
         ("best tap", drive),

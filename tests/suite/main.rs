@@ -42,6 +42,7 @@ mod reference;
 mod reference_docs;
 mod refusals;
 mod report;
+mod report_drawn;
 mod rod;
 mod search;
 mod seconds;

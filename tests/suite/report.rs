@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::common::program::{Desk, SPEC};
 
 /// The data of a page.
-fn data(desk: &Desk, page: &str) -> Value {
+pub fn data(desk: &Desk, page: &str) -> Value {
     let text = desk.read(page);
     let inside = text.split("id=\"data\">").nth(1).and_then(|t| t.split("</script>").next()).expect("data");
     serde_json::from_str(inside).expect("JSON")
@@ -15,32 +15,32 @@ fn data(desk: &Desk, page: &str) -> Value {
 
 /// Whether two lists of points are the same, but for the last digit that reading JSON may cost.
 #[track_caller]
-fn same(drawn: &[(f64, f64)], told: &[(f64, f64)], what: &str) {
+pub fn same(drawn: &[(f64, f64)], told: &[(f64, f64)], what: &str) {
     let equal = |a: f64, b: f64| (a.is_nan() && b.is_nan()) || (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
     let all = drawn.iter().zip(told).all(|(p, q)| equal(p.0, q.0) && equal(p.1, q.1));
     assert!(drawn.len() == told.len() && all, "{what}: drawn {drawn:?}, told {told:?}");
 }
 
-fn figure<'a>(data: &'a Value, name: &str) -> &'a Value {
+pub fn figure<'a>(data: &'a Value, name: &str) -> &'a Value {
     let all = data["figures"].as_array().expect("figures");
     let names: Vec<_> = all.iter().map(|f| f["name"].as_str().unwrap_or("?")).collect();
     all.iter().find(|f| f["name"] == name).unwrap_or_else(|| panic!("no figure {name} among {names:?}"))
 }
 
 /// Points of a mark; null is NaN.
-fn points(mark: &Value) -> Vec<(f64, f64)> {
+pub fn points(mark: &Value) -> Vec<(f64, f64)> {
     let column = |k: &str| {
         mark[k].as_array().unwrap().iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>()
     };
     column("x").into_iter().zip(column("y")).collect()
 }
 
-fn marks(panel: &Value) -> impl Iterator<Item = &Value> {
+pub fn marks(panel: &Value) -> impl Iterator<Item = &Value> {
     panel["marks"].as_array().unwrap().iter()
 }
 
 /// A table as rows of name → text.
-fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
+pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let header = reader.headers().unwrap().clone();
     reader
@@ -49,12 +49,12 @@ fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
         .collect()
 }
 
-fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
+pub fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
     row[name].parse().unwrap_or(f64::NAN)
 }
 
 /// Prototypes with noise: three whiskers, ten distances, six angles.
-const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
+pub const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 4, 7, 10]\n";
 
 fn swept() -> Desk {
@@ -142,10 +142,10 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
                 "distance",
             );
         }
-        // The ring is on the least total.
+        // The ring is on the least total of the taps that keep their limits.
         let budget = &figure(&data, "budget")["panels"][i];
         let ring = points(marks(budget).find(|m| m["name"] == "least total").unwrap())[0];
-        let total = of(&designs, d, &|_| true, "theta_deg", "total_rms_mm");
+        let total = of(&designs, d, &|r| r["status"] == "ok", "theta_deg", "total_rms_mm");
         same(&[ring], &[*total.iter().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap()], "least total");
     }
     // Every row of designs.csv is in the page, as it is in the file.
@@ -333,6 +333,16 @@ fn searched(desk: &Desk) {
     told.sort_by(|p, q| p.0.total_cmp(&q.0));
     let line = points(marks(front).find(|m| m["kind"] == "line").unwrap());
     same(&line, &told, "front");
+    // Its starts make the total small.
+    let convergence = &figure(&data, "convergence")["panels"][0];
+    assert_eq!(convergence["y"]["label"], "total error, rms");
+    let history = rows(&desk.read("searched/history.csv"));
+    let kept = |r: &&BTreeMap<String, String>| number(r, "start") == 0.0 && number(r, "violation") == 0.0;
+    let told: Vec<_> =
+        history.iter().filter(kept).map(|r| (number(r, "evaluations"), number(r, "total_rms_mm"))).collect();
+    let falls = points(marks(convergence).find(|m| m["name"] == "start 0").unwrap());
+    same(&falls, &told, "convergence");
+    assert!(falls.windows(2).all(|w| w[1].1 <= w[0].1), "{falls:?}");
     let run: Value = serde_json::from_str(&desk.read("searched/run.json")).unwrap();
     let best = &run["result"]["best"];
     let ring = points(marks(front).find(|m| m["name"] == "chosen design").unwrap());

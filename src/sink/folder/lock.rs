@@ -8,6 +8,9 @@ use std::time::Duration;
 use super::super::unfinished::Unfinished;
 use super::disk::{open_regular, place};
 
+/// Times that a file which comes and goes is asked for, the last of them a millisecond apart.
+const TRIES: u32 = 300;
+
 /// A held lock; released, and its file removed, when it is dropped.
 #[derive(Debug)]
 pub(super) struct Lock {
@@ -33,12 +36,19 @@ impl Lock {
     /// The lock of the run that is called `owner` in the folder `place`.
     pub fn ask(place: &Path, owner: &str) -> io::Result<Asked> {
         let path = place.join(format!("{}{owner}.lock", super::PREFIX));
+        let mut tries = 0;
         loop {
+            tries += 1;
+            if tries > TRIES / 10 {
+                std::thread::sleep(Duration::from_millis(1));
+            }
             let mut options = OpenOptions::new();
             let mut file =
                 match open_regular(&path, options.read(true).write(true).create(true).truncate(false)) {
                     // Its last holder removed it after it was seen.
-                    Err(e) if e.kind() == io::ErrorKind::NotFound && place.is_dir() => continue,
+                    Err(e) if e.kind() == io::ErrorKind::NotFound && place.is_dir() && tries < TRIES => {
+                        continue;
+                    }
                     other => other?,
                 };
             let firm = match file.try_lock() {
@@ -52,7 +62,10 @@ impl Lock {
                 Err(TryLockError::Error(_)) => false,
             };
             if !is_at(&file, &path) {
-                continue;
+                if tries < TRIES {
+                    continue;
+                }
+                return Err(io::Error::other(format!("{} does not stay where it is", path.display())));
             }
             if !is_a_lock(&mut file)? {
                 let why = format!("{} is no lock of this program; move it away", path.display());

@@ -1,115 +1,8 @@
-//! What a figure shows: numbers of a table, and how they are to be seen. Nothing here knows paper or pixels; the page gets it as JSON.
+//! What is drawn in a panel.
 
 use serde::Serialize;
 
-/// Panels under one title.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Figure {
-    /// Of its files, without ending.
-    pub name: String,
-    /// In a few words.
-    pub title: String,
-    /// What is seen, of which table, and what was left out.
-    pub caption: String,
-    /// Row by row.
-    pub panels: Vec<Panel>,
-    /// Panels in a row.
-    pub columns: usize,
-    /// In the place of panels.
-    pub parallel: Option<Parallel>,
-}
-
-impl Figure {
-    /// Panels, at most three in a row.
-    pub fn new(name: &str, title: &str, caption: impl Into<String>, panels: Vec<Panel>) -> Self {
-        let columns = match panels.len() {
-            0 | 1 => 1,
-            2 | 4 => 2,
-            _ => 3,
-        };
-        let caption = caption.into();
-        Self { name: name.into(), title: title.into(), caption, panels, columns, parallel: None }
-    }
-
-    /// Whether there is nothing to see.
-    pub fn is_empty(&self) -> bool {
-        self.parallel.as_ref().is_none_or(|p| p.values.is_empty())
-            && self.panels.iter().all(|p| p.marks.iter().all(Mark::is_empty))
-    }
-}
-
-/// One pair of axes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Panel {
-    /// Over it; empty where the figure's says all.
-    pub title: String,
-    /// Across.
-    pub x: Axis,
-    /// Up.
-    pub y: Axis,
-    /// A length is as long in x as in y.
-    pub to_scale: bool,
-    /// In the order in which they are drawn.
-    pub marks: Vec<Mark>,
-}
-
-impl Panel {
-    /// Without marks.
-    pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        Self { title: title.into(), x, y, to_scale: false, marks: Vec::new() }
-    }
-
-    /// With one more mark, if it shows anything.
-    pub fn with(mut self, mark: Mark) -> Self {
-        if !mark.is_empty() {
-            self.marks.push(mark);
-        }
-        self
-    }
-}
-
-/// A quantity along an axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Axis {
-    /// Name and symbol.
-    pub label: String,
-    /// Its unit; empty for a number.
-    pub unit: String,
-    /// By decades.
-    pub log: bool,
-    /// Names of the places 0, 1, … where it is no quantity.
-    pub words: Vec<String>,
-    /// Ends, where the data do not give them.
-    pub ends: Option<[f64; 2]>,
-}
-
-impl Axis {
-    /// Linear.
-    pub fn new(label: &str, unit: &str) -> Self {
-        Self { label: label.into(), unit: unit.into(), log: false, words: Vec::new(), ends: None }
-    }
-
-    /// Of decades.
-    pub fn log(label: &str, unit: &str) -> Self {
-        Self { log: true, ..Self::new(label, unit) }
-    }
-
-    /// Of words.
-    pub fn words(label: &str, words: Vec<String>) -> Self {
-        Self { words, ..Self::new(label, "") }
-    }
-
-    /// From here to there.
-    pub fn over(mut self, ends: [f64; 2]) -> Self {
-        self.ends = Some(ends);
-        self
-    }
-
-    /// Label and unit as they stand at the axis.
-    pub fn text(&self) -> String {
-        if self.unit.is_empty() { self.label.clone() } else { format!("{} ({})", self.label, self.unit) }
-    }
-}
+use super::Axis;
 
 /// Shape of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -134,7 +27,7 @@ pub enum Marker {
 pub struct Path {
     /// In the key; the same name twice is one entry.
     pub name: String,
-    /// Place in [`COLOURS`](super::COLOURS).
+    /// Place in [`COLOURS`](crate::figure::COLOURS).
     pub colour: usize,
     /// Across.
     pub x: Vec<f64>,
@@ -147,6 +40,15 @@ impl Path {
     pub fn new(name: impl Into<String>, colour: usize, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let (x, y) = points.into_iter().unzip();
         Self { name: name.into(), colour, x, y }
+    }
+
+    fn len(&self) -> usize {
+        self.x.len().min(self.y.len())
+    }
+
+    /// Whether point `i` has a place.
+    fn is_point(&self, i: usize) -> bool {
+        self.x[i].is_finite() && self.y[i].is_finite()
     }
 }
 
@@ -172,6 +74,9 @@ pub struct Cells {
     /// What z is.
     pub of: Axis,
 }
+
+/// What white cells of a map are called in the key.
+pub const NO_VALUE: &str = "white: no value";
 
 /// Something drawn in a panel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -262,14 +167,23 @@ impl Mark {
     /// Whether it shows nothing.
     pub fn is_empty(&self) -> bool {
         match self {
+            // One point alone is no line.
+            Self::Line { path, marker: None, .. } => {
+                !(1..path.len()).any(|i| path.is_point(i - 1) && path.is_point(i))
+            }
             Self::Line { path, .. } | Self::Points { path, .. } | Self::Bars { path, .. } => {
-                !path.x.iter().zip(&path.y).any(|(x, y)| x.is_finite() && y.is_finite())
+                !(0..path.len()).any(|i| path.is_point(i))
             }
             Self::Area { path, .. } => path.x.len() < 3,
             Self::Cells(c) => !c.z.iter().any(|z| z.is_finite()),
             Self::Rule { at, .. } => !at.is_finite(),
             Self::Note { text, .. } => text.is_empty(),
         }
+    }
+
+    /// Whether it is a map with cells that stay white.
+    pub fn has_gaps(&self) -> bool {
+        matches!(self, Self::Cells(c) if c.z.iter().any(|z| z.is_nan()))
     }
 
     /// Points that the axes must hold. Rules and notes ask for nothing.
@@ -295,17 +209,4 @@ impl Mark {
             Self::Rule { .. } | Self::Note { .. } => Vec::new(),
         }
     }
-}
-
-/// Parallel coordinates: a line for each row across all axes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Parallel {
-    /// Side by side.
-    pub axes: Vec<Axis>,
-    /// A row each, one value for each axis.
-    pub values: Vec<Vec<f64>>,
-    /// Axis that gives the colour.
-    pub colour: usize,
-    /// Rows that break a limit.
-    pub muted: Vec<bool>,
 }

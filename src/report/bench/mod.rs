@@ -1,5 +1,7 @@
 //! Figures of a benchmark: time against error, whole sweeps, threads, roofs.
 
+mod places;
+
 use super::content::Content;
 use super::designs::front;
 use super::quantity;
@@ -7,6 +9,7 @@ use super::source::Source;
 use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use places::Places;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
 /// Peers that take longer for a tap would leave no room for the others, ns.
@@ -53,57 +56,6 @@ pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Ve
     Ok(all)
 }
 
-/// Backends of a table in order of appearance, by what they are called; software adapters are called so.
-struct Places(Vec<(String, [String; 3])>);
-
-impl Places {
-    fn of(table: &Table) -> Self {
-        let mut all: Vec<(String, [String; 3])> = Vec::new();
-        for r in 0..table.len {
-            let key = Self::key(table, r);
-            if all.iter().any(|(_, k)| *k == key) {
-                continue;
-            }
-            let [backend, precision, adapter] = &key;
-            let name = match (backend.as_str(), is_software(adapter)) {
-                ("gpu", true) => format!("software GPU {precision} ({})", short(adapter)),
-                ("gpu", false) => format!("GPU {precision} ({adapter})"),
-                ("cpu", _) => format!("CPU {precision}"),
-                _ => format!("{backend} {precision}"),
-            };
-            all.push((name, key));
-        }
-        Self(all)
-    }
-
-    fn key(table: &Table, r: usize) -> [String; 3] {
-        ["backend", "precision", "adapter"].map(|c| table.word(c, r))
-    }
-
-    fn rows(&self, table: &Table, place: usize, keep: impl Fn(usize) -> bool) -> Vec<usize> {
-        table.rows(|r| Self::key(table, r) == self.0[place].1 && keep(r))
-    }
-
-    fn marker(&self, place: usize) -> Marker {
-        match self.0[place].1[0].as_str() {
-            "reference" => Marker::Diamond,
-            "gpu" => Marker::Square,
-            _ => Marker::Circle,
-        }
-    }
-}
-
-/// Whether `adapter` is a CPU in the clothes of a GPU.
-pub fn is_software(adapter: &str) -> bool {
-    let name = adapter.to_lowercase();
-    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
-}
-
-/// An adapter's name without what stands in brackets.
-fn short(adapter: &str) -> &str {
-    adapter.split(" (").next().unwrap_or(adapter)
-}
-
 /// Points, and a line through those that none beats: it never turns back.
 fn reached(
     panel: Panel,
@@ -116,9 +68,12 @@ fn reached(
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let best = front(&x, &y);
     let line = Path::new(name, colour, best.iter().map(|i| (x[*i], y[*i])));
+    let alone = line.x.len() < 2;
     let panel = panel.with(Mark::line(line, dash));
     match dash {
-        0 => panel.with(Mark::points(Path::new(name, colour, points.iter().copied()), marker)),
+        _ if alone || dash == 0 => {
+            panel.with(Mark::points(Path::new(name, colour, points.iter().copied()), marker))
+        }
         _ => panel,
     }
 }
@@ -270,7 +225,7 @@ fn scaling(table: &Table) -> Result<Figure, InputError> {
 fn threads(table: &Table) -> Result<Figure, InputError> {
     let places = Places::of(table);
     let (n, time) = (table.numbers("threads")?, table.numbers("ns_per_tap")?);
-    let mut panel = Panel::new("", Axis::new("CPU threads", ""), Axis::log(TIME.0, TIME.1));
+    let mut panel = Panel::new("", Axis::new("CPU threads", "").whole(), Axis::log(TIME.0, TIME.1));
     for (i, (name, _)) in places.0.iter().enumerate() {
         let rows = places.rows(table, i, |_| true);
         let points: Vec<(f64, f64)> = rows.into_iter().map(|r| (n[r], time[r])).collect();
@@ -324,15 +279,6 @@ fn roofline(loads: &Table, peaks: &Table) -> Result<Figure, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_software_adapter_is_called_so() {
-        assert!(
-            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
-        );
-        assert!(!is_software("NVIDIA H200") && !is_software(""));
-        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
-    }
 
     #[test]
     fn a_line_never_turns_back() {
