@@ -16,16 +16,7 @@ pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
 /// Names of the drive.
 pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
 
-<<<<<<< HEAD
-/// Whether every row is a row that counts and keeps its limits.
-pub fn feasible(table: &Table) -> Vec<bool> {
-    (0..table.len).map(|r| matches!(table.word("status", r).as_str(), "ok" | "")).collect()
-}
-
 /// Columns of whisker, direction and drive with more than one value.
-=======
-/// Columns of whisker and drive with more than one value.
->>>>>>> tmp-f
 pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
     for name in WHISKER.into_iter().chain(DIRECTIONS).chain(DRIVES) {
@@ -179,13 +170,6 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
-<<<<<<< HEAD
-/// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by`.
-pub fn whiskers(table: &Table, by: &str, most: usize) -> Result<(Vec<Whisker>, usize), InputError> {
-    let names: Vec<&str> =
-        WHISKER.into_iter().chain(DIRECTIONS.into_iter().filter(|name| table.has(name))).collect();
-    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
-=======
 /// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by` in a `fine` row.
 pub fn whiskers(
     table: &Table,
@@ -193,8 +177,9 @@ pub fn whiskers(
     by: &str,
     most: usize,
 ) -> Result<(Vec<Whisker>, usize), InputError> {
-    let columns = WHISKER.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
->>>>>>> tmp-f
+    let names: Vec<&str> =
+        WHISKER.into_iter().chain(DIRECTIONS.into_iter().filter(|name| table.has(name))).collect();
+    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let values = table.numbers(by)?;
     let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
     let mut places: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
@@ -215,25 +200,18 @@ pub fn whiskers(
     }
     let count = all.len();
     // Also what does not differ among those that are left is told.
-    let differ: Vec<usize> = (0..5).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
+    let differ: Vec<usize> =
+        (0..names.len()).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
     if count > most {
         all.sort_by(|a, b| a.best.total_cmp(&b.best));
         all.truncate(most);
     }
-<<<<<<< HEAD
-    let differ: Vec<usize> =
-        (0..names.len()).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
-    for w in &mut all {
-        let told: Vec<String> = differ.iter().map(|k| said(names[*k], w.of[*k])).collect();
-        w.name = told.join(", ");
-=======
     let told: Vec<Vec<String>> = differ
         .iter()
-        .map(|k| quantity::told_apart(WHISKER[*k], &all.iter().map(|w| w.of[*k]).collect::<Vec<_>>()))
+        .map(|k| quantity::told_apart(names[*k], &all.iter().map(|w| w.of[*k]).collect::<Vec<_>>()))
         .collect();
     for (i, w) in all.iter_mut().enumerate() {
         w.name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
->>>>>>> tmp-f
     }
     Ok((all, count))
 }

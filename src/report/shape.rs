@@ -1,13 +1,8 @@
 //! Figures of bent whiskers.
 
 use super::content::{Content, SHOWN};
-<<<<<<< HEAD
 use super::designs::{DIRECTIONS, DRIVES, WHISKER};
-use super::quantity::{self, said, short};
-=======
-use super::designs::{DRIVES, WHISKER};
 use super::quantity::{self, short, told_apart};
->>>>>>> tmp-f
 use super::source::Source;
 use super::sweep::HUES;
 use super::table::{Table, distinct};

@@ -8,7 +8,7 @@ use super::{Counts, SOURCE, Settings, State};
 use crate::contour::pose::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
-use crate::scene::{Axis, Contact as Grip, Drive, Geometry};
+use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry};
 use crate::sink::csv::Text;
 use crate::sink::table::Field;
 
@@ -92,7 +92,8 @@ pub fn simulate(
         ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
     text.header(&[&BEFORE[..], &after].concat()).map_err(text_error)?;
     let mut counts = Counts::default();
-    let mut state = State { settings, rig, row: 0, since_zero: u64::MAX, last: 0.0 };
+    let shown = DirectionColumns::default();
+    let mut state = State { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] };
     for (k, solved) in solved.into_iter().enumerate() {
         let (pose, first, contacts) = match solved {
             Ok(found) => found,
@@ -102,7 +103,7 @@ pub fn simulate(
             }
         };
         // What is seen late, degrees: the heading is then too far on, and the drive too small.
-        let late = strokes.touch_noise * state.dice().normal();
+        let late = strokes.touch_noise * state.dice().normal()[0];
         state.row = state.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
@@ -113,7 +114,7 @@ pub fn simulate(
         };
         for (i, degree) in degrees.iter().enumerate() {
             if settings.zero_every.is_some_and(|n| state.since_zero >= n) {
-                let (value, _) = state.record(0.0);
+                let ([value, _], _) = state.record([0.0; 2]);
                 counts.zeros += 1;
                 state.since_zero = 0;
                 row(&mut text, [0.0, value, f64::NAN, f64::NAN], "ok")?;
@@ -125,7 +126,7 @@ pub fn simulate(
             counts.taps += 1;
             match contacts.get(i) {
                 Some(contact) => {
-                    let (value, _) = state.record(contact.strain);
+                    let ([value, _], _) = state.record([contact.strain, 0.0]);
                     row(&mut text, [degree - late, value, contact.at[0], contact.at[1]], "ok")?;
                 }
                 None => {

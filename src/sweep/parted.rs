@@ -6,7 +6,7 @@ use super::about::About;
 use super::select::Kept;
 use crate::chart::ranker::Ranker;
 use crate::plan::Plan;
-use crate::scene::{Space, Study};
+use crate::scene::Study;
 use crate::sink::pack::Unpacker;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
