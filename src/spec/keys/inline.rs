@@ -127,7 +127,7 @@ pub const ROBUST: Section = inline(
     "optimise.robust",
     "Standard deviations of independent normal errors, cut at three of them; the same seeded samples for every candidate.",
     &[
-        "{ D = 0.05, d = 0.05, L_a = 0.1, x_ss = 0.3, l = 0.05, theta = 0.1 }",
+        "{ D = 0.05, d = 0.05, L_a = 0.1, x_ss = 0.3, l = 0.05, theta = 0.1, tilt = 5, lean = 2 }",
         "{ d = 0.05, samples = 64, measure = \"cvar90\", calibrated = \"each\" }",
     ],
     &[
