@@ -56,6 +56,7 @@ struct Trial<'a> {
 }
 
 /// What a solved tap says of its plane.
+#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
 enum Turn {
     /// It is the one of equilibrium, as far as the tolerance asks; its frame there.
     Found(Frame, Plane),
