@@ -6,6 +6,9 @@ use vibrissa::scene::sampler::Sampler;
 
 const SIGMA: f64 = 0.05;
 
+/// A place in the plane by a number from 0 to 1.
+type Path = fn(f64) -> [f64; 2];
+
 /// A standard normal number (Box and Muller) of a seed and a place.
 fn normal(seed: u64, k: usize) -> f64 {
     let uniform = |d: u32| (f64::from(Sampler::Random.coordinate(seed, d, k as u32)) + 0.5) / 4_294_967_296.0;
@@ -44,7 +47,7 @@ fn oval(u: f64) -> [f64; 2] {
 
 #[test]
 fn the_simplest_curve_that_foretells_points_is_drawn() {
-    let all: [(fn(f64) -> [f64; 2], Kind); 4] =
+    let all: [(Path, Kind); 4] =
         [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth), (oval, Kind::Smooth)];
     for (at, kind) in all {
         for seed in 1..=3 {
@@ -58,8 +61,7 @@ fn the_simplest_curve_that_foretells_points_is_drawn() {
 
 #[test]
 fn outliers_are_named_and_do_not_draw_the_curve() {
-    let all: [(fn(f64) -> [f64; 2], Kind); 3] =
-        [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth)];
+    let all: [(Path, Kind); 3] = [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth)];
     for (at, kind) in all {
         let mut spoilt = samples(40, 3, at);
         for k in [4, 11, 12, 30] {
