@@ -40,13 +40,13 @@ impl Arc {
         let (a, b, c) = (d[0].hypot(d[1]), e[0].hypot(e[1]), (e[0] - d[0]).hypot(e[1] - d[1]));
         let cross = d[0] * e[1] - d[1] * e[0];
         let curvature = 2.0 * cross / (a * b * c);
-        // At p the circle leaves by half the angle of the chord from the tangent.
-        let lift = (0.5 * curvature * a).clamp(-1.0, 1.0).asin();
-        let ahead = if (e[0] * d[0] + e[1] * d[1]) < 0.0 || b < a { std::f64::consts::PI } else { 0.0 };
+        // Tangent and chord make the angle under which the chord is seen from the third place.
+        let [u, v] = [[-e[0], -e[1]], [d[0] - e[0], d[1] - e[1]]];
+        let lift = (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]);
+        let back = std::f64::consts::PI;
         let one = |direction: f64| Self::new(p, direction, Some(curvature));
-        // The tangent is that of the two of which the circle passes the third place.
-        let all =
-            [one(along - lift), one(along + lift + ahead), one(along + lift), one(along - lift + ahead)];
+        // One of its two directions, to the left or right of the chord: that with which the circle passes all three.
+        let all = [lift, -lift, lift + back, back - lift].map(|turn| one(along + turn));
         let miss = |a: &Self| points.iter().map(|p| a.off(*p).abs()).fold(0.0, f64::max);
         all.into_iter().filter(|a| miss(a).is_finite()).min_by(|a, b| miss(a).total_cmp(&miss(b)))
     }
