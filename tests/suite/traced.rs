@@ -6,8 +6,8 @@ use vibrissa::scene::sampler::Sampler;
 
 const SIGMA: f64 = 0.05;
 
-/// A place in the plane by a number from 0 to 1.
-type Path = fn(f64) -> [f64; 2];
+/// The place at a share of the way along a curve.
+type Along = fn(f64) -> [f64; 2];
 
 /// A standard normal number (Box and Muller) of a seed and a place.
 fn normal(seed: u64, k: usize) -> f64 {
@@ -47,7 +47,7 @@ fn oval(u: f64) -> [f64; 2] {
 
 #[test]
 fn the_simplest_curve_that_foretells_points_is_drawn() {
-    let all: [(Path, Kind); 4] =
+    let all: [(Along, Kind); 4] =
         [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth), (oval, Kind::Smooth)];
     for (at, kind) in all {
         for seed in 1..=3 {
@@ -61,7 +61,7 @@ fn the_simplest_curve_that_foretells_points_is_drawn() {
 
 #[test]
 fn outliers_are_named_and_do_not_draw_the_curve() {
-    let all: [(Path, Kind); 3] = [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth)];
+    let all: [(Along, Kind); 3] = [(line, Kind::Line), (circle, Kind::Circle), (wave, Kind::Smooth)];
     for (at, kind) in all {
         let mut spoilt = samples(40, 3, at);
         for k in [4, 11, 12, 30] {
@@ -80,9 +80,9 @@ fn outliers_are_named_and_do_not_draw_the_curve() {
 }
 
 /// Distance of a traced place from the truth across the curve, over its standard deviation, rms over places and seeds.
-fn honesty(at: fn(f64) -> [f64; 2], kind: Kind) -> f64 {
+fn honesty(at: Along, kind: Kind) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
-    for seed in 1..=16 {
+    for seed in 1..=40 {
         let noisy = samples(40, seed, at);
         let chosen = choose(&noisy, Some(kind)).unwrap();
         for k in 2..=18 {
@@ -98,7 +98,7 @@ fn honesty(at: fn(f64) -> [f64; 2], kind: Kind) -> f64 {
 #[test]
 fn a_curve_knows_how_well_it_is_known() {
     for (at, kind, [least, most]) in [
-        (line as fn(f64) -> [f64; 2], Kind::Line, [0.75, 1.25]),
+        (line as Along, Kind::Line, [0.75, 1.25]),
         (circle, Kind::Circle, [0.75, 1.25]),
         // What a stiffness smooths away its standard deviation knows in part.
         (wave, Kind::Smooth, [0.5, 1.6]),
