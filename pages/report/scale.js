@@ -1,5 +1,9 @@
 "use strict";
 // From values to places along an axis, and its ticks: as src/figure/scale.rs.
+/** Beyond this, values count as this: the way from end to end is a number. */
+const FAR = 0.25 * Number.MAX_VALUE;
+/** Least number of all digits. */
+const TINY = 2.2250738585072014e-308;
 class Scale {
     from;
     to;
@@ -14,9 +18,10 @@ class Scale {
         if (axis.words.length > 0)
             return new Scale(-0.5, axis.words.length - 0.5, false);
         let [least, most] = [Infinity, -Infinity];
-        for (const x of values) {
-            if (x === null || !Number.isFinite(x) || (axis.log && x <= 0))
+        for (const value of values) {
+            if (value === null || !Number.isFinite(value) || (axis.log && value <= 0))
                 continue;
+            const x = Math.min(Math.max(value, axis.log ? 4 * TINY : -FAR), FAR);
             if (x < least)
                 least = x;
             if (x > most)
@@ -26,7 +31,9 @@ class Scale {
             return new Scale(axis.ends[0], axis.ends[1], axis.log);
         if (least > most)
             return new Scale(axis.log ? 0.1 : 0, 1, axis.log);
-        const over = (a, b) => new Scale(bounded(a, axis.log), bounded(b, axis.log), axis.log);
+        // What a wide axis has more may be no number.
+        const end = (x) => (axis.log ? Math.min(Math.max(x, TINY), Number.MAX_VALUE) : x);
+        const over = (a, b) => new Scale(end(a), end(b), axis.log);
         if (tight && least < most)
             return over(least, most);
         if (axis.log) {
@@ -81,11 +88,6 @@ class Scale {
         const plain = named.every((x) => x > 0.0099 && x < 9999);
         return named.map((x) => [x, decade(x, plain)]);
     }
-}
-/** `x`, or the last end that an axis may have: the way from end to end is a number too. */
-function bounded(x, log) {
-    const far = 0.25 * Number.MAX_VALUE;
-    return log ? Math.min(Math.max(x, 2.3e-308), Number.MAX_VALUE) : Math.min(Math.max(x, -far), far);
 }
 /** A multiple of `step`. */
 function round(x, step) {

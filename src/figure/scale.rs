@@ -17,9 +17,7 @@ impl Scale {
         if !axis.words.is_empty() {
             return Self { ends: [-0.5, axis.words.len() as f64 - 0.5], log: false };
         }
-        let usable = |x: &f64| x.is_finite() && (!axis.log || *x > 0.0);
-        let (least, most) =
-            values.filter(usable).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let (least, most) = reach(axis, values);
         if let Some(ends) = axis.ends {
             return Self { ends, log: axis.log };
         }
@@ -41,19 +39,15 @@ impl Scale {
                 [least - room, most + room]
             }
         };
-        Self { ends: ends.map(|x| bounded(x, axis.log)), log: axis.log }
+        // What a wide axis has more may be no number.
+        let ends = if axis.log { ends.map(|x| x.clamp(f64::MIN_POSITIVE, f64::MAX)) } else { ends };
+        Self { ends, log: axis.log }
     }
 
     /// Exactly from the least to the greatest of `values`: of colours.
     pub fn tight(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
-        let usable = |x: &f64| x.is_finite() && (!axis.log || *x > 0.0);
-        let (a, b) =
-            values.filter(usable).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        if a < b {
-            Self { ends: [a, b].map(|x| bounded(x, axis.log)), log: axis.log }
-        } else {
-            Self::of(axis, [a, b].into_iter())
-        }
+        let (a, b) = reach(axis, values);
+        if a < b { Self { ends: [a, b], log: axis.log } } else { Self::of(axis, [a, b].into_iter()) }
     }
 
     /// Share of the way from end to end; NaN where there is no place.
@@ -114,10 +108,13 @@ impl Scale {
     }
 }
 
-/// `x`, or the last end that an axis may have: the way from end to end is a number too.
-fn bounded(x: f64, log: bool) -> f64 {
+/// Least and greatest of the values that have a place on `axis`; an infinite pair of none. Beyond a quarter of the largest number they
+/// count as that, so that the way from end to end is a number.
+fn reach(axis: &Axis, values: impl Iterator<Item = f64>) -> (f64, f64) {
     const FAR: f64 = 0.25 * f64::MAX;
-    if log { x.clamp(f64::MIN_POSITIVE, f64::MAX) } else { x.clamp(-FAR, FAR) }
+    let least = if axis.log { 4.0 * f64::MIN_POSITIVE } else { -FAR };
+    let usable = values.filter(|x| x.is_finite() && (!axis.log || *x > 0.0)).map(|x| x.clamp(least, FAR));
+    usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
 }
 
 /// A number that is a multiple of `step`.
