@@ -116,10 +116,11 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
         d.text([middle, base], line, size, Anchor::Middle, false);
         base += LEADING * size;
     }
-    let mut beside = x - 6.5 - widest - 0.35 * size;
-    for line in title(&panel.y, h, face, size).into_iter().rev() {
+    let lines = title(&panel.y, h, face, size);
+    let mut beside = x - 6.5 - widest - 0.35 * size - LEADING * size * lines.len().saturating_sub(1) as f64;
+    for line in lines {
         d.text([beside, y + 0.5 * h], line, size, Anchor::Middle, true);
-        beside -= LEADING * size;
+        beside += LEADING * size;
     }
 }
 
