@@ -52,7 +52,7 @@ async function opened(browser, name, width) {
     await page.waitForFunction(() => {
         const figures = JSON.parse(document.getElementById("data").textContent).figures;
         const panels = figures.reduce((n, f) => n + (f.parallel === null ? f.panels.length : 1), 0);
-        return document.querySelectorAll(".panel > svg, .parallel svg").length === panels;
+        return document.querySelectorAll(".panel > svg, .parallel .wide > svg").length === panels;
     });
     return { page, quiet: () => { assert.deepEqual(said, [], `${name}: console`); assert.deepEqual(asked, [], `${name}: requests`); } };
 }
@@ -64,7 +64,7 @@ async function picture(page, name) {
 
 /** Words of figures lie within them, and numbers are never cut. */
 async function whole(page, where) {
-    const outside = await page.$$eval(".panel > svg, .parallel svg", (all) => all.flatMap((svg) => {
+    const outside = await page.$$eval(".panel > svg, .parallel .wide > svg", (all) => all.flatMap((svg) => {
         const box = svg.getBoundingClientRect();
         return [...svg.querySelectorAll("text")].filter((t) => {
             const b = t.getBoundingClientRect();
@@ -112,7 +112,7 @@ async function brush(browser) {
     await page.mouse.move(box.x, box.y + box.height / 2, { steps: 5 });
     await page.mouse.up();
     const d = lines.values.map((v) => v[0]);
-    const shown = await page.$$eval(".thread", (all) => all.filter((e) => !e.classList.contains("out")).length);
+    const shown = await page.$$eval(".wide .thread", (all) => all.filter((e) => !e.classList.contains("out")).length);
     const middle = (Math.min(...d) + Math.max(...d)) / 2;
     const kept = d.filter((x) => x >= middle).length;
     assert.equal(shown, kept, "lines that are kept");
@@ -127,7 +127,7 @@ async function brush(browser) {
     await page.keyboard.press("Escape");
     assert.match(await table(), new RegExp(`of ${lines.values.length}$`), "Escape keeps all");
     for (let i = 0; i < 10; i++) await page.keyboard.press("ArrowUp");
-    assert.ok(await page.$$eval(".thread.out", (all) => all.length) > 0, "keys keep a range");
+    assert.ok(await page.$$eval(".wide .thread.out", (all) => all.length) > 0, "keys keep a range");
     await page.keyboard.press("Escape");
     quiet();
     await page.close();

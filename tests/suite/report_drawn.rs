@@ -99,12 +99,12 @@ fn drives_that_are_meant_to_be_one_are_one_curve() {
         "bare.csv",
         "a_mm,reading\n100,900\n100,904\n110,800\n110,806\n120,690\n120,697\n130,600\n130,604\n",
     );
-    let curves = |file: &str| {
-        desk.run(&["calibrate", file, "--out", "calibrated", "--force"]).exits(0);
-        desk.run(&["report", "calibrated", "--figures", "svg"]).exits(0);
-        figure(&data(&desk, "calibrated/report/report.html"), "curves")["panels"][0].clone()
+    let curves = |file: &str, out: &str| {
+        desk.run(&["calibrate", file, "--out", out]).exits(0);
+        desk.run(&["report", out, "--figures", "svg"]).exits(0);
+        figure(&data(&desk, &format!("{out}/report/report.html")), "curves")["panels"][0].clone()
     };
-    let panel = curves("data.csv");
+    let panel = curves("data.csv", "calibrated");
     let mut names: Vec<&str> = marks(&panel).map(|m| m["name"].as_str().unwrap()).collect();
     names.dedup();
     assert_eq!(names, ["δ ≈ 2.06 mm", "δ ≈ 4.06 mm", "δ ≈ 6.06 mm"]);
@@ -122,7 +122,7 @@ fn drives_that_are_meant_to_be_one_are_one_curve() {
         assert_eq!(told.len(), 5);
         same(&points(named[1]), &told, name);
     }
-    let panel = curves("bare.csv");
+    let panel = curves("bare.csv", "unrecorded");
     let kinds: Vec<_> =
         marks(&panel).map(|m| (m["kind"].as_str().unwrap(), m["name"].as_str().unwrap())).collect();
     assert_eq!(kinds, ["line", "points"].map(|k| (k, "one drive (not recorded)")));
