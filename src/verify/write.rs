@@ -5,14 +5,14 @@ use serde_json::{Value, json};
 use super::{Figures, Line, QUANTITIES};
 use crate::backend::Backend;
 use crate::error::Error;
-use crate::scene::{Drive, Spec};
+use crate::scene::{self, Drive, Spec};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, hash};
 use crate::sink::run_json::{self, in_force, material_fit};
 use crate::sink::table::Field;
 
 /// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
-pub const COLUMNS: [&str; 35] = [
+pub const COLUMNS: [&str; 37] = [
     "configuration",
     "backend",
     "precision",
@@ -43,6 +43,8 @@ pub const COLUMNS: [&str; 35] = [
     "x_ss_mm",
     "l_mm",
     "a_mm",
+    "tilt_deg",
+    "lean_deg",
     "theta_deg",
     "delta_mm",
     "verdict",
@@ -100,11 +102,11 @@ fn fields(line: &Line, backend: &Backend) -> Vec<Field> {
     fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99), over(0)]);
     fields.extend((1..QUANTITIES.len()).flat_map(|k| [value(k, |f| f.worst), over(k)]));
     fields.extend([line.sweeps.0, line.sweeps.1].map(Field::Number));
-    let mut at = [f64::NAN; 8];
+    let mut at = [f64::NAN; 1 + scene::COLUMNS];
     if let Some((tuple, _)) = &line.at {
-        let [whisker @ .., drive] = tuple.to_array();
-        at[..6].copy_from_slice(&whisker);
-        at[if line.drive == Drive::Angle { 6 } else { 7 }] = drive;
+        let [before @ .., drive] = tuple.to_array();
+        at[..before.len()].copy_from_slice(&before);
+        at[before.len() + usize::from(line.drive == Drive::Displacement)] = drive;
     }
     fields.extend(at.map(Field::Number));
     fields.push(Field::Text(verdict(line)));

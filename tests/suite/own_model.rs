@@ -352,7 +352,9 @@ fn tolerances_are_read_with_the_nominal_model() {
     let mut total = 0.0;
     for z in deviations(1, 4) {
         let mut built = nominal.to_array();
-        for (value, (sd, z)) in built.iter_mut().zip([0.05, 0.0, 0.0, 0.1, 0.0, 0.0, 0.02].iter().zip(z)) {
+        for (value, (sd, z)) in
+            built.iter_mut().zip([0.05, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.02].iter().zip(z))
+        {
             *value += sd * z;
         }
         let built = Scan::new(&spec.study.setup, Tuple::from_array(built), 15.0);
