@@ -27,7 +27,8 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
         all["auto"] = json!(Choice::new(&RunOptions::default())?.backend);
         Ok(all.to_string())
     };
-    job::run(py, None, work, job::shown(None)).map(|(all, _)| all)
+    let (all, interrupt) = job::run(py, None, work, job::shown(None))?;
+    interrupt.map_or(Ok(all), Err)
 }
 
 /// Charts of a spec over its ranges, as JSON.

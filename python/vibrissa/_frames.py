@@ -38,14 +38,31 @@ def to_pandas(table: Table) -> pandas.DataFrame:
 
 
 def _cell(value: Any) -> str:
-    if value is None or value != value:
+    # NA of pandas is neither equal to itself nor not.
+    if value is None or type(value).__name__ in ("NAType", "MaskedConstant") or value != value:
         return ""
     text = repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text
+    # A row is a line.
+    text = " ".join(text.splitlines())
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"') else text
+
+
+def _line(value: Any) -> Any:
+    """A text without line ends."""
+    return " ".join(value.splitlines()) if isinstance(value, str) else value
+
+
+def _column(column: Any) -> NDArray[Any]:
+    """A column whose masked values are missing."""
+    if isinstance(column, np.ma.MaskedArray) and column.dtype.kind in "biuf":
+        return np.atleast_1d(column.astype(np.float64).filled(np.nan))
+    if isinstance(column, np.ma.MaskedArray):
+        return np.atleast_1d(column.astype(object).filled(None))
+    return np.atleast_1d(np.asarray(column))
 
 
 def _of_columns(columns: Mapping[str, Any]) -> bytes:
-    arrays = {str(name): np.atleast_1d(np.asarray(column)) for name, column in columns.items()}
+    arrays = {str(name): _column(column) for name, column in columns.items()}
     lengths = {len(a) for a in arrays.values()}
     if len(lengths) > 1 or any(a.ndim > 1 for a in arrays.values()):
         shapes = ", ".join(f"{name}: {a.shape}" for name, a in arrays.items())
@@ -70,11 +87,11 @@ def csv(data: Any, what: str) -> tuple[str, bytes]:
     if isinstance(data, Mapping):
         return "data", _of_columns(data)
     if hasattr(data, "to_csv"):
-        return "data", data.to_csv(index=False).encode()
+        return "data", data.apply(lambda column: column if column.dtype.kind in "biuf" else column.map(_line)).to_csv(index=False).encode()
     if hasattr(data, "write_csv"):
         return "data", data.write_csv().encode()
-    if hasattr(data, "column_names"):
-        return "data", _of_columns({name: data[name].to_numpy() for name in data.column_names})
+    if hasattr(data, "schema") and hasattr(data, "to_pylist"):
+        return "data", _of_columns({name: np.array(data[name].to_pylist(), dtype=object) for name in data.schema.names})
     if hasattr(data, "columns") and hasattr(data, "kinds"):
         return "data", _of_columns({name: data[name] for name in data.columns})
     kind = type(data).__name__

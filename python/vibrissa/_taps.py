@@ -41,8 +41,12 @@ class Status(enum.IntFlag):
 def status_words(status: ArrayLike) -> NDArray[np.object_]:
     """Status bits as the words of tables, element by element."""
     bits = np.asarray(status)
-    different, place = np.unique(bits, return_inverse=True)
-    return np.array([Status(int(s)).words for s in different], dtype=object)[place].reshape(bits.shape)
+    whole = bits.dtype.kind in "iu" and (bits.size == 0 or 0 <= bits.min() and bits.max() < 2 * Status.bad_input)
+    if bits.size > 0 and not whole:
+        raise InputError("these are no bits of a status", key="status", value=_short(status), allowed=f"integers 0 … {2 * Status.bad_input - 1}")
+    different, place = np.unique(np.atleast_1d(bits), return_inverse=True)
+    names = np.array([Status(int(s)).words for s in different], dtype=object)
+    return names[place].reshape(bits.shape)
 
 
 class Tap(NamedTuple):
@@ -138,7 +142,7 @@ def columns(given: dict[str, Any], units: dict[str, str]) -> tuple[tuple[int, ..
     for a in arrays.values():
         if a.size != 1:
             a = np.broadcast_to(a, shape)
-        flat.append(np.ascontiguousarray(a, dtype=np.float64).reshape(-1))
+        flat.append(np.require(a, np.float64, ["C", "ALIGNED"]).reshape(-1))
     return shape, int(np.prod(shape, dtype=np.int64)), flat
 
 
