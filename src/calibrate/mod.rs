@@ -20,6 +20,7 @@ pub mod order;
 pub mod output;
 mod prepare;
 pub mod report;
+pub mod second;
 pub mod side;
 pub mod suspects;
 pub mod winner;
@@ -96,9 +97,15 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             plain(k)
         ));
     }
-    if !data.ignored.is_empty() {
-        let mut text = format!("{}: ignored columns {}", data.file, data.ignored.join(", "));
-        if let Some(name) = data.ignored.iter().find(|n| data.drive.is_none() && may_drive(n)) {
+    let mut ignored = data.ignored.clone();
+    if rig.setup.gauge.second {
+        second::check(data)?;
+    } else {
+        ignored.extend(data.beside.names());
+    }
+    if !ignored.is_empty() {
+        let mut text = format!("{}: ignored columns {}", data.file, ignored.join(", "));
+        if let Some(name) = ignored.iter().find(|n| data.drive.is_none() && may_drive(n)) {
             text += &format!(
                 "; if {name} is the drive, --columns theta={name} (degrees) or delta={name} (mm) takes it as such"
             );
@@ -134,6 +141,18 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     }
     let winner = winner::winner(&results, rig.known);
     warnings.extend(remarks(data, &taps, &results, winner, rig.known));
+    let mut beside = None;
+    if rig.setup.gauge.second {
+        if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
+            let ask = second::Ask { data, rig: &rig, taps: &taps, zeros: &zeros, side, noise };
+            beside = second::second(&ask, &open, &mut warnings)?;
+        } else {
+            warnings.push(format!(
+                "{}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says",
+                data.file
+            ));
+        }
+    }
     let used = results.iter().map(|s| s.used).sum();
     if !data.unit.is_strain() {
         // Noise of a reading is none of a strain; the calibration itself says it.
@@ -150,6 +169,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         noise,
         noise_from,
         zero: Some(tared),
+        second: beside,
         data: Source {
             file: data.file.clone(),
             hash: options.hash.clone(),
@@ -259,10 +279,18 @@ fn remarks(
             data.file
         ));
     }
-    let (n, shown) = lines(&|t| t.reason.is_some());
+    let (n, shown) = lines(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt));
     if n > 0 {
         all.push(format!(
             "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
+            data.file,
+            taps.len()
+        ));
+    }
+    let (n, shown) = lines(&|t| t.reason == Some(Reason::Tilted));
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} of {} rows are of tilted poles and serve the second gauge only (lines {shown})",
             data.file,
             taps.len()
         ));

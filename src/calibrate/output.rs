@@ -244,7 +244,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u
         let carried = carried.map(|_| format!("drifting_zero: {:.3e} subtracted", tap.drift));
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
-            Some(reason) => ("suspect", reason.text(kind)),
+            Some(reason) => (if reason.is_doubt() { "suspect" } else { "second" }, reason.text(kind)),
             None => (
                 "used",
                 carried

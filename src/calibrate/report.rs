@@ -27,7 +27,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
     let suspect: Vec<Value> = found
         .taps
         .iter()
-        .filter_map(|t| Some((t, t.reason.as_ref()?)))
+        .filter_map(|t| Some((t, t.reason.as_ref().filter(|r| r.is_doubt())?)))
         .take(LISTED)
         .map(|(t, r)| json!({ "line": t.line, "reason": r.word(), "why": r.text(kind) }))
         .collect();
@@ -41,6 +41,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                   "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
                   "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
+        "second": c.second,
         "suspects": suspect,
         "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
@@ -72,13 +73,14 @@ pub fn document(spec: &Spec, identity: &str, (data, hash): (&Data, &str), told: 
 pub fn counts(found: &Calibrated, data: &Data) -> Value {
     let mut reasons = std::collections::BTreeMap::<&str, usize>::new();
     let all = found.taps.iter().map(|t| &t.reason).chain(found.zeros.iter().map(|z| &z.reason));
-    all.flatten().for_each(|r: &Reason| *reasons.entry(r.word()).or_default() += 1);
+    all.flatten().filter(|r| r.is_doubt()).for_each(|r: &Reason| *reasons.entry(r.word()).or_default() += 1);
     json!({
         "rows": data.rows.len(),
         "taps": found.taps.len(),
         "used": found.sides.iter().map(|s| s.used).sum::<usize>(),
         "zero_readings": found.zeros.len(),
         "suspect": reasons,
+        "tilted": found.taps.iter().filter(|t| t.reason == Some(Reason::Tilted)).count(),
         "repeated_lines": found.taps.iter().filter(|t| t.twin.is_some()).count(),
     })
 }
@@ -256,6 +258,21 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         found.zeros.len(),
         found.calibration.noise_from
     );
+    if let Some(second) = &found.calibration.second {
+        let error = |sigma: f64, digits: usize| match sigma > 0.0 {
+            true => format!(" ± {sigma:.digits$}"),
+            false => " (that of the first)".to_owned(),
+        };
+        let _ = writeln!(
+            t,
+            "second gauge, from {} rows: factor {:.5}{}, {:.3}{}° further than 90°",
+            second.rows,
+            second.factor,
+            error(second.sigma_factor, 5),
+            second.misalignment_deg,
+            error(second.sigma_misalignment_deg, 3)
+        );
+    }
     for s in &found.sides {
         let [first, last] = s.record.distances_mm.map(short);
         let drives = match (s.recorded, s.drives.len()) {

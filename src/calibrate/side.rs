@@ -132,10 +132,12 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
     let table = KTable::new(ask, here).filter(|t| t.levels[0].len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
-        let n = ask.taps.iter().filter(|t| t.reason.is_some()).count();
+        let n = ask.taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
         InputError::new(message).at(&ask.data.file, None).key("a_mm").value(format!("{n} suspect rows"))
     })?;
-    let signal = |t: &Tap| t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
+    let upright = |t: &Tap| t.reason != Some(Reason::Tilted);
+    let signal =
+        |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
         |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.setup.drive, t.a, t.drive);
     let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;

@@ -143,12 +143,13 @@ impl Source {
 }
 
 /// The zero of the file at `path`, from its own zero readings.
-fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<Zero, Error> {
+fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<[Zero; 2], Error> {
     let (zero, wrong) = stream::zeros(locator, Patient(open(path)?), ask)?;
-    if let (Some(x), true) = (ask.zero, zero.count > 0) {
+    let count = zero[0].count;
+    if let (Some(x), true) = (ask.zero, count > 0) {
         let error =
             InputError::new("these readings have zero readings of their own").key("--zero").value(plain(x));
-        return Err(error.allowed(format!("nothing: {} rows say it", zero.count)).into());
+        return Err(error.allowed(format!("nothing: {count} rows say it")).into());
     }
     if !wrong.is_empty() {
         let shown: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();

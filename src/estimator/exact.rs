@@ -42,7 +42,7 @@ impl ExactRecord {
     }
 
     /// Values of all parameters: those of the record, else those of the spec.
-    fn values(&self, rig: &Rig) -> Values {
+    pub(crate) fn values(&self, rig: &Rig) -> Values {
         let mut values = spec_values(&rig.setup);
         for p in Parameter::ALL {
             if let Some(x) = self.values.get(p.name(rig.setup.drive)) {

@@ -31,6 +31,8 @@ pub enum Reason {
     Off(f64),
     /// A zero reading off its neighbours.
     ZeroOutlier,
+    /// The pole is tilted: such a row serves the second gauge only.
+    Tilted,
 }
 
 impl Reason {
@@ -48,7 +50,13 @@ impl Reason {
             Self::LooksLikeDistance(_) | Self::LooksLikeDrive(_) => "mislabelled",
             Self::Off(_) => "outlier",
             Self::ZeroOutlier => "zero_outlier",
+            Self::Tilted => "tilted",
         }
+    }
+
+    /// Whether the row is in doubt, and not only of no use here.
+    pub fn is_doubt(&self) -> bool {
+        *self != Self::Tilted
     }
 
     /// The reason and what makes it plausible, for a table.
@@ -61,6 +69,7 @@ impl Reason {
             Self::LooksLikeDrive(d) => format!("reads as {} = {d}", kind.column()),
             Self::Off(x) => format!("{} off the surface through the other rows", percent(*x)),
             Self::OutsideDomain => "a or the drive is outside the whisker or below zero".to_owned(),
+            Self::Tilted => "for the second gauge only".to_owned(),
             _ => return self.word().to_owned(),
         };
         format!("{}: {more}", self.word())

@@ -156,7 +156,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
         tap.signal = data.unit.above(tap.signal, tap.zero, factor);
         let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
         tap.zeros = zero.weights(tap.place).map(share);
-        tap.reason = unusable(tap, rig);
+        tap.reason = unusable(tap, rig).or_else(|| tilted(data, rig, tap.place));
     }
     let mut spread = crate::reduce::Spread::default();
     readings.iter().for_each(|r| spread.push(r.1));
@@ -166,6 +166,16 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     let lowest = data.rows.iter().enumerate().filter(|(i, _)| rest[*i]).map(|(_, r)| -r.drive);
     let before = if origin == 0.0 { lowest.fold(0.0, f64::max) } else { step };
     Sorted { taps, zeros, zero, tared, groups, before, origin }
+}
+
+/// Why a row is not one of the first gauge alone.
+fn tilted(data: &Data, rig: &Rig, place: usize) -> Option<Reason> {
+    data.beside.tilt.as_ref().filter(|_| rig.setup.gauge.second)?;
+    match data.beside.values[place][1] {
+        tilt if !tilt.is_finite() => Some(Reason::NotANumber),
+        0.0 => None,
+        _ => Some(Reason::Tilted),
+    }
 }
 
 fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {

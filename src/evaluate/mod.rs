@@ -70,6 +70,8 @@ pub struct Outcome {
     pub azimuth: f64,
     /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
     pub slide: f64,
+    /// Mean strain of the centreline over the gauge; NaN where no plane is asked for, and of what a chart tells.
+    pub axial: f64,
     /// Whether the contact sticks.
     pub sticking: bool,
     /// Kernel sweeps spent.
@@ -104,6 +106,7 @@ impl Outcome {
         arc: f64::NAN,
         azimuth: f64::NAN,
         slide: f64::NAN,
+        axial: f64::NAN,
         sticking: false,
         sweeps: 0.0,
         interpolated: false,

@@ -5,7 +5,7 @@ use super::{Outcome, Task};
 use crate::chart::beside;
 use crate::design::{Design, Shared, amount, radians};
 use crate::physics::onset::Grip;
-use crate::physics::rod::{RodError, RodProblem};
+use crate::physics::rod::{RodError, RodProblem, TiltedTap};
 use crate::scene::{Geometry, Setup, Side};
 use crate::status::Status;
 
@@ -42,7 +42,7 @@ pub(super) fn fast(
             let in_plane = plane.azimuth == 0.0;
             let strain = if in_plane { response.strain } else { axial + bending * cos };
             let deviation = if in_plane { planar } else { linear / strain - 1.0 };
-            (strain, deviation, Some(Beside { strain_2: axial + bending * sin, plane: *plane }))
+            (strain, deviation, Some(Beside { strain_2: axial + bending * sin, axial, plane: *plane }))
         }
     };
     let found = Found {
@@ -80,7 +80,7 @@ pub fn told(
         let [strain_2, azimuth, slide] =
             std::array::from_fn(|f| beside::linear(task.direction)[f] + found[f]);
         let path = amount(setup.drive, task.drive) * beside::path(setup, task.a);
-        Beside { strain_2: linear * strain_2, plane: Plane { azimuth, slide: path * slide } }
+        Beside { strain_2: linear * strain_2, axial: f64::NAN, plane: Plane { azimuth, slide: path * slide } }
     });
     let found = Found {
         strain: share * (linear + linear * strain),
@@ -131,7 +131,8 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     let solved = if task.is_spatial(setup) {
         problem.solve_tilted(radians(task.direction)).map(|one| {
             let plane = Plane { azimuth: one.azimuth, slide: one.slide };
-            (one.tap, Some(Beside { strain_2: sign(setup) * one.strain_2, plane }))
+            let axial = sign(setup) * axial(setup, task, &problem, &one);
+            (one.tap, Some(Beside { strain_2: sign(setup) * one.strain_2, axial, plane }))
         })
     } else {
         problem.solve().map(|tap| (tap, None))
@@ -169,6 +170,7 @@ struct Found {
 /// What is told of a tap where the plane of bending is asked for; strain as on the contact side.
 struct Beside {
     strain_2: f64,
+    axial: f64,
     plane: Plane,
 }
 
@@ -182,11 +184,26 @@ impl Found {
         Self {
             strain: self.strain * cos * cos,
             deviation: self.deviation + t2 + self.deviation * t2,
-            beside: Some(Beside { strain_2: self.strain * strain_2, plane }),
+            beside: Some(Beside { strain_2: self.strain * strain_2, axial: 0.0, plane }),
             normal: self.normal * cos,
             ..self
         }
     }
+}
+
+/// |sin φ − cos φ| below which two gauges 90° apart cannot tell the strain of the centreline from that of bending.
+const EVEN: f64 = 0.1;
+
+/// Mean strain of the centreline in the tap `one` of `problem`: ε₁ = e₀ + B cos φ, ε₂ = e₀ + B sin φ; where these are hardly different, half the sum
+/// of the strains on both sides. NaN where that has no solution.
+fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) -> f64 {
+    let (sin, cos) = one.azimuth.sin_cos();
+    if (sin - cos).abs() > EVEN {
+        return (one.tap.strain * sin - one.strain_2 * cos) / (sin - cos);
+    }
+    let side = if setup.gauge.side == Side::Far { Side::Contact } else { Side::Far };
+    let other = RodProblem { side, ..*problem }.solve_tilted(radians(task.direction));
+    other.map_or(f64::NAN, |other| 0.5 * (one.tap.strain + other.tap.strain))
 }
 
 fn sign(setup: &Setup) -> f64 {
@@ -225,6 +242,7 @@ fn outcome(
         status |= Status::SLIPPED_OFF;
     }
     let strain = if no_strain { 0.0 } else { found.strain };
+    let axial = found.beside.as_ref().map_or(f64::NAN, |beside| if no_strain { 0.0 } else { beside.axial });
     let second = found.beside.as_ref().filter(|_| setup.gauge.second);
     let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
     if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > setup.gauge.strain_limit {
@@ -252,6 +270,7 @@ fn outcome(
         arc: found.arc,
         azimuth: plane.azimuth,
         slide: plane.slide,
+        axial: sign(setup) * axial + 0.0,
         sticking: found.sticking,
         sweeps: 0.0,
         interpolated: false,

@@ -19,7 +19,7 @@ impl<W> Calibration<W> {
         let Self {
             format, version, checksum, estimator, signal, drive_recorded, drive_origin, noise, ..
         } = self;
-        let Self { noise_from, zero, data, sides, .. } = self;
+        let Self { noise_from, zero, second, data, sides, .. } = self;
         Calibration {
             format,
             version,
@@ -31,6 +31,7 @@ impl<W> Calibration<W> {
             noise,
             noise_from,
             zero,
+            second,
             data,
             rig,
             sides,
@@ -55,6 +56,13 @@ impl<W> Calibration<W> {
         }
         if !self.drive_origin.is_finite() {
             return fault("drive_origin".into(), "this is no drive", "a finite number");
+        }
+        if self.second.as_ref().is_some_and(|second| !second.is_sound()) {
+            return fault(
+                "second".into(),
+                "this is no second gauge",
+                "a factor other than 0, |misalignment_deg| and |lean_deg| < 90, noise and standard errors ≥ 0",
+            );
         }
         if self.sides.is_empty() || self.sides.len() > 2 {
             return fault("sides".into(), "one or two sides are needed", "1 … 2");

@@ -35,6 +35,9 @@ pub struct Calibration<W = Rig> {
     /// How the signal was tared; a file of an older program does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zero: Option<Tared>,
+    /// The second gauge, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second: Option<Second>,
     /// What was measured.
     pub data: Source,
     /// The whisker and its model; in the file as a spec.
@@ -58,6 +61,40 @@ pub struct Source {
     pub used: usize,
     /// Zero readings.
     pub zeros: usize,
+}
+
+/// What a second gauge, 90° round the whisker, shows beside the first. Its readings are positive as those of the first are on its side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Second {
+    /// Reading per strain.
+    pub factor: f64,
+    /// How much further than 90° from the first it is, degrees.
+    pub misalignment_deg: f64,
+    /// Standard deviation of one reading.
+    pub noise: f64,
+    /// What was fitted: misalignment, and factor where poles were tilted; else it is that of the first gauge.
+    pub fitted: Vec<String>,
+    /// Standard error of the factor; 0 where it was not fitted.
+    pub sigma_factor: f64,
+    /// Standard error of the misalignment, degrees.
+    pub sigma_misalignment_deg: f64,
+    /// Lean of the poles along the whisker, degrees.
+    pub lean_deg: f64,
+    /// Rows that were used.
+    pub rows: usize,
+}
+
+impl Second {
+    /// Whether its values are those of a gauge.
+    pub fn is_sound(&self) -> bool {
+        let sizes = [self.noise, self.sigma_factor, self.sigma_misalignment_deg];
+        self.factor.is_finite()
+            && self.factor != 0.0
+            && self.misalignment_deg.abs() < 90.0
+            && self.lean_deg.abs() < 90.0
+            && sizes.iter().all(|x| *x >= 0.0 && x.is_finite())
+    }
 }
 
 fn is_zero(x: &f64) -> bool {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::Locator;
+use super::Spatial;
 use super::lines::Line;
 use super::reading::Lines;
 use super::stream::number;
@@ -10,6 +11,14 @@ use crate::measure::text;
 
 /// Columns that are added after the user's own where distances are asked for.
 pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
+
+/// The same where `locator` has two gauges, or one.
+pub fn added(locator: &Locator) -> Vec<&'static str> {
+    match locator.is_twofold() {
+        true => [&["zero"], &Spatial::COLUMNS[..], &["status"]].concat(),
+        false => ADDED.to_vec(),
+    }
+}
 
 /// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has
 /// other ones, the zero that was subtracted, the answer.

@@ -1,6 +1,7 @@
 //! What answers readings.
 
 use super::calibration::Calibration;
+use super::pair::Twofold;
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
@@ -67,8 +68,24 @@ pub(crate) struct Opened {
 
 impl Opened {
     /// Whether `drive` is among the calibrated ones.
-    fn admits(&self, drive: f64) -> bool {
+    pub(crate) fn admits(&self, drive: f64) -> bool {
         drive >= self.drives[0] * (1.0 - SAME) && drive <= self.drives[self.drives.len() - 1] * (1.0 + SAME)
+    }
+
+    /// Words of warning of a distance, mm, with `near` the next one of the same reading.
+    pub(crate) fn doubts(&self, a: f64, near: Option<f64>, sigma: f64) -> Status {
+        let mut status = Status::OK;
+        let [lo, hi] = self.interest;
+        if near.is_some_and(|a| a >= lo * (1.0 - WIDENING) && a <= hi * (1.0 + WIDENING)) {
+            status |= Status::AMBIGUOUS;
+        }
+        // However uncertain, a distance that is half the range away is not of it.
+        let [first, last] = self.distances;
+        let slack = (BEYOND * sigma).min(0.5 * (last - first)) + WIDENING * last;
+        if a < first - slack || a > last + slack {
+            status |= Status::OUTSIDE_CALIBRATION;
+        }
+        status
     }
 
     /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
@@ -121,6 +138,8 @@ pub struct Locator {
     /// Variance of the zero of the calibration: it moves all of it.
     of_zero: f64,
     sides: Vec<Opened>,
+    /// The second gauge.
+    pub(crate) twofold: Option<Twofold>,
 }
 
 impl Locator {
@@ -175,6 +194,7 @@ impl Locator {
                 }
             }
         }
+        let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
         let tared = c.zero.clone();
         let of_zero = match &tared {
             Some(Tared { from: TaredBy::Fitted, error, .. }) => error * error,
@@ -193,6 +213,7 @@ impl Locator {
             noise: c.noise,
             of_zero,
             sides,
+            twofold,
         })
     }
 
@@ -241,6 +262,11 @@ impl Locator {
         self.noise.hypot(self.of_zero.sqrt())
     }
 
+    /// Variance of the zero of the calibration.
+    pub(crate) fn of_zero(&self) -> f64 {
+        self.of_zero
+    }
+
     /// Standard deviation of one reading, strain or the unit of the reading.
     pub fn noise(&self) -> f64 {
         self.noise
@@ -287,16 +313,7 @@ impl Locator {
         if !sigma.is_finite() || !found.a.is_finite() {
             return Located::nothing(status | Status::NO_ROOT);
         }
-        let [lo, hi] = side.interest;
-        if found.near.is_some_and(|a| a >= lo * (1.0 - WIDENING) && a <= hi * (1.0 + WIDENING)) {
-            status |= Status::AMBIGUOUS;
-        }
-        // However uncertain, a distance that is half the range away is not of it.
-        let [first, last] = side.distances;
-        let slack = (BEYOND * sigma).min(0.5 * (last - first)) + WIDENING * last;
-        if found.a < first - slack || found.a > last + slack {
-            status |= Status::OUTSIDE_CALIBRATION;
-        }
+        status |= side.doubts(found.a, found.near, sigma);
         Located { distance: found.a, sigma, status }
     }
 

@@ -83,6 +83,14 @@ impl<'a> Lines<'a> {
             let error = InputError::new("the calibration was made with another kind of signal");
             return Err(error.key(&names[columns.signal.1]).allowed(allowed));
         }
+        if locator.is_twofold() && columns.second.is_none_or(|s| s.0 != columns.signal.0) {
+            let wanted = columns.signal.0.second();
+            let error =
+                InputError::new(format!("column {wanted} is missing: the calibration is of two gauges"));
+            let allowed =
+                "both signals, of one kind; a calibration of one gauge (no second = true in [gauge])";
+            return Err(error.key(wanted).value(names.join(",")).allowed(allowed));
+        }
         Ok(columns)
     }
 
@@ -90,7 +98,11 @@ impl<'a> Lines<'a> {
     pub fn names(&self) -> Vec<String> {
         match &self.header {
             Some(header) => header.names.clone(),
-            None => vec![self.locator.rig.setup.drive.column().to_owned(), self.unit().column().to_owned()],
+            None => {
+                let second = self.locator.is_twofold().then(|| self.unit().second().to_owned());
+                let first = [self.locator.rig.setup.drive.column(), self.unit().column()];
+                first.map(str::to_owned).into_iter().chain(second).collect()
+            }
         }
     }
 
@@ -109,10 +121,26 @@ impl<'a> Lines<'a> {
     pub fn fields<'b>(&self, line: &'b str) -> Vec<Cow<'b, str>> {
         let mark = self.header.as_ref().map_or_else(|| separator(line), |h| h.separator);
         let mut all = fields(line, mark);
-        if self.header.is_none() && all.len() == 1 {
+        if self.header.is_none() && all.len() == self.signals() {
             all.insert(0, "".into());
         }
         all
+    }
+
+    /// How many signals a reading has.
+    fn signals(&self) -> usize {
+        1 + usize::from(self.locator.is_twofold())
+    }
+
+    /// The second signal of a line that [`Self::parse`] reads; NaN where it is missing or no number.
+    pub fn second(&mut self, line: &str) -> f64 {
+        let place = match &self.header {
+            Some(header) => header.columns.second.map(|s| s.1),
+            None => self.locator.is_twofold().then_some(2),
+        };
+        let fields = self.fields(line);
+        let field = place.and_then(|place| fields.get(place));
+        field.and_then(|f| self.decimals.number(f)).map_or(f64::NAN, |value| self.signal(value))
     }
 
     /// Strain, or the reading, of a recorded value.
@@ -144,7 +172,7 @@ impl<'a> Lines<'a> {
             None => line.split(mark).nth(place).map(str::trim),
         };
         let (drive, signal) = match places {
-            None => match (count, only) {
+            None => match (count + 1 - self.signals(), only) {
                 (2, _) => (field(0), field(1)?),
                 (1, Some(_)) if !line.trim().is_empty() => (Some(""), field(0)?),
                 _ => return None,

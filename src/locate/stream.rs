@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::kept::{ADDED, Kept};
+use super::Locator;
+use super::kept::{Kept, added};
 use super::lines::Source;
+use super::pair::{Readings, Spatial};
 use super::reading::Lines;
 use super::tare::{Tare, doubt};
-use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::measure::Names;
 use crate::measure::text::plain;
@@ -54,20 +55,23 @@ pub struct Ask<'a> {
     pub warn: &'a dyn Fn(&str),
 }
 
-/// Zero readings of a whole file, and the lines of those that are none by their size. Empty where the file has none.
+/// Zero readings of a whole file, of one gauge and of a second, and the lines of those that are none by their size. Empty where the file has none.
 ///
 /// # Errors
 /// As [`answer`].
-pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero, Vec<usize>), Error> {
+pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<([Zero; 2], Vec<usize>), Error> {
     let mut source = Source::new(input, ask);
     let mut lines = Lines::new(locator);
     let (mut readings, mut numbers, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
+    let mut seconds: Vec<(usize, f64)> = Vec::new();
     while let Some(line) = source.next(&mut lines)? {
         match line.text.and_then(|t| lines.parse(t)) {
             Some((drive, signal)) if locator.rests(drive) && signal.is_finite() => {
                 let last = readings.last().map_or(signal, |(_, zero)| *zero);
                 readings.push((line.place, locator.beside(last, signal)));
                 numbers.push(line.number);
+                let second = line.text.map_or(f64::NAN, |t| lines.second(t));
+                seconds.extend(second.is_finite().then_some((line.place, second)));
             }
             Some((_, signal)) if signal.is_finite() => sizes.push(signal),
             _ => {}
@@ -75,7 +79,7 @@ pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero
     }
     let mut all: Vec<f64> = readings.iter().map(|r| r.1).collect();
     if all.is_empty() {
-        return Ok((Zero::default(), Vec::new()));
+        return Ok((Default::default(), Vec::new()));
     }
     let middle = crate::reduce::median(&mut all);
     let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
@@ -83,11 +87,12 @@ pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<(Zero
     let off = Zero::outliers(&readings, scale);
     let wrong = readings.iter().zip(&numbers).filter(|(r, _)| off.contains(&r.0)).map(|(_, n)| *n).collect();
     readings.retain(|r| !off.contains(&r.0));
-    Ok((Zero::new(&readings), wrong))
+    seconds.retain(|r| !off.contains(&r.0));
+    Ok(([Zero::new(&readings), Zero::new(&seconds)], wrong))
 }
 
 /// Answers every line of `input`. A header may come first. When `stop` is set, the input ends after its last whole line. `zero` is
-/// that of the file, if it has one; of a stream the zero readings among the lines serve those after them.
+/// that of the file, of both gauges, if it has one; of a stream the zero readings among the lines serve those after them.
 ///
 /// # Errors
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
@@ -95,7 +100,7 @@ pub fn answer(
     locator: &Locator,
     input: impl Read,
     ask: &Ask<'_>,
-    zero: Option<Zero>,
+    zero: Option<[Zero; 2]>,
     stop: &AtomicBool,
     write: Write<'_>,
 ) -> Result<Counts, Error> {
@@ -103,9 +108,12 @@ pub fn answer(
     let mut lines = Lines::new(locator);
     let mut out = Vec::with_capacity(2 * BATCH);
     let mut counts = Counts::default();
+    let two = locator.is_twofold();
     if !ask.keep {
         let (drive, signal) = (locator.rig.setup.drive.column(), locator.unit.common());
-        out.extend(format!("{drive},{signal},distance_mm,sigma_mm,status\n").bytes());
+        let second = if two { format!("{},", locator.unit.second_common()) } else { String::new() };
+        let answer = added(locator)[1..].join(",");
+        out.extend(format!("{drive},{signal},{second}{answer}\n").bytes());
         // Whoever starts a stream may want to see that it is ready.
         write(&out, true)?;
         out.clear();
@@ -119,11 +127,10 @@ pub fn answer(
             .allowed("a number in the unit of the signal")
             .into());
     }
-    let mut tare = match zero {
-        Some(zero) if zero.count > 0 => Tare::File(zero),
-        _ => Tare::new(locator, said),
-    };
-    let kept = ask.keep.then(|| Kept::new(locator, &lines, &ADDED));
+    let [zero, zero_2] = zero.unwrap_or_default();
+    let mut tare = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said) };
+    let mut tare_2 = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::Held(None) };
+    let kept = ask.keep.then(|| Kept::new(locator, &lines, &added(locator)));
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }
@@ -136,9 +143,10 @@ pub fn answer(
         let read = line.text.and_then(|t| lines.parse(t));
         let (drive, signal) = read.unwrap_or((f64::NAN, f64::NAN));
         let finite = drive.is_finite() && signal.is_finite();
+        let second = if two { line.text.map_or(f64::NAN, |t| lines.second(t)) } else { f64::NAN };
         let is_zero = finite && locator.rests(drive);
         let mut zero = None;
-        let located = if is_zero {
+        let found = if is_zero {
             counts.zeros += 1;
             if let Some(zero) = ask.zero.filter(|_| counts.zeros == 1) {
                 (ask.warn)(&format!(
@@ -153,11 +161,14 @@ pub fn answer(
                     line.number
                 ));
             }
-            Located::nothing(Status::NO_STRAIN)
+            if second.is_finite() {
+                let _ = tare_2.see(locator, second, follows);
+            }
+            Spatial::nothing(Status::NO_STRAIN)
         } else if !finite {
-            Located::nothing(Status::BAD_INPUT)
+            Spatial::nothing(Status::BAD_INPUT)
         } else if !locator.drive_recorded && !same(&mut one, drive, locator, ask) {
-            Located::nothing(Status::OUTSIDE_CALIBRATION)
+            Spatial::nothing(Status::OUTSIDE_CALIBRATION)
         } else {
             let drive = if locator.drive_recorded { drive } else { UNRECORDED };
             zero = tare.at(line.place);
@@ -165,21 +176,36 @@ pub fn answer(
                 doubt(locator, zero.map(|z| z.0)).iter().for_each(|text| (ask.warn)(text));
             }
             let (value, share) = zero.unwrap_or((0.0, 0.0));
-            locator.locate_above(drive, lines.above(signal, value), 0.0, share)
+            let signal = lines.above(signal, value);
+            if two {
+                let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
+                let signals = [signal, lines.above(second, value)];
+                locator.locate_pair(Readings { drive, signals, shares: [share, share_2] })?
+            } else {
+                let located = locator.locate_above(drive, signal, 0.0, share);
+                Spatial { located, ..Spatial::nothing(located.status) }
+            }
         };
+        let located = found.located;
         follows = is_zero;
         counts.lines += 1;
         note(&mut counts, located.status);
-        let answer = [located.distance, located.sigma];
+        let numbers = found.numbers();
+        let answer = if two { &numbers[..] } else { &numbers[..2] };
         match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);
                 kept.row(&mut out, &line, &lines, [drive, signal, zero]);
-                row(&mut out, &answer, located.status);
+                row(&mut out, answer, located.status);
             }
             None => {
                 let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
-                row(&mut out, &[shown, signal, answer[0], answer[1]], located.status);
+                number(&mut out, shown);
+                number(&mut out, signal);
+                if two {
+                    number(&mut out, second);
+                }
+                row(&mut out, answer, located.status);
             }
         }
         // Whoever sent half a line waits for the answers to those before it.

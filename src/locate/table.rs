@@ -2,6 +2,7 @@
 
 use super::kept::Kept;
 use super::lines::Source;
+use super::pair::Readings as PairOfReadings;
 use super::reading::Lines;
 use super::stream::{Ask, number, zeros};
 use super::tare::{Tare, doubt};
@@ -50,7 +51,7 @@ impl Readings {
     /// # Errors
     /// A header that does not fit the calibration; a zero that contradicts the file's own.
     pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, added: &[&'static str]) -> Result<Self, Error> {
-        let (zero, wrong) = zeros(locator, bytes, ask)?;
+        let ([zero, zero_2], wrong) = zeros(locator, bytes, ask)?;
         let label = ask.label.unwrap_or("stdin");
         if let (Some(x), true) = (ask.zero, zero.count > 0) {
             let error = InputError::new("these readings have zero readings of their own").at(label, None);
@@ -70,6 +71,7 @@ impl Readings {
         source.first(&mut lines)?;
         let said = ask.zero.map(|z| lines.signal(z));
         let tare = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said) };
+        let tare_2 = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::Held(None) };
         let kept = Kept::new(locator, &lines, added);
         let mut header = Vec::new();
         kept.header(&mut header);
@@ -88,9 +90,19 @@ impl Readings {
             let located = match (rests, finite) {
                 (true, _) => Located::nothing(Status::NO_STRAIN),
                 (_, false) => Located::nothing(Status::BAD_INPUT),
-                // A drive that was not recorded when the whisker was calibrated counts as 1 here too.
                 _ => {
-                    locator.locate_above(if locator.drive_recorded { drive } else { 1.0 }, signal, 0.0, share)
+                    // A drive that was not recorded when the whisker was calibrated counts as 1 here too.
+                    let drive = if locator.drive_recorded { drive } else { 1.0 };
+                    if locator.is_twofold() {
+                        let second = line.text.map_or(f64::NAN, |t| lines.second(t));
+                        let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
+                        let signals = [signal, lines.above(second, value)];
+                        locator
+                            .locate_pair(PairOfReadings { drive, signals, shares: [share, share_2] })?
+                            .located
+                    } else {
+                        locator.locate_above(drive, signal, 0.0, share)
+                    }
                 }
             };
             let fields: Vec<String> =

@@ -6,6 +6,8 @@ use crate::scene::Drive;
 
 /// Column of the contact distance.
 pub const DISTANCE: &str = "a_mm";
+/// Column of the tilt of the pole.
+pub const TILT: &str = "tilt_deg";
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,13 +18,17 @@ pub enum Role {
     Drive(Drive),
     /// The signal.
     Signal(Unit),
+    /// The signal of a second gauge, 90° round the whisker.
+    Second(Unit),
+    /// Tilt of the pole, degrees.
+    Tilt,
     /// Nothing that is used.
     Ignored,
 }
 
 impl Role {
     /// All, with the short name and the column's own name.
-    const ALL: [(&'static str, &'static str, Self); 8] = [
+    const ALL: [(&'static str, &'static str, Self); 13] = [
         ("a", DISTANCE, Self::Distance),
         ("theta", "theta_deg", Self::Drive(Drive::Angle)),
         ("delta", "delta_mm", Self::Drive(Drive::Displacement)),
@@ -30,6 +36,11 @@ impl Role {
         ("microstrain", "microstrain", Self::Signal(Unit::Microstrain)),
         ("bridge", "bridge_mV_per_V", Self::Signal(Unit::Bridge)),
         ("reading", "reading", Self::Signal(Unit::Reading)),
+        ("strain_2", "strain_2", Self::Second(Unit::Strain)),
+        ("microstrain_2", "microstrain_2", Self::Second(Unit::Microstrain)),
+        ("bridge_2", "bridge_mV_per_V_2", Self::Second(Unit::Bridge)),
+        ("reading_2", "reading_2", Self::Second(Unit::Reading)),
+        ("tilt", TILT, Self::Tilt),
         ("ignore", "ignore", Self::Ignored),
     ];
 
@@ -48,8 +59,7 @@ impl Names {
     /// # Errors
     /// A part that is no `role=name`, a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
-        let allowed =
-            "a, theta or delta, strain, microstrain, bridge or reading, ignore; each as role=column";
+        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, ignore; each as role=column";
         let fault = |message: String, part: &str| {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
@@ -105,6 +115,10 @@ pub struct Columns {
     pub drive: Option<(Drive, usize)>,
     /// Signal.
     pub signal: (Unit, usize),
+    /// Signal of a second gauge: in the unit of the first, where there is one.
+    pub second: Option<(Unit, usize)>,
+    /// Tilt of the pole.
+    pub tilt: Option<usize>,
     /// Number of columns.
     pub fields: usize,
     /// Names of those that are not used.
@@ -177,10 +191,17 @@ impl Columns {
                     .allowed(format!("exactly one of {}; or --columns ignore=NAME", signal_names())));
             }
         };
-        let used = [a, drives.first().map(|d| d.1), Some(signal.1)];
+        let mut seconds = Vec::new();
+        for unit in Unit::ALL {
+            seconds.extend(once(Role::Second(unit))?.map(|place| (unit, place)));
+        }
+        let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
+        let tilt = once(Role::Tilt)?;
+        let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt];
         let unused = |i: &usize| !used.contains(&Some(*i)) && roles[*i] != Some(Role::Ignored);
         let ignored = (0..names.len()).filter(unused).map(|i| names[i].clone()).collect();
-        Ok(Self { a, drive: drives.first().copied(), signal, fields: names.len(), ignored })
+        let drive = drives.first().copied();
+        Ok(Self { a, drive, signal, second, tilt, fields: names.len(), ignored })
     }
 }
 
@@ -291,7 +312,10 @@ mod tests {
         assert_eq!(c.ignored, [] as [&str; 0]);
         // What the user says goes before the column's own name.
         let c = find("a_mm,theta_deg,strain,strain_2", "strain=strain_2").unwrap();
-        assert_eq!(c.signal, (Unit::Strain, 3));
+        assert_eq!((c.signal, c.second), ((Unit::Strain, 3), None));
+        let c = find("a_mm,tilt_deg,theta_deg,strain,reading_2,strain_2", "").unwrap();
+        assert_eq!((c.second, c.tilt), (Some((Unit::Strain, 5)), Some(1)));
+        assert_eq!(c.ignored, ["reading_2"]);
     }
 
     #[test]

@@ -27,6 +27,26 @@ pub struct Row {
     pub text: u64,
 }
 
+/// Columns of use to a whisker with a second gauge only.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Beside {
+    /// What the second signal is, and the name of its column.
+    pub second: Option<(Unit, String)>,
+    /// Name of the column of the pole's tilt.
+    pub tilt: Option<String>,
+    /// Of each row the second signal as recorded, and the tilt, degrees; NaN where there is none.
+    pub values: Vec<[f64; 2]>,
+    /// The first field in them that is no number: its line, its column and what it says.
+    pub fault: Option<(usize, String, String)>,
+}
+
+impl Beside {
+    /// Names of its columns.
+    pub fn names(&self) -> Vec<String> {
+        self.second.iter().map(|s| s.1.clone()).chain(self.tilt.clone()).collect()
+    }
+}
+
 /// A data file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Data {
@@ -38,6 +58,8 @@ pub struct Data {
     pub unit: Unit,
     /// Every line after the header, comments and blank lines left out.
     pub rows: Vec<Row>,
+    /// What a second gauge showed, and the tilt of the pole.
+    pub beside: Beside,
     /// Columns that are not used.
     pub ignored: Vec<String>,
 }
@@ -90,6 +112,11 @@ impl Data {
         let columns = Columns::find(&names, said, None).map_err(at_header)?;
         let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
 
+        let mut beside = Beside {
+            second: columns.second.map(|(unit, place)| (unit, names[place].clone())),
+            tilt: columns.tilt.map(|place| names[place].clone()),
+            ..Beside::default()
+        };
         let mut others = Others::new(&columns, &names);
         let mut rows = Vec::new();
         let mut decimals = Decimals::default();
@@ -118,6 +145,7 @@ impl Data {
                 })
             };
             others.push(&record);
+            let mut faulty = None;
             let mut fingerprint = DefaultHasher::new();
             text.hash(&mut fingerprint);
             rows.push(Row {
@@ -127,6 +155,15 @@ impl Data {
                 value: number(columns.signal.1)?,
                 text: fingerprint.finish(),
             });
+            let places = [columns.second.map(|s| s.1), columns.tilt];
+            beside.values.push(places.map(|place| {
+                let Some(place) = place else { return f64::NAN };
+                decimals.number(&record[place]).unwrap_or_else(|| {
+                    faulty.get_or_insert((line, names[place].clone(), record[place].to_string()));
+                    f64::NAN
+                })
+            }));
+            beside.fault = beside.fault.or(faulty);
         }
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
@@ -139,6 +176,7 @@ impl Data {
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,
             rows,
+            beside,
             ignored: columns.ignored,
         })
     }

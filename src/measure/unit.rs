@@ -52,6 +52,11 @@ impl Unit {
         if self.is_strain() { "strain" } else { "reading" }
     }
 
+    /// The same of a second gauge.
+    pub fn second_common(self) -> &'static str {
+        if self.is_strain() { "strain_2" } else { "reading_2" }
+    }
+
     /// Strain of a recorded value, tension positive; a `reading` stays as it is. NaN where the bridge cannot give `value`.
     pub fn strain(self, value: f64, gauge_factor: f64) -> f64 {
         match self {

@@ -262,6 +262,7 @@ impl Packed for Outcome {
             arc,
             azimuth,
             slide,
+            axial: f64::NAN,
             sticking,
             sweeps,
             interpolated,

@@ -32,6 +32,7 @@ mod model_error;
 mod optimise;
 mod optimise_errors;
 mod own_model;
+mod pair;
 mod parquet;
 mod parts;
 mod planned;

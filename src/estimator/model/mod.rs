@@ -3,6 +3,7 @@
 pub mod error;
 pub mod exact;
 pub mod form;
+pub mod pair;
 pub mod paper;
 pub mod parameter;
 pub mod polynomial;

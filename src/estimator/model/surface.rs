@@ -68,17 +68,9 @@ impl Surface {
         let Extent { side, reach, drives, hard } = at;
         let mut setup = setup.clone();
         setup.gauge.side = side;
-        let shared = rig.shared();
-        let tau = shared.taper.tau;
-        let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
-        let reach = [reach[0].max(shared.gauge[0] * 1.02 + 1e-3), reach[1].min(apex)];
-        if reach[0].partial_cmp(&reach[1]) != Some(std::cmp::Ordering::Less) {
-            return Err(ModelError::InsideGauge);
-        }
-        let t = rig.design.tuple;
-        let length = t.L_a.max(reach[1]);
-        let tuple =
-            if length > t.L_a { Tuple { L_a: length, d: t.D * (1.0 - tau * length), ..t } } else { t };
+        // It is that of upright poles and of the first gauge.
+        setup.gauge.second = false;
+        let (reach, tuple) = continued(rig, reach)?;
         let design = Design::new(&setup, tuple);
         let Some(curve) = design.shared.as_ref().map(|s| s.model) else {
             return Err(ModelError::TooFar);
@@ -168,6 +160,24 @@ impl Piece {
     fn is_fine(&self, along: usize) -> bool {
         self.tails[along] <= FINE
     }
+}
+
+/// The distances of `reach` at which the whisker of `rig` can be tapped, and the whisker, its taper continued as far.
+///
+/// # Errors
+/// No distance beyond the gauge.
+pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
+    let shared = rig.shared();
+    let tau = shared.taper.tau;
+    let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
+    let reach = [reach[0].max(shared.gauge[0] * 1.02 + 1e-3), reach[1].min(apex)];
+    if reach[0].partial_cmp(&reach[1]) != Some(std::cmp::Ordering::Less) {
+        return Err(ModelError::InsideGauge);
+    }
+    let t = rig.design.tuple;
+    let length = t.L_a.max(reach[1]);
+    let tuple = if length > t.L_a { Tuple { L_a: length, d: t.D * (1.0 - tau * length), ..t } } else { t };
+    Ok((reach, tuple))
 }
 
 /// What solves the model at the points of a piece.

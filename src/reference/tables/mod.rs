@@ -173,7 +173,7 @@ const ROWS: Table = table(
         ("error_mm", "â − a"),
         ("held_out_error_mm", "the same, where the row's distance is left out of the calibration"),
         STATUS,
-        ("use", "used or suspect"),
+        ("use", "used, suspect, or second: of use to the second gauge only"),
         ("reason", "why it is suspect, or what was done to it"),
     ],
 );
@@ -190,6 +190,18 @@ const LOCATED: Table = table(
         ("zero", "what was subtracted from it, of a bridge in mV/V; empty where no zero is known"),
         ("distance_mm", "distance â"),
         ("sigma_mm", "standard deviation of â: noise, calibration and bias (docs/calibration.md)"),
+        (
+            "tilt_deg",
+            "tilt β̂ of the pole, as all columns up to status where the calibration is of two gauges (§6)",
+        ),
+        ("sigma_tilt_deg", "its standard deviation"),
+        ("corr", "correlation of the errors of distance and tilt"),
+        ("x_mm", "place of the contact at first touch from the motor's axis: along the whisker"),
+        ("y_mm", "the same, towards the object in the plane of rotation"),
+        ("z_mm", "the same, along the motor's axis"),
+        ("sigma_x_mm", "standard deviation of x_mm"),
+        ("sigma_y_mm", "standard deviation of y_mm"),
+        ("sigma_z_mm", "standard deviation of z_mm"),
         STATUS,
     ],
 );

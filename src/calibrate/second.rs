@@ -1,0 +1,206 @@
+//! The second gauge: its transfer factor and its misalignment, from rows with both signals (model §6).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Reason, SideResult};
+use crate::error::{Error, InputError};
+use crate::estimator::model::error::ModelError;
+use crate::estimator::model::exact::{Extent, Opener};
+use crate::estimator::model::pair::{Pair, Place};
+use crate::estimator::normal;
+use crate::estimator::taps::{Tap, ZeroReading};
+use crate::locate::calibration::Second;
+use crate::measure::zero::Zero;
+use crate::measure::{Data, Rig};
+use crate::scene::Contact;
+
+/// Rounds in which the strain of the centreline, which goes with the factor, is put right.
+const ROUNDS: usize = 8;
+/// Rows from which their scatter says what the noise is.
+const ENOUGH: usize = 10;
+/// Smallest share of a tilted row's strain in the signal of the second gauge that says what its factor is: of a tilt of 1°.
+const TILTED: f64 = 0.017;
+
+/// What is calibrated from.
+pub struct Ask<'a> {
+    /// The file.
+    pub data: &'a Data,
+    /// The whisker.
+    pub rig: &'a Rig,
+    /// Every row with a drive.
+    pub taps: &'a [Tap],
+    /// Every zero reading.
+    pub zeros: &'a [ZeroReading],
+    /// The side of the gauge of the spec.
+    pub side: &'a SideResult,
+    /// Standard deviation of one reading of the first gauge.
+    pub noise: f64,
+}
+
+/// Refuses columns of `data` that a second gauge cannot have.
+///
+/// # Errors
+/// A signal of another kind than the first; a field that is no number; a tilt of 90° or more.
+pub fn check(data: &Data) -> Result<(), InputError> {
+    let beside = &data.beside;
+    if let Some((unit, name)) = beside.second.as_ref().filter(|(unit, _)| *unit != data.unit) {
+        let message = "the two gauges must be recorded as the same kind of signal";
+        let error = InputError::new(message).at(&data.file, Some(1)).key(name).value(unit.second());
+        return Err(error.allowed(data.unit.second()));
+    }
+    if let Some((line, name, field)) = &beside.fault {
+        let error =
+            InputError::new("this is not a number").at(&data.file, Some(*line)).key(name).value(field);
+        return Err(error.allowed("a number without unit; empty or NaN where it is missing"));
+    }
+    let tilts = data.rows.iter().zip(&beside.values).map(|(row, values)| (row.line, values[1]));
+    match tilts.into_iter().find(|(_, tilt)| tilt.abs() >= 90.0) {
+        Some((line, tilt)) => {
+            let error = InputError::new("no pole is tilted so far").at(&data.file, Some(line));
+            Err(error
+                .key(beside.tilt.as_deref().unwrap_or_default())
+                .value(tilt)
+                .allowed("-90 < tilt < 90 degrees"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// A row with both signals: strains of the centreline, of the first gauge and 90° further, and the second signal.
+struct Row {
+    strains: [f64; 3],
+    signal: f64,
+}
+
+/// The second gauge, or why it is not known.
+///
+/// # Errors
+/// A backend that fails.
+pub fn second(ask: &Ask<'_>, open: Opener<'_>, warnings: &mut Vec<String>) -> Result<Option<Second>, Error> {
+    let label = &ask.data.file;
+    let Some((_, column)) = &ask.data.beside.second else {
+        warnings.push(format!(
+            "{label}: the whisker has a second gauge, but there is no column {}: it is not calibrated, and every pole counts as upright",
+            ask.data.unit.second()
+        ));
+        return Ok(None);
+    };
+    let without = |why: &str| format!("{label}: the second gauge is not calibrated: {why}");
+    let Some(exact) = &ask.side.record.exact else {
+        warnings.push(without("it is told from the model of the spec, which could not be fitted"));
+        return Ok(None);
+    };
+    let rig = ask.rig;
+    if !matches!(rig.setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
+        warnings.push(without("only a frictionless contact says how a pole is tilted"));
+        return Ok(None);
+    }
+    let values = exact.values(rig);
+    let at = Extent::around(rig, ask.side.gauge, ask.side.record.distances_mm, ask.side.record.ends(), 0.0);
+    let lean_deg = rig.design.tuple.lean;
+    let model = match Pair::new(rig, &values, at, lean_deg) {
+        Ok(model) => model,
+        Err(why) => {
+            warnings.push(without(&why.to_string()));
+            return Ok(None);
+        }
+    };
+    let rows = rows(ask, &model, open)?;
+    let Some(found) = fit(&rows, values[0], ask.noise) else {
+        warnings.push(without(&format!("no usable row has a number in {column}")));
+        return Ok(None);
+    };
+    if found.fitted.len() < 2 {
+        warnings.push(format!(
+            "{label}: all rows with {column} are of upright poles, whose strain the second gauge hardly sees: its factor is taken to be that of \
+             the first. Rows with a known tilt (tilt_deg) tell it"
+        ));
+    }
+    Ok(Some(Second { lean_deg, ..found }))
+}
+
+/// The rows of the side that both gauges have seen.
+fn rows(ask: &Ask<'_>, model: &Pair, open: Opener<'_>) -> Result<Vec<Row>, Error> {
+    let (data, factor, sign) = (ask.data, ask.rig.setup.gauge.factor, ask.side.sign);
+    let recorded = |place: usize| data.unit.strain(data.beside.values[place][0], factor);
+    let usable = |z: &&ZeroReading| z.reason.is_none() && recorded(z.place).is_finite();
+    let zeros: Vec<(usize, f64)> =
+        ask.zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
+    let zero = Zero::new(&zeros);
+    let taps: Vec<&Tap> = ask
+        .taps
+        .iter()
+        .filter(|t| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign)
+        .filter(|t| recorded(t.place).is_finite())
+        .collect();
+    let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
+    let places: Vec<Place> = taps.iter().map(|t| Place { a: t.a, tilt: tilt(t), drive: t.drive }).collect();
+    let mut evaluator = model.evaluator(open(&model.setup().model)?);
+    let strains = model.strains(&mut evaluator, &places).map_err(ModelError::Solve)?;
+    let row = |(t, strains): (&&Tap, Option<[f64; 3]>)| {
+        let signal = sign * data.unit.above(recorded(t.place), zero.at(t.place), factor);
+        strains.map(|strains| Row { strains, signal })
+    };
+    Ok(taps.iter().zip(strains).filter_map(row).collect())
+}
+
+/// s₂ and δ by least squares: r₂ = s₂ e₀ + s₂ cos δ (ε₂ − e₀) − s₂ sin δ (ε₁ − e₀); from upright rows alone δ, with the factor s₁ of the first gauge.
+fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
+    let across = |r: &Row| r.strains[2] - r.strains[0];
+    let along = |r: &Row| r.strains[0] - r.strains[1];
+    let tilted = rows.iter().any(|r| across(r).abs() > TILTED * along(r).abs());
+    let terms = |r: &Row| if tilted { vec![along(r), across(r)] } else { vec![along(r)] };
+    let m = if tilted { 2 } else { 1 };
+    let mut n = DMatrix::zeros(m, m);
+    for r in rows {
+        let x = DVector::from_vec(terms(r));
+        n += &x * x.transpose();
+    }
+    let (mut s2, mut angle, mut covariance) = (factor, 0.0, DMatrix::zeros(m, m));
+    for _ in 0..ROUNDS {
+        let mut b = DVector::zeros(m);
+        for r in rows {
+            // Of upright rows the strain across is that of the centreline, to the accuracy of the model.
+            let known = if tilted { 0.0 } else { s2 * f64::cos(angle) * across(r) };
+            b += DVector::from_vec(terms(r)) * (r.signal - s2 * r.strains[0] - known);
+        }
+        let (x, inverse) = normal::solve(&n, &b)?;
+        covariance = inverse;
+        (s2, angle) = match tilted {
+            true => (x[0].hypot(x[1]).copysign(x[1]), (x[0] / x[1]).atan()),
+            false => (factor, (x[0] / factor).clamp(-1.0, 1.0).asin()),
+        };
+    }
+    let (sin, cos) = angle.sin_cos();
+    let left = |r: &Row| r.signal - s2 * (r.strains[0] + cos * across(r) + sin * along(r));
+    let squares: f64 = rows.iter().map(|r| left(r).powi(2)).sum();
+    let noise = match rows.len() >= ENOUGH {
+        true => (squares / (rows.len() - m) as f64).sqrt(),
+        false => noise * (s2 / factor).abs(),
+    };
+    // In the directions of x: along is s₂ sin δ, across s₂ cos δ.
+    let variance = |by: [f64; 2]| match tilted {
+        true => {
+            let by = DVector::from_row_slice(&by);
+            noise * noise * (by.transpose() * &covariance * by)[(0, 0)]
+        }
+        false => noise * noise * covariance[(0, 0)] * by[0] * by[0],
+    };
+    let of_angle = match tilted {
+        true => variance([cos / s2, -sin / s2]),
+        false => variance([1.0 / (s2 * cos), 0.0]),
+    };
+    let of_factor = if tilted { variance([sin, cos]) } else { 0.0 };
+    let named: &[&str] = if tilted { &["factor", "misalignment"] } else { &["misalignment"] };
+    let found = Second {
+        factor: s2,
+        misalignment_deg: angle.to_degrees(),
+        noise,
+        fitted: named.iter().map(|n| (*n).to_owned()).collect(),
+        sigma_factor: of_factor.max(0.0).sqrt(),
+        sigma_misalignment_deg: of_angle.max(0.0).sqrt().to_degrees(),
+        lean_deg: 0.0,
+        rows: rows.len(),
+    };
+    found.is_sound().then_some(found)
+}

@@ -1,0 +1,307 @@
+//! Readings of two gauges 90° apart: distance, tilt, and where in space the contact is (model §6).
+
+use std::sync::{Mutex, PoisonError};
+
+use super::calibration::{Calibration, Second};
+use super::locator::{Located, Locator, Opened};
+use crate::contour::skin::Skin;
+use crate::error::{Error, SolveError};
+use crate::estimator::model::exact::{Extent, Opener};
+use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer, inverse};
+use crate::estimator::model::{Found, between};
+use crate::estimator::{EXACT, Estimator, SideRecord};
+use crate::evaluate::Method;
+use crate::measure::Rig;
+use crate::status::Status;
+
+/// Two readings of one tap, above their zeros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Readings {
+    /// Degrees or mm.
+    pub drive: f64,
+    /// Strains, or the unit of the reading: of the first gauge, of the second.
+    pub signals: [f64; 2],
+    /// Variances of the zeros in units of those of one reading.
+    pub shares: [f64; 2],
+}
+
+/// A contact in space, in the frame of the base at first touch: x along the whisker, y towards the object in the plane of rotation, z the
+/// motor's axis, which is the origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spatial {
+    /// Its distance along the whisker.
+    pub located: Located,
+    /// Tilt of the pole, degrees; NaN where there is none.
+    pub tilt: f64,
+    /// One standard deviation, degrees.
+    pub sigma_tilt: f64,
+    /// Correlation of the errors of distance and tilt.
+    pub correlation: f64,
+    /// Where it is, mm.
+    pub point: [f64; 3],
+    /// Standard deviations, mm.
+    pub sigma_point: [f64; 3],
+}
+
+impl Spatial {
+    /// No contact, and why.
+    pub const fn nothing(status: Status) -> Self {
+        let none = [f64::NAN; 3];
+        Self {
+            located: Located::nothing(status),
+            tilt: f64::NAN,
+            sigma_tilt: f64::NAN,
+            correlation: f64::NAN,
+            point: none,
+            sigma_point: none,
+        }
+    }
+
+    /// Names of its numbers, in the order of tables.
+    pub const COLUMNS: [&str; 11] = [
+        "distance_mm",
+        "sigma_mm",
+        "tilt_deg",
+        "sigma_tilt_deg",
+        "corr",
+        "x_mm",
+        "y_mm",
+        "z_mm",
+        "sigma_x_mm",
+        "sigma_y_mm",
+        "sigma_z_mm",
+    ];
+
+    /// Its numbers.
+    pub fn numbers(&self) -> [f64; 11] {
+        let Located { distance, sigma, .. } = self.located;
+        let ([x, y, z], [sx, sy, sz]) = (self.point, self.sigma_point);
+        [distance, sigma, self.tilt, self.sigma_tilt, self.correlation, x, y, z, sx, sy, sz]
+    }
+}
+
+/// What answers the readings of two gauges.
+pub(crate) struct Twofold {
+    second: Second,
+    transfer: Transfer,
+    skin: Skin,
+    /// Place of the side of the gauge among those that are answered.
+    side: usize,
+    /// The model and what solves it, where the estimator inverts it; else tilt and strain come of linear theory.
+    model: Option<(Pair, Mutex<Option<Method>>)>,
+}
+
+impl Twofold {
+    /// Of a calibration with a second gauge; `None` of one without.
+    ///
+    /// # Errors
+    /// A backend that cannot be opened; a model without taps.
+    pub(crate) fn new(
+        calibration: &Calibration,
+        rig: &Rig,
+        estimator: &dyn Estimator,
+        open: Opener<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let side = calibration.sides.iter().position(|s| s.gauge() == rig.setup.gauge.side);
+        let (Some(second), Some(side)) = (calibration.second.clone(), side) else { return Ok(None) };
+        let record: &SideRecord = &calibration.sides[side];
+        let factor = record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(1.0);
+        let model = match record.exact.as_ref().filter(|_| *estimator == *EXACT) {
+            Some(exact) => {
+                let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), 0.0);
+                let pair = Pair::new(rig, &exact.values(rig), at, second.lean_deg)?;
+                let method = open(&pair.setup().model)?;
+                Some((pair, Mutex::new(Some(method))))
+            }
+            None => None,
+        };
+        let misalignment = second.misalignment_deg.to_radians();
+        let transfer = Transfer { factors: [factor, second.factor], misalignment };
+        Ok(Some(Self { second, transfer, skin: Skin::new(rig, None), side, model }))
+    }
+
+    /// The taps of the model, one after the other where several threads ask.
+    fn invert(&self, asked: &[Asked]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
+        let Some((pair, method)) = &self.model else { return Ok(None) };
+        let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(method) = held.take() else { return Ok(None) };
+        let mut evaluator = pair.evaluator(method);
+        let found = pair.invert(&mut evaluator, &self.transfer, asked);
+        *held = Some(evaluator.into_method());
+        found.map(Some)
+    }
+
+    /// Tilt, rad, and the reading of an upright pole at the same distance, both of linear theory: tan β̂ = ε₂/ε₁, (ε₁² + ε₂²)/ε₁. With them d(distance's
+    /// reading, β̂)/d(r₁, r₂).
+    fn linear(&self, readings: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
+        let Transfer { factors: [s1, s2], misalignment } = self.transfer;
+        let [e1, e2] = self.transfer.strains(readings);
+        let (t, square) = (e2 / e1, e1 * e1 + e2 * e2);
+        // d e₂ = d r₂/(s₂ cos δ) + tan δ d r₁/s₁.
+        let (by_1, by_2) = (misalignment.tan() / s1, 1.0 / (s2 * misalignment.cos()));
+        let of_reading = [(1.0 - t * t) + s1 * 2.0 * t * by_1, s1 * 2.0 * t * by_2];
+        let of_tilt = [(e1 * by_1 - e2 / s1) / square, e1 * by_2 / square];
+        ([t.atan(), s1 * square / e1], [of_reading, of_tilt])
+    }
+}
+
+/// What was made of two readings, before it is judged.
+struct Solved {
+    a: f64,
+    /// rad.
+    tilt: f64,
+    /// d(a, β)/d(r₁, r₂).
+    inverse: [[f64; 2]; 2],
+    near: Option<f64>,
+    /// Whether strain grows with distance there: the root is the near one.
+    rising: bool,
+}
+
+impl Locator {
+    /// Whether it answers readings of two gauges.
+    pub fn is_twofold(&self) -> bool {
+        self.twofold.is_some()
+    }
+
+    /// Distance, tilt and place of a tap of two readings.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    pub fn locate_pair(&self, readings: Readings) -> Result<Spatial, Error> {
+        Ok(self.locate_pairs(&[readings])?[0])
+    }
+
+    /// As [`Self::locate_pair`], of many taps at once. Without a second gauge there is nothing.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    pub fn locate_pairs(&self, readings: &[Readings]) -> Result<Vec<Spatial>, Error> {
+        let mut all = vec![Spatial::nothing(Status::OUTSIDE_CALIBRATION); readings.len()];
+        let Some(two) = &self.twofold else { return Ok(all) };
+        let side = &self.sides()[two.side];
+        // What linear theory makes of them; the model starts there.
+        let mut begun: Vec<(usize, [f64; 2], f64, Status, Found, Solved)> = Vec::new();
+        for (i, r) in readings.iter().enumerate() {
+            let drive = r.drive - self.drive_origin;
+            let signs = r.signals.map(|x| side.sign * x);
+            let status = match self.admitted(two, side, drive, signs) {
+                Ok(status) => status,
+                Err(why) => {
+                    all[i] = Spatial::nothing(why);
+                    continue;
+                }
+            };
+            let ([tilt, upright], of_readings) = two.linear(signs);
+            let found = match side.answers.find(drive, upright) {
+                Ok(found) => found,
+                Err(why) => {
+                    all[i] = Spatial::nothing(status | why);
+                    continue;
+                }
+            };
+            let [of_a, of_tilt] = of_readings;
+            let inverse = [of_a.map(|x| x / found.slope), of_tilt];
+            let solved = Solved { a: found.a, tilt, inverse, near: found.near, rising: false };
+            begun.push((i, signs, drive, status, found, solved));
+        }
+        let ask = |(_, readings, drive, _, _, s): &(usize, [f64; 2], f64, Status, Found, Solved)| Asked {
+            start: Place { a: s.a, tilt: s.tilt.to_degrees(), drive: *drive },
+            readings: *readings,
+        };
+        let asked: Vec<Asked> = begun.iter().map(ask).collect();
+        if let Some(inverted) = two.invert(&asked)? {
+            for ((i, .., status, _, solved), found) in begun.iter_mut().zip(inverted) {
+                let slopes = found.and_then(|f| Some((f, inverse(f.slopes)?)));
+                let Some((Inverted { place, slopes }, inverse)) = slopes else {
+                    all[*i] = Spatial::nothing(*status | Status::NO_ROOT);
+                    solved.a = f64::NAN;
+                    continue;
+                };
+                let rising = slopes[0][0] > 0.0;
+                *solved =
+                    Solved { a: place.a, tilt: place.tilt.to_radians(), inverse, near: solved.near, rising };
+            }
+        }
+        for (i, signs, drive, status, found, solved) in begun {
+            if solved.a.is_finite() {
+                let noise = self.variances(
+                    two,
+                    signs,
+                    readings[i].shares,
+                    found.variance * solved.tilt.cos().powi(4),
+                );
+                all[i] = self.judged(two, side, drive, status, noise, &solved);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Words of warning of two readings that can be answered.
+    fn admitted(&self, two: &Twofold, side: &Opened, drive: f64, signs: [f64; 2]) -> Result<Status, Status> {
+        if !drive.is_finite() || !signs.iter().all(|x| x.is_finite()) {
+            return Err(Status::BAD_INPUT);
+        }
+        if signs[0] == 0.0 {
+            return Err(Status::NO_STRAIN);
+        }
+        let strains =
+            if self.unit.is_strain() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
+        let beyond = strains[0].hypot(strains[1]) > self.rig.setup.gauge.strain_limit;
+        let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
+        if signs[0] < 0.0 || !side.admits(drive) {
+            return Err(status | Status::OUTSIDE_CALIBRATION);
+        }
+        if signs[0] >= side.end_stop * (1.0 - crate::estimator::model::SAME) {
+            return Err(status | Status::STRAIN_LIMIT);
+        }
+        Ok(status)
+    }
+
+    /// Variances of two readings, the expected ones' included, of which `of_model` is that of the first's.
+    fn variances(&self, two: &Twofold, readings: [f64; 2], shares: [f64; 2], of_model: f64) -> [f64; 2] {
+        let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
+        let ratio = factor / two.transfer.factors[0];
+        let first = self.noise().powi(2) * (1.0 + shares[0]) + self.of_zero() + of_model;
+        let second = noise * noise * (1.0 + shares[1])
+            + (readings[1] * sigma_factor / factor).powi(2)
+            + (readings[0] * ratio * sigma_misalignment_deg.to_radians()).powi(2);
+        [first, second]
+    }
+
+    /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
+    fn judged(
+        &self,
+        two: &Twofold,
+        side: &Opened,
+        drive: f64,
+        status: Status,
+        noise: [f64; 2],
+        solved: &Solved,
+    ) -> Spatial {
+        let [of_a, of_tilt] = solved.inverse;
+        let product = |p: [f64; 2], q: [f64; 2]| p[0] * q[0] * noise[0] + p[1] * q[1] * noise[1];
+        let bias = between(&side.drives, &side.bias, drive);
+        let aa = product(of_a, of_a) + bias * bias;
+        let (at, tt) = (product(of_a, of_tilt), product(of_tilt, of_tilt));
+        let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
+        if !(sigma.is_finite() && sigma_tilt.is_finite()) {
+            return Spatial::nothing(status | Status::NO_ROOT);
+        }
+        let ambiguous = if solved.rising { Status::AMBIGUOUS } else { Status::OK };
+        let status = status | ambiguous | side.doubts(solved.a, solved.near, sigma);
+        let (sin, cos) = solved.tilt.sin_cos();
+        let [x, out] = two.skin.place(solved.a);
+        let [along, narrower] = two.skin.slope();
+        // Gradients of x, y, z over a and β.
+        let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
+        let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
+        Spatial {
+            located: Located { distance: solved.a, sigma, status },
+            tilt: solved.tilt.to_degrees(),
+            sigma_tilt: sigma_tilt.to_degrees(),
+            correlation: at / (sigma * sigma_tilt),
+            point: [x, out * cos, out * sin],
+            sigma_point: by.map(spread),
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Two gauges 90° apart: what is calibrated of the second, and what distance, tilt and place of a tap are worth.
+
+use crate::common::measuring::{REAL, calibrated, data, locator, prototype, rig, table};
+use crate::common::program::Desk;
+use vibrissa::calibrate::{Calibrated, Options, calibrate};
+use vibrissa::design::amount;
+use vibrissa::locate::estimator::{EXACT, PAPER};
+use vibrissa::locate::{Locator, PairOfReadings, Spatial};
+use vibrissa::measure::Data;
+use vibrissa::scene::{Drive, Theory};
+use vibrissa::simulate::Settings;
+
+const NOISE: f64 = 1e-5;
+const SECOND: &str = "second = true\nnoise_strain = 1e-5\n";
+/// Poles of known tilt.
+const RIG: &str =
+    "[tap]\na = { from = 18, to = 48, step = 3 }\ntilt = [-20, 0, 20]\ntheta = [2, 4, 6, 8, 10]\n";
+/// A thousand taps of their own.
+const FRESH: &str = "[tap]\na = { min = 21, max = 45, samples = 50, sampler = \"random\", seed = 5 }\n\
+                     tilt = { min = -30, max = 30, samples = 20, sampler = \"random\", seed = 9 }\ntheta = 6\n";
+
+fn noisy(seed: u64, repeats: u64) -> Settings {
+    Settings { noise: NOISE, seed, repeats, ..Settings::default() }
+}
+
+/// A calibration of two gauges by poles of known tilt.
+fn calibration(model: &str) -> Calibrated {
+    let text = prototype(4.0, &[SECOND, RIG, model]);
+    calibrated(&table(&text, &noisy(1, 3)), &text, &[])
+}
+
+/// Answers to the rows of a table.
+fn answers(locator: &Locator, data: &Data) -> Vec<Spatial> {
+    let readings = |(row, beside): (&vibrissa::measure::Row, &[f64; 2])| PairOfReadings {
+        drive: row.drive,
+        signals: [row.value, beside[0]],
+        shares: [0.0; 2],
+    };
+    let all: Vec<_> = data.rows.iter().zip(&data.beside.values).map(readings).collect();
+    locator.locate_pairs(&all).unwrap()
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
+    (sum / f64::from(n)).sqrt()
+}
+
+/// How a thousand taps come out.
+#[test]
+fn a_thousand_taps_are_as_good_as_their_noise_allows() {
+    for (name, model) in [("hooke", ""), ("neo", REAL)] {
+        let found = calibration(model);
+        assert_eq!(found.winner, EXACT, "{name}: {:?}", found.warnings);
+        let fresh = data(&table(&prototype(4.0, &[SECOND, FRESH, model]), &noisy(77, 1)));
+        assert_eq!(fresh.rows.len(), 1000);
+        let exact = locator(&found, None);
+        let two = answers(&exact, &fresh);
+        let record = &found.calibration.sides[0];
+        let at = record.drives.iter().position(|d| (d - 6.0).abs() < 1e-9).unwrap();
+        let k = record.paper.as_ref().unwrap().K[at];
+        let curve = exact.rig.curve(Theory::EulerBernoulli, exact.rig.setup.hub);
+        let tilts = || fresh.beside.values.iter().map(|v| v[1]);
+        // σ_a = K̄ σ_ε/(θ |f′| cos² β), model §6.
+        let expected = rms(fresh.rows.iter().zip(tilts()).map(|(row, tilt)| {
+            let cos = tilt.to_radians().cos();
+            k * NOISE / (amount(Drive::Angle, row.drive) * curve.slope(row.a).abs() * cos * cos)
+        }));
+        let solved = two.iter().filter(|s| s.located.distance.is_finite()).count();
+        let distance = |all: &[Spatial]| {
+            rms(all
+                .iter()
+                .zip(&fresh.rows)
+                .map(|(s, row)| s.located.distance - row.a)
+                .filter(|e| e.is_finite()))
+        };
+        let tilt =
+            |all: &[Spatial]| rms(all.iter().zip(tilts()).map(|(s, t)| s.tilt - t).filter(|e| e.is_finite()));
+        let scaled = rms(two.iter().zip(tilts()).map(|(s, t)| (s.tilt - t) / s.sigma_tilt));
+        let inside =
+            |error: &dyn Fn(usize) -> f64| (0..1000).filter(|&i| error(i) <= 1.0).count() as f64 / 1000.0;
+        let covered = inside(&|i| ((two[i].located.distance - fresh.rows[i].a) / two[i].located.sigma).abs());
+        let tilts_covered =
+            inside(&|i| ((two[i].tilt - fresh.beside.values[i][1]) / two[i].sigma_tilt).abs());
+        let paper = answers(&locator(&found, Some(PAPER)), &fresh);
+        let lone = fresh.rows.iter().map(|row| exact.locate(row.drive, row.value).distance - row.a);
+        let (alone, unanswered) = {
+            let errors: Vec<f64> = lone.collect();
+            (
+                rms(errors.iter().copied().filter(|e| e.is_finite())),
+                errors.iter().filter(|e| e.is_nan()).count(),
+            )
+        };
+        println!(
+            "{name}: {solved} solved; distance rms {:.5} mm, σ_a {expected:.5}, covered {covered:.3}; tilt rms {:.4}°, \
+             rms of error/σ {scaled:.4}, covered {tilts_covered:.3}; formula: {:.4} mm, {:.4}°; one gauge alone: {alone:.3} mm, {unanswered} unanswered",
+            distance(&two),
+            tilt(&two),
+            distance(&paper),
+            tilt(&paper),
+        );
+        assert_eq!(solved, 1000, "{name}");
+        assert!((distance(&two) / expected - 1.0).abs() < 0.05, "{name}: {} {expected}", distance(&two));
+        assert!((0.95..1.05).contains(&scaled), "{name}: {scaled}");
+        assert!((0.6..0.76).contains(&covered) && (0.6..0.76).contains(&tilts_covered), "{name}: {covered}");
+        // Linear theory is biased where rotation is finite, and one gauge takes a tilt for a distance.
+        assert!(tilt(&paper) > 4.0 * tilt(&two) && alone > 20.0 * distance(&two), "{name}");
+    }
+}
+
+#[test]
+fn factor_and_misalignment_are_found_back() {
+    let (factor, angle) = (1.05, 2f64.to_radians());
+    let changed = |text: &str| {
+        let mut lines = text.lines();
+        let header = lines.next().unwrap();
+        let places = ["strain", "strain_2"].map(|name| header.split(',').position(|c| c == name).unwrap());
+        let row = |line: &str| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            let [first, second] = places.map(|p| fields[p].parse::<f64>().unwrap());
+            // Hooke's whisker without extension: the centreline keeps its length.
+            fields[places[1]] = (factor * (second * angle.cos() - first * angle.sin())).to_string();
+            fields.join(",") + "\n"
+        };
+        format!("{header}\n{}", lines.map(row).collect::<String>())
+    };
+    let text = prototype(4.0, &[SECOND, RIG]);
+    let made = changed(&table(&text, &noisy(3, 2)));
+    let found = calibrated(&made, &text, &[]);
+    let second = found.calibration.second.as_ref().unwrap();
+    println!("{second:?}");
+    assert_eq!(second.fitted, ["factor", "misalignment"]);
+    assert!((second.factor - factor).abs() < 4.0 * second.sigma_factor, "{second:?}");
+    assert!((second.misalignment_deg - 2.0).abs() < 4.0 * second.sigma_misalignment_deg, "{second:?}");
+    assert!(second.sigma_factor < 1e-3 && second.sigma_misalignment_deg < 0.02, "{second:?}");
+    assert!((0.9..1.2).contains(&(second.noise / NOISE)), "{second:?}");
+    // Tilted rows calibrate nothing else.
+    let upright: String = made
+        .lines()
+        .filter(|l| l.starts_with('a') || l.split(',').nth(1) == Some("0"))
+        .map(|l| format!("{l}\n"))
+        .collect();
+    let lone = calibrated(&upright, &text, &[]);
+    assert_eq!(lone.calibration.noise, found.calibration.noise);
+    assert_eq!(lone.calibration.sides[0], found.calibration.sides[0]);
+    // Upright rows tell the misalignment, with the factor of the first gauge.
+    let second = lone.calibration.second.as_ref().unwrap();
+    assert_eq!(second.fitted, ["misalignment"]);
+    assert!((second.misalignment_deg - 2.0 * factor).abs() < 0.02, "{second:?}");
+    assert!(
+        lone.warnings.iter().any(|w| w.contains("its factor is taken to be that of")),
+        "{:?}",
+        lone.warnings
+    );
+    // Both are in what readings are answered by.
+    let readings = |a: f64, tilt: f64| {
+        let tap = format!("[tap]\na = {a}\ntilt = {tilt}\ntheta = 6\n");
+        data(&changed(&table(&prototype(4.0, &[SECOND, &tap]), &Settings::default())))
+    };
+    let locator = locator(&found, Some(EXACT));
+    for (a, tilt) in [(33.0, 20.0), (40.0, -35.0), (25.0, 0.0)] {
+        let at = answers(&locator, &readings(a, tilt))[0];
+        assert!((at.located.distance - a).abs() < 4.0 * at.located.sigma, "{at:?}");
+        assert!((at.tilt - tilt).abs() < 4.0 * at.sigma_tilt, "{at:?}");
+    }
+}
+
+#[test]
+fn the_place_is_that_of_first_touch() {
+    let found = calibration(REAL);
+    let locator = locator(&found, Some(EXACT));
+    let tap = "[tap]\na = 33\ntilt = 25\ntheta = 6\n";
+    let one = data(&table(&prototype(4.0, &[SECOND, tap, REAL]), &Settings::default()));
+    let at = answers(&locator, &one)[0];
+    let rig = rig(&prototype(4.0, &[SECOND, tap, REAL]));
+    let taper = rig.shared().taper;
+    let (sin, cos) = 25f64.to_radians().sin_cos();
+    let expected = [33.0 + rig.setup.hub, taper.radius(33.0) * cos, taper.radius(33.0) * sin];
+    for k in 0..3 {
+        assert!((at.point[k] - expected[k]).abs() < 4.0 * at.sigma_point[k] + 1e-9, "{at:?} {expected:?}");
+    }
+    assert!(at.sigma_point.iter().all(|s| *s > 0.0 && *s < 0.2) && at.correlation.abs() <= 1.0, "{at:?}");
+}
+
+/// Header and rows, by the names of the columns.
+fn rows(text: &str) -> Vec<std::collections::HashMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    reader.deserialize().map(|row| row.unwrap()).collect()
+}
+
+#[test]
+fn the_commands_take_two_signals() {
+    let text = prototype(4.0, &[SECOND, RIG]);
+    let desk = Desk::new(&text);
+    desk.run(&[
+        "simulate",
+        "spec.toml",
+        "--noise",
+        "1e-5",
+        "--zero-every",
+        "25",
+        "--unit",
+        "microstrain",
+        "--out",
+        "sim",
+    ])
+    .exits(0);
+    let ran =
+        desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    assert!(ran.stderr.contains("serve the second gauge only"), "{}", ran.stderr);
+    assert!(desk.read("cal/calibration.toml").contains("[second]"));
+    let used: Vec<_> = rows(&desk.read("cal/rows.csv"))
+        .into_iter()
+        .map(|r| (r["use"].clone(), r["reason"].clone()))
+        .collect();
+    assert_eq!(used.iter().filter(|(word, why)| word == "second" && why.starts_with("tilted")).count(), 110);
+    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc"]).exits(0);
+    let located = rows(&desk.read("loc/located.csv"));
+    let mut taps = 0;
+    for row in located.iter().filter(|r| r["theta_deg"] != "0") {
+        let number = |name: &str| row[name].parse::<f64>().unwrap_or_else(|_| panic!("{name}: {row:?}"));
+        assert!((number("distance_mm") - number("a_mm")).abs() < 5.0 * number("sigma_mm"), "{row:?}");
+        let found = number("tilt_deg");
+        assert!((found - number("given_tilt_deg")).abs() < 5.0 * number("sigma_tilt_deg"), "{row:?}");
+        assert!((number("x_mm") - number("distance_mm")).abs() < 1e-9, "{row:?}");
+        taps += 1;
+    }
+    assert_eq!(taps, 165);
+    // A stream: with a header, and without.
+    let header = "theta_deg,strain,strain_2,distance_mm,sigma_mm,tilt_deg,sigma_tilt_deg,corr,x_mm,y_mm,z_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,status";
+    let out = desk
+        .pipe(&["locate", "cal/calibration.toml", "--quiet"], "0,1,2\n6,20000,4000\n6,20000\n6,x,1\n")
+        .exits(0)
+        .stdout;
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines[0], lines.len()), (header, 5));
+    assert!(lines[1].ends_with("no_strain") && lines[2].ends_with(",ok"), "{out}");
+    assert!(lines[3].ends_with("bad_input") && lines[4].ends_with("bad_input"), "{out}");
+    let paper = desk.pipe(
+        &["locate", "cal/calibration.toml", "--quiet", "--estimator", "paper"],
+        "theta_deg,strain_2,strain\n6,4e-3,2e-2\n",
+    );
+    let formula: Vec<String> =
+        paper.exits(0).stdout.lines().nth(1).unwrap().split(',').map(str::to_owned).collect();
+    assert!((formula[5].parse::<f64>().unwrap() - 0.2f64.atan().to_degrees()).abs() < 0.2, "{formula:?}");
+}
+
+#[test]
+fn what_two_gauges_cannot_be_is_refused() {
+    let text = prototype(4.0, &[SECOND, RIG]);
+    let whisker = rig(&text);
+    let refused = |table: &str| {
+        let data = Data::parse("data.csv", table.as_bytes()).unwrap();
+        calibrate(&data, &whisker, &Options::default()).unwrap_err().to_string()
+    };
+    let kind = refused("a_mm,theta_deg,strain,reading_2\n21,4,0.03,1\n30,4,0.024,1\n");
+    assert!(kind.contains("same kind of signal"), "{kind}");
+    let steep = refused("a_mm,tilt_deg,theta_deg,strain,strain_2\n21,0,4,0.03,0\n30,95,4,0.024,0\n");
+    assert!(steep.contains("no pole is tilted so far"), "{steep}");
+    let word = refused("a_mm,tilt_deg,theta_deg,strain,strain_2\n21,0,4,0.03,x\n30,5,4,0.024,0\n");
+    assert!(word.contains("not a number"), "{word}");
+    // One gauge: as if the columns were not there.
+    let desk = Desk::new(&prototype(4.0, &["noise_strain = 1e-5\n"]));
+    desk.write(
+        "d.csv",
+        "a_mm,tilt_deg,theta_deg,strain,reading_2\n21,0,4,0.03,x\n30,95,4,0.024,1\n39,0,4,0.019,1\n",
+    );
+    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    assert!(ran.stderr.contains("ignored columns reading_2, tilt_deg"), "{}", ran.stderr);
+    let two = Desk::new(&text);
+    two.write("d.csv", "a_mm,tilt_deg,theta_deg,strain,strain_2\n21,0,4,0.03,0\n30,95,4,0.024,0\n");
+    two.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(2);
+}
