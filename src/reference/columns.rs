@@ -70,10 +70,24 @@ pub fn tables() -> Vec<Written> {
     all
 }
 
+/// Columns of located.csv that two gauges have.
+const OF_TWO: [&str; 9] = [
+    "tilt_deg",
+    "sigma_tilt_deg",
+    "corr",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "sigma_x_mm",
+    "sigma_y_mm",
+    "sigma_z_mm",
+];
+
 fn told(command: &str, (name, meaning): &Told) -> Described {
     // What these have only where the spec says so.
     let asked = ["simulate", "shape"].contains(&command);
     let only = match *name {
+        name if command == "locate" && OF_TWO.contains(&name) => Only::Second,
         "tilt_deg" if asked => Only::Tilt,
         "lean_deg" if asked => Only::Lean,
         name if asked && name.ends_with("z_mm") => Only::Direction,

@@ -52,7 +52,7 @@ const STATUSES: [(Status, &str, &str, &str); 10] = [
 ];
 
 /// Reasons in rows.csv.
-pub const REASONS: [(&str, &str); 11] = [
+pub const REASONS: [(&str, &str); 12] = [
     ("not_a_number", "a field is empty or no finite number"),
     ("outside_domain", "a or the drive lies outside the whisker, or below zero"),
     ("no_strain", "the contact is at or inside the gauge's near end"),
@@ -64,6 +64,7 @@ pub const REASONS: [(&str, &str); 11] = [
     ("mislabelled", "the signal fits another distance or drive"),
     ("outlier", "off the smooth surface through the other rows"),
     ("zero_outlier", "a zero reading far off its neighbours"),
+    ("tilted", "the pole is tilted: the row serves the second gauge only"),
 ];
 
 /// Words of `verdict` in verify.csv.

@@ -16,7 +16,7 @@ const SECOND: &str = "second = true\nnoise_strain = 1e-5\n";
 const RIG: &str =
     "[tap]\na = { from = 18, to = 48, step = 3 }\ntilt = [-20, 0, 20]\ntheta = [2, 4, 6, 8, 10]\n";
 /// A thousand taps of their own.
-const FRESH: &str = "[tap]\na = { min = 21, max = 45, samples = 50, sampler = \"random\", seed = 5 }\n\
+const FRESH: &str = "[tap]\na = { from = 21, to = 45, steps = 50 }\n\
                      tilt = { min = -30, max = 30, samples = 20, sampler = \"random\", seed = 9 }\ntheta = 6\n";
 
 fn noisy(seed: u64, repeats: u64) -> Settings {
@@ -198,7 +198,7 @@ fn the_commands_take_two_signals() {
         "1e-5",
         "--zero-every",
         "25",
-        "--unit",
+        "--signal",
         "microstrain",
         "--out",
         "sim",

@@ -190,10 +190,7 @@ const LOCATED: Table = table(
         ("zero", "what was subtracted from it, of a bridge in mV/V; empty where no zero is known"),
         ("distance_mm", "distance â"),
         ("sigma_mm", "standard deviation of â: noise, calibration and bias (docs/calibration.md)"),
-        (
-            "tilt_deg",
-            "tilt β̂ of the pole, as all columns up to status where the calibration is of two gauges (§6)",
-        ),
+        ("tilt_deg", "tilt β̂ of the pole (§6)"),
         ("sigma_tilt_deg", "its standard deviation"),
         ("corr", "correlation of the errors of distance and tilt"),
         ("x_mm", "place of the contact at first touch from the motor's axis: along the whisker"),
