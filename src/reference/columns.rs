@@ -71,17 +71,8 @@ pub fn tables() -> Vec<Written> {
 }
 
 /// Columns of located.csv that two gauges have.
-const OF_TWO: [&str; 9] = [
-    "tilt_deg",
-    "sigma_tilt_deg",
-    "corr",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "sigma_x_mm",
-    "sigma_y_mm",
-    "sigma_z_mm",
-];
+const OF_TWO: [&str; 9] =
+    ["tilt_deg", "sigma_tilt_deg", "corr", "x_mm", "y_mm", "z_mm", "sigma_x_mm", "sigma_y_mm", "sigma_z_mm"];
 
 fn told(command: &str, (name, meaning): &Told) -> Described {
     // What these have only where the spec says so.
