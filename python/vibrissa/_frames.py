@@ -54,10 +54,10 @@ def _line(value: Any) -> Any:
 
 def _column(column: Any) -> NDArray[Any]:
     """A column whose masked values are missing."""
-    if isinstance(column, np.ma.MaskedArray) and column.dtype.kind in "biuf":
-        return np.atleast_1d(column.astype(np.float64).filled(np.nan))
     if isinstance(column, np.ma.MaskedArray):
-        return np.atleast_1d(column.astype(object).filled(None))
+        missing: Any = np.nan if column.dtype.kind in "biuf" else None
+        kept: NDArray[Any] = np.asarray(column, dtype=np.float64 if missing is not None else object)
+        return np.atleast_1d(np.where(np.ma.getmaskarray(column), missing, kept))
     return np.atleast_1d(np.asarray(column))
 
 
