@@ -6,4 +6,4 @@ cd "$(dirname "$0")"
 mkdir -p @LOGS@
 parts=$(sbatch --parsable ${1:+--array="$1"} part.sbatch)
 merge=$(sbatch --parsable --dependency=afterok:"$parts" merge.sbatch)
-echo "parts: job $parts, merge: job $merge, logs: @LOGS@"
+echo "parts: job $parts, merge: job $merge, logs:" @LOGS@

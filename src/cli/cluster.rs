@@ -65,6 +65,8 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
         ("@AT_A_TIME@", at_a_time),
         ("@NAME@", plain(&spec.name)),
         ("@LOGS@", quoted(&absolute(&out)?.join("logs"))?),
+        // In a directive, `%` begins one of Slurm's own marks.
+        ("@LOG_FILES@", quoted(&absolute(&out)?.join("logs"))?.replace('%', "%%")),
         ("@FOLDER@", quoted(&here)?),
         ("@SPEC@", quoted(&absolute(&args.spec)?)?),
         ("@OUT@", quoted(&whole)?),

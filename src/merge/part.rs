@@ -1,6 +1,7 @@
 //! Parts as they lie on the disk, and whether they are those of one sweep.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -42,19 +43,29 @@ pub(super) fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Er
     InputError::new(why).key("merge").value(folder.display()).allowed(allowed).into()
 }
 
+/// Why what was named cannot be read: a mistake of whoever named it, or the machine's.
+fn absent(folder: &Path, e: std::io::Error) -> Error {
+    let allowed = "folders shard-i-of-n, or the folder that holds them";
+    match e.kind() {
+        ErrorKind::NotFound => refuse(folder, "there is no such folder", allowed),
+        ErrorKind::NotADirectory => refuse(folder, "this is no folder", allowed),
+        _ => Error::io(folder, e),
+    }
+}
+
 /// The folders of parts in `folders` or right below them, by number.
 pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
     let mut all: Vec<(Shard, PathBuf)> = Vec::new();
     for folder in folders {
         let named = |path: &Path| path.file_name().and_then(|n| n.to_str()).and_then(Shard::of_folder);
         // As it is called, also where it was named `.`.
-        let real = folder.canonicalize().map_err(|e| Error::io(folder, e))?;
+        let real = folder.canonicalize().map_err(|e| absent(folder, e))?;
         if let Some(shard) = named(&real) {
             all.push((shard, folder.clone()));
             continue;
         }
         let before = all.len();
-        for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
+        for entry in std::fs::read_dir(folder).map_err(|e| absent(folder, e))? {
             let path = entry.map_err(|e| Error::io(folder, e))?.path();
             all.extend(named(&path).filter(|_| path.is_dir()).map(|shard| (shard, path)));
         }
@@ -93,13 +104,14 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
     for part in &parts[1..] {
         for (key, what) in [
             (&["version"][..], "version of the program"),
-            (&["spec", "hash"], "spec"),
             (&["backend", "name"], "backend"),
             (&["backend", "adapter"], "adapter"),
             (&["backend", "precision"], "precision"),
             (&["backend", "tolerance"], "tolerance"),
-            (&["shard", "format"], "format"),
-            (&["shard", "whole"], "values in force"),
+            (&["shard", "format"], "format of its tables"),
+            (&["shard", "whole"], "spec (values in force)"),
+            // The tables name it, and those of the whole can name but one.
+            (&["spec", "hash"], "text of the spec, though its values are the same"),
         ] {
             let of = |run: &Value| key.iter().fold(run.clone(), |value, key| value[*key].clone());
             let (one, other) = (of(&first.run), of(&part.run));
@@ -149,16 +161,15 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
 /// Fails unless a file is what was written.
 pub(super) fn unedited(folder: &Path, listed: &Listed) -> Result<(), Error> {
     let path = folder.join(&listed.name);
-    let file =
-        open_regular(&path, std::fs::OpenOptions::new().read(true)).map_err(|e| Error::io(&path, e))?;
-    let found = hash_file(file).map_err(|e| Error::io(&path, e))?;
-    if found == listed.blake3 {
-        return Ok(());
-    }
-    let why = format!("{} is not what was written", path.display());
+    let why = match open_regular(&path, std::fs::OpenOptions::new().read(true)) {
+        Ok(file) if hash_file(file).map_err(|e| Error::io(&path, e))? == listed.blake3 => return Ok(()),
+        Ok(_) => "is not what was written",
+        Err(e) if e.kind() == ErrorKind::NotFound => "is missing",
+        Err(e) => return Err(Error::io(&path, e)),
+    };
     Err(refuse(
         folder,
-        why,
+        format!("{} {why}", path.display()),
         "the part as it was written; the command that made it makes it again with --force",
     ))
 }

@@ -50,11 +50,22 @@ impl Shard {
         };
         let all = ["ID", "COUNT", "MIN", "MAX"].map(|name| number(&format!("SLURM_ARRAY_TASK_{name}")));
         let [id, count, min, max] = all;
-        let (id, count, min) = (id?, count?, min.unwrap_or(0));
-        let (max, step) =
-            (max.unwrap_or(min + count.max(1) - 1), number("SLURM_ARRAY_TASK_STEP").unwrap_or(1).max(1));
-        if max < min || (max - min) / step + 1 != count || id < min || (id - min) / step >= count {
-            return Err("this array does not number its tasks in even steps, so that which part each is cannot be told".into());
+        let (id, count, min, max) = (id?, count?, min?, max?);
+        let step = match variable("SLURM_ARRAY_TASK_STEP") {
+            Some(_) => number("SLURM_ARRAY_TASK_STEP")?,
+            None => 1,
+        };
+        let told = format!("task {id} of {count}, numbered from {min} to {max} in steps of {step}");
+        let cannot = |why: &str| Err(format!("{told}: {why}; say it as --shard i/n"));
+        if !(1..=MOST).contains(&count) || step == 0 || max < min || !(min..=max).contains(&id) {
+            return cannot("this is no array of which the part could be told");
+        }
+        // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
+        if count == 1 && !(min == max && min <= 1) {
+            return cannot("one task alone does not say of how many parts it is one");
+        }
+        if (max - min) / step + 1 != count || (id - min) % step != 0 {
+            return cannot("its tasks do not follow each other in even steps, so that which part each is cannot be told");
         }
         Ok(Self { index: (id - min) / step + 1, of: count })
     }
@@ -122,5 +133,13 @@ mod tests {
         assert!(of(["5", "2", "3", "5", "1"]).is_err());
         assert!(of(["", "", "", "", ""]).unwrap_err().contains("SLURM_ARRAY_TASK_ID"));
         assert!(of(["x", "1", "0", "0", "1"]).is_err());
+        // Task 7 alone is no whole; nor is one of which it is not said where its array begins.
+        assert!(of(["7", "1", "7", "7", "1"]).unwrap_err().contains("task 7 of 1"));
+        assert_eq!(of(["1", "1", "1", "1", "1"]), Ok(Shard::WHOLE));
+        assert!(of(["3", "4", "", "4", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MIN"));
+        assert!(of(["3", "4", "1", "", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MAX"));
+        assert!(of(["3", "4", "1", "4", "0"]).is_err());
+        assert!(of(["4", "2", "3", "5", "2"]).is_err());
+        assert!(of(["0", "0", "0", "0", "1"]).is_err());
     }
 }

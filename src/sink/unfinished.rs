@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Whether a result is whole and goes, or has gone, to its place.
@@ -43,8 +43,24 @@ pub struct Unfinished(PathBuf);
 impl Unfinished {
     /// Notes `path`.
     pub fn new(path: &Path) -> Self {
+        with(|all| Self::note(all, path))
+    }
+
+    /// Makes something and notes it, so that no end of the process comes between.
+    ///
+    /// # Errors
+    /// What `make` says.
+    pub fn make<T: AsRef<Path>, E>(make: impl FnOnce() -> Result<T, E>) -> Result<(T, Self), E> {
+        with(|all| {
+            let made = make()?;
+            let noted = Self::note(all, made.as_ref());
+            Ok((made, noted))
+        })
+    }
+
+    fn note(all: &mut Vec<PathBuf>, path: &Path) -> Self {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        with(|all| all.push(path.clone()));
+        all.push(path.clone());
         Self(path)
     }
 
@@ -61,19 +77,22 @@ impl Drop for Unfinished {
 }
 
 /// Removes them all, for a process that is about to end without unwinding. A file that is being written may need a second look. Whoever
-/// is about to put its folder in place waits until that is done.
+/// is about to put its folder in place waits until that is done, and whoever is about to make one waits for ever.
 pub fn remove_all() {
-    with(|all| {
-        if is_placed() {
-            return;
-        }
+    let mut all = lock();
+    if !is_placed() {
         for path in all.drain(..) {
             let gone = || std::fs::remove_dir_all(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
             let _ = (0..3).find(|_| gone());
         }
-    });
+        std::mem::forget(all);
+    }
 }
 
 fn with<T>(use_it: impl FnOnce(&mut Vec<PathBuf>) -> T) -> T {
-    use_it(&mut PATHS.lock().unwrap_or_else(PoisonError::into_inner))
+    use_it(&mut lock())
+}
+
+fn lock() -> MutexGuard<'static, Vec<PathBuf>> {
+    PATHS.lock().unwrap_or_else(PoisonError::into_inner)
 }

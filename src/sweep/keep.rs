@@ -58,11 +58,6 @@ pub(super) fn interrupted() -> Error {
     Error::Run(INTERRUPTED.to_owned())
 }
 
-/// What ends a run whose state is not what it wrote.
-pub(super) fn damaged() -> Error {
-    Error::Run("what the stopped run left does not fit together; --force begins anew".into())
-}
-
 impl Run<'_> {
     /// `done` of the designs (or rows of them, or of a tuple file) are complete and in the tables: they are kept if it is time, with what `route` needs to go on from here.
     ///
@@ -103,6 +98,10 @@ impl Run<'_> {
         let Some(state) = self.state.take() else { return Ok(None) };
         let mut state = Unpacker(&state);
         let value = state.take().filter(|_| state.0.is_empty());
+        let damaged = || match &self.keeper {
+            Some(keeper) => keeper.folder.damaged("its state"),
+            None => Error::Run("a state without a folder".into()),
+        };
         value.map(Some).ok_or_else(damaged)
     }
 }

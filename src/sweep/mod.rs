@@ -172,7 +172,7 @@ fn attempt(
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
     let Run { writers, counts, best, solve, keeper, handed, .. } = run;
-    let Some(keeper) = keeper else { return Err(keep::damaged()) };
+    let Some(keeper) = keeper else { return Err(Error::Run("a sweep without a folder".into())) };
     let ranked = counts.complete.unwrap_or(best.offered);
     let highlights = best.into_rows();
     let model_error = match done.and_then(|told| writers.close().map(|()| told)) {
@@ -258,16 +258,16 @@ impl Before {
         let head: Option<(Counts, Best, (f64, u64, Handed))> = state.take();
         let writers = match head {
             Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
-            None => None,
+            None => Err("its state".to_owned()),
         };
-        match head.zip(writers) {
-            Some(((counts, best, (solve, mended, handed)), writers)) => {
+        match (head, writers) {
+            (Some((counts, best, (solve, mended, handed))), Ok(writers)) => {
                 let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
                 let state = Some(state.0.to_vec());
                 Ok(Some(Self { writers, counts, best, solve, mended, handed, state }))
             }
-            None if force => folder.begin_anew().map(|()| None),
-            None => Err(keep::damaged()),
+            _ if force => folder.begin_anew().map(|()| None),
+            (_, writers) => Err(folder.damaged(&writers.err().unwrap_or_default())),
         }
     }
 }

@@ -91,26 +91,28 @@ impl Writers {
         about: &About,
         folder: &mut Folder,
         state: &mut Unpacker<'_>,
-    ) -> Result<Option<Self>, Error> {
+    ) -> Result<Result<Self, String>, Error> {
         let mut goals = [const { None }; 3];
         for (table, goal) in Table::ALL.into_iter().zip(&mut goals) {
             if wanted(study, plan)[table as usize] {
                 let columns = table.columns(&study.setup);
                 let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
-                    return Ok(None);
+                    return Ok(Err(table.file(about.format)));
                 };
                 *goal = Some(Goal::File(Box::new(sheet)));
             }
         }
         let mut places = None;
         if about.places {
-            let Some(mark) = state.take::<Mark>() else { return Ok(None) };
-            places = folder.file_again(PLACES, &mark)?;
+            places = match state.take::<Mark>() {
+                Some(mark) => folder.file_again(PLACES, &mark)?,
+                None => None,
+            };
             if places.is_none() {
-                return Ok(None);
+                return Ok(Err(PLACES.to_owned()));
             }
         }
-        Ok(Some(Self { goals, places, form: about.format.form() }))
+        Ok(Ok(Self { goals, places, form: about.format.form() }))
     }
 
     /// What [`Self::resume`] needs beside the files as they are now.

@@ -336,7 +336,7 @@ fn damaged_work_is_told_and_given_up_by_force() {
     for bytes in [&flipped(&rows, 100), &rows[..rows.len() / 3]] {
         std::fs::write(&table, bytes).unwrap();
         let ran = go_on(&desk, &[]);
-        assert!(ran.code == 1 && ran.stderr.contains("--force begins anew"), "{}", ran.stderr);
+        assert!(ran.code == 2 && ran.stderr.contains("--force to begin anew"), "{}", ran.stderr);
         assert_eq!(kept(), (good.clone(), bytes.to_vec()));
     }
     assert!(!go_on(&desk, &["--force"]).exits(0).stderr.contains("going on"));

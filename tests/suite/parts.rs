@@ -294,6 +294,15 @@ fn what_does_not_belong_together_is_refused() {
     desk.write("out/shard-2-of-2/designs.csv", table.replacen("10,7,", "10,8,", 1));
     refused("designs.csv is not what was written");
     again();
+    std::fs::remove_file(desk.path("out/shard-2-of-2/designs.csv")).unwrap();
+    refused("designs.csv is missing");
+    again();
+    // The tables name the text of the spec, so that of one comment more cannot be those of the whole.
+    desk.write("spec.toml", format!("# once more\n{SPEC}"));
+    again();
+    refused("of another text of the spec, though its values are the same");
+    desk.write("spec.toml", SPEC);
+    again();
     desk.write("out/shard-2-of-2/run.json", "{ \"command\": \"sweep\" ");
     refused("its run.json is not that of part 2/2");
     std::fs::remove_dir_all(desk.path("out/shard-2-of-2")).unwrap();
@@ -314,7 +323,9 @@ fn what_does_not_belong_together_is_refused() {
     std::fs::rename(desk.path("out/shard-2-of-2"), desk.path("out/kept")).unwrap();
     std::fs::create_dir_all(desk.path("out/shard-2-of-2/.vibrissa-unfinished")).unwrap();
     refused("this part is unfinished (2/2)");
-    assert!(desk.run(&["merge", "joined-nowhere"]).exits(1).stderr.contains("joined-nowhere"));
+    let ran = desk.run(&["merge", "joined-nowhere"]).exits(2);
+    assert!(ran.stderr.contains("merge = joined-nowhere: there is no such folder"), "{}", ran.stderr);
+    assert!(desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is no folder"));
     assert!(desk.run(&["merge", "."]).exits(2).stderr.contains("no part of a sweep is here"));
     for bad in ["0/2", "3/2", "a", "slurm"] {
         let ran = desk.sweep(&["--shard", bad]).exits(2);

@@ -138,6 +138,12 @@ impl Folder {
         Ok((folder, left))
     }
 
+    /// What ends a run that finds `what` of a stopped one's files other than it was written.
+    pub fn damaged(&self, what: &str) -> Error {
+        let why = format!("the unfinished run in this folder is damaged: {what} is not what was written");
+        refuse(&self.target, why, "--force to begin anew, or another folder")
+    }
+
     /// Gives up what a stopped run left, to begin anew.
     pub fn begin_anew(&mut self) -> Result<(), Error> {
         self.names.clear();
@@ -216,8 +222,8 @@ impl Folder {
     /// # Errors
     /// A folder that cannot be made.
     pub fn scratch(&self) -> Result<Scratch, Error> {
-        let folder = beside(&self.lock)?;
-        Ok(Scratch { _unfinished: Unfinished::new(folder.path()), folder })
+        let (folder, _unfinished) = beside(&self.lock)?;
+        Ok(Scratch { _unfinished, folder })
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
@@ -336,12 +342,13 @@ impl Scratch {
 }
 
 /// A new folder in the place of `lock`, by whose name it is known whose it was.
-fn beside(lock: &Lock) -> Result<tempfile::TempDir, Error> {
+fn beside(lock: &Lock) -> Result<(tempfile::TempDir, Unfinished), Error> {
     let mut builder = tempfile::Builder::new();
     let prefix = format!("{PREFIX}{}-", lock.owner);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    builder.prefix(&prefix).tempdir_in(lock.place()).map_err(|e| Error::io(lock.place(), e))
+    builder.prefix(&prefix);
+    Unfinished::make(|| builder.tempdir_in(lock.place())).map_err(|e| Error::io(lock.place(), e))
 }
 
 /// The lock in the place where a result for `target` is written.

@@ -81,7 +81,7 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     }
     let text = match open_regular(&pending.join(MANIFEST), OpenOptions::new().read(true)) {
         // It was done but for the empty folder.
-        Err(e) if e.kind() == ErrorKind::NotFound => return fs::remove_dir(&pending).map_err(failed),
+        Err(e) if e.kind() == ErrorKind::NotFound => return clear_away(target).map_err(failed),
         other => io::read_to_string(other.map_err(failed)?).map_err(failed)?,
     };
     let torn = |e: serde_json::Error| {
@@ -150,6 +150,23 @@ fn finish(target: &Path) -> io::Result<()> {
     match fs::remove_file(pending.join(STATE)) {
         Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
         _ => fs::remove_file(pending.join(MANIFEST))?,
+    }
+    clear_away(target)
+}
+
+/// Removes the folder of a replacement that is done. What others put there meanwhile (a file manager's `.DS_Store`, NFS's `.nfs…`) moves out
+/// of it, into the result folder.
+fn clear_away(target: &Path) -> io::Result<()> {
+    let pending = target.join(PENDING);
+    for entry in fs::read_dir(&pending)? {
+        let name = entry?.file_name();
+        let free = |n: u32| match n {
+            0 => target.join(&name),
+            _ => target.join(format!("{}-{n}", name.to_string_lossy())),
+        };
+        let to = (0..=u32::MAX).map(free).find(|to| to.symlink_metadata().is_err());
+        // A file that is open on NFS goes by itself, its folder with the next run.
+        let _ = to.map(|to| fs::rename(pending.join(&name), to));
     }
     fs::remove_dir(&pending)
 }
@@ -234,6 +251,22 @@ mod tests {
             texts(folder.path()),
             [("a.csv".to_owned(), "new".to_owned()), (RUN.to_owned(), "new".to_owned())]
         );
+    }
+
+    #[test]
+    fn what_others_put_into_the_hidden_folder_is_kept() {
+        for renames in 0..=5 {
+            let folder = killed_after(renames, false);
+            let pending = folder.path().join(PENDING);
+            fs::write(pending.join(".nfs0001"), "theirs").unwrap();
+            fs::create_dir(pending.join("theirs")).unwrap();
+            fs::write(pending.join("notes.txt"), "theirs too").unwrap();
+            recover(folder.path()).unwrap_or_else(|e| panic!("{renames}: {e}"));
+            let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+            assert!(!pending.exists() && folder.path().join("theirs").is_dir());
+            assert_eq!([text(".nfs0001"), text("notes.txt"), text("notes.txt-1")], ["theirs", "old notes.txt", "theirs too"]);
+            assert_eq!([text("b.csv"), text(RUN)], ["new b.csv", "new run.json"]);
+        }
     }
 
     #[test]

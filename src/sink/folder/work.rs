@@ -108,8 +108,7 @@ pub(super) struct Partial {
 
 impl Partial {
     /// A new one.
-    pub fn new(folder: tempfile::TempDir) -> Self {
-        let unfinished = Unfinished::new(folder.path());
+    pub fn new((folder, unfinished): (tempfile::TempDir, Unfinished)) -> Self {
         Self { path: folder.keep(), kept: false, unfinished }
     }
 
