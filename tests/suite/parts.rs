@@ -325,7 +325,9 @@ fn what_does_not_belong_together_is_refused() {
     refused("this part is unfinished (2/2)");
     let ran = desk.run(&["merge", "joined-nowhere"]).exits(2);
     assert!(ran.stderr.contains("merge = joined-nowhere: there is no such folder"), "{}", ran.stderr);
-    assert!(desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is no folder"));
+    assert!(
+        desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is no folder")
+    );
     assert!(desk.run(&["merge", "."]).exits(2).stderr.contains("no part of a sweep is here"));
     for bad in ["0/2", "3/2", "a", "slurm"] {
         let ran = desk.sweep(&["--shard", bad]).exits(2);
@@ -356,4 +358,24 @@ fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
     desk.write("spec.toml", text + "[output]\ntop = 2\nby = \"K_sd\"\n");
     let refused = desk.sweep(&[&asked[..], &["--out", "ranked", "--shard", "1/3"]].concat()).exits(2);
     assert!(refused.stderr.contains("which no part knows"), "{}", refused.stderr);
+}
+
+/// Paths as users have them come through a scheduler's directives and through a shell.
+#[test]
+fn job_scripts_name_odd_paths_as_they_are() {
+    let desk = Desk::new(SPEC);
+    let odd = "50 % of $HOME's";
+    desk.run(&["cluster", "slurm", "spec.toml", "--shards", "3", "--out", odd]).exits(0);
+    let read = |name: &str| desk.read(&format!("{odd}/{name}"));
+    let (part, merge, submit) = (read("part.sbatch"), read("merge.sbatch"), read("submit.sh"));
+    let line = |text: &str, start: &str| {
+        text.lines().find(|line| line.starts_with(start)).map(str::to_owned).unwrap_or_default()
+    };
+    // `%%` is Slurm's `%`; `%a` the number of the task.
+    let log = line(&part, "#SBATCH --output");
+    assert!(log.ends_with(r"/50 %% of $HOME'\''s/logs'/part-%a.log"), "{log}");
+    let log = line(&merge, "#SBATCH --output");
+    assert!(log.ends_with(r"/50 %% of $HOME'\''s/logs'/merge.log"), "{log}");
+    assert!(line(&submit, "mkdir").ends_with(r"/50 % of $HOME'\''s/logs'"), "{submit}");
+    assert!(!(part.replace("TERM@120", "") + &merge + &submit).contains('@'), "a mark is not filled in");
 }

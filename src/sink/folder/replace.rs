@@ -264,7 +264,10 @@ mod tests {
             recover(folder.path()).unwrap_or_else(|e| panic!("{renames}: {e}"));
             let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
             assert!(!pending.exists() && folder.path().join("theirs").is_dir());
-            assert_eq!([text(".nfs0001"), text("notes.txt"), text("notes.txt-1")], ["theirs", "old notes.txt", "theirs too"]);
+            assert_eq!(
+                [text(".nfs0001"), text("notes.txt"), text("notes.txt-1")],
+                ["theirs", "old notes.txt", "theirs too"]
+            );
             assert_eq!([text("b.csv"), text(RUN)], ["new b.csv", "new run.json"]);
         }
     }
