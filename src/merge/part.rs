@@ -161,8 +161,8 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
 /// Fails unless a file is what was written.
 pub(super) fn unedited(folder: &Path, listed: &Listed) -> Result<(), Error> {
     let path = folder.join(&listed.name);
-    let why = match open_regular(&path, std::fs::OpenOptions::new().read(true)) {
-        Ok(file) if hash_file(file).map_err(|e| Error::io(&path, e))? == listed.blake3 => return Ok(()),
+    let why = match open_regular(&path, std::fs::OpenOptions::new().read(true)).and_then(hash_file) {
+        Ok(found) if found == listed.blake3 => return Ok(()),
         Ok(_) => "is not what was written",
         Err(e) if e.kind() == ErrorKind::NotFound => "is missing",
         Err(e) => return Err(Error::io(&path, e)),

@@ -15,6 +15,7 @@ mod every_model;
 mod explain;
 mod explore;
 mod export;
+mod flops;
 mod folders;
 mod garbage;
 mod hard;

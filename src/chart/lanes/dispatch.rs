@@ -1,7 +1,10 @@
 //! The instruction set of the lanes, found at run time.
+//!
+//! Inlined work grows with every place that asks for the same part of it, and most of the time of building this crate went into such copies:
+//! a part that several places need, or that is large, is compiled [`apart`], once for each instruction set.
 
-/// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice): what is not is compiled for no
-/// particular instruction set.
+/// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice) or a [`Part`]: what is neither is
+/// compiled for no particular instruction set.
 pub(super) trait Work {
     type Out;
 
@@ -9,21 +12,71 @@ pub(super) trait Work {
     fn run<const FMA: bool>(self) -> Self::Out;
 }
 
+/// A part of work whose lanes are fused or not.
+pub(super) trait Part<const FMA: bool> {
+    type Out;
+
+    fn run(self) -> Self::Out;
+}
+
 /// Does `work` with the best instructions that the CPU has. Those with fused operations all give the same bits.
 pub(super) fn best<W: Work>(work: W) -> W::Out {
     #[cfg(target_arch = "x86_64")]
     {
-        let has_fused = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-        if has_fused && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+        if has_fused() && has_512() {
             // SAFETY: the CPU has just been found to have them.
             return unsafe { avx512(work) };
         }
-        if has_fused {
+        if has_fused() {
             // SAFETY: as above.
             return unsafe { avx2(work) };
         }
     }
     work.run::<{ cfg!(target_arch = "aarch64") }>()
+}
+
+/// Does `part` with the instructions of the work it is a part of, behind a call.
+#[inline(always)]
+pub(super) fn apart<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+    #[cfg(target_arch = "x86_64")]
+    if FMA {
+        return match has_512() {
+            // SAFETY: fused lanes are only made where the CPU was found to have the first, and it was just found to have the others.
+            true => unsafe { avx512_part(part) },
+            // SAFETY: as above.
+            false => unsafe { avx2_part(part) },
+        };
+    }
+    plain_part(part)
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_fused() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_512() -> bool {
+    is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
+}
+
+#[inline(never)]
+fn plain_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+    part.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
+#[inline(never)]
+fn avx512_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+    part.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+#[inline(never)]
+fn avx2_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+    part.run()
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,6 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
+use super::dispatch::{Part, apart};
 use super::estimate::{Decided, Edges};
 use super::tally::{Tally, sum};
 use super::tap::{Tap, Whisker};
@@ -54,10 +55,56 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
     }
 }
 
+/// [`Rows::new`].
+struct New<'a, const FMA: bool, const OWN: bool, const FORCE: bool> {
+    tables: &'a Tables,
+    live: usize,
+    tuples: &'a [Tuple],
+    scratch: &'a mut Scratch<FMA>,
+}
+
+impl<const FMA: bool, const OWN: bool, const FORCE: bool> Part<FMA> for New<'_, FMA, OWN, FORCE> {
+    type Out = Rows<Lanes<FMA>>;
+
+    #[inline(always)]
+    fn run(self) -> Rows<Lanes<FMA>> {
+        Rows::made::<OWN, FORCE>(self.tables, self.live, self.tuples, self.scratch)
+    }
+}
+
+/// [`Rows::count_and_rank`].
+struct Ranking<'a, const FMA: bool, const OWN: bool> {
+    rows: &'a Rows<Lanes<FMA>>,
+    tables: &'a Tables,
+    asked: (&'a [u64], &'a [u32; LANES]),
+    bound: f32,
+    scratch: &'a mut Scratch<FMA>,
+    found: &'a mut Found,
+}
+
+impl<const FMA: bool, const OWN: bool> Part<FMA> for Ranking<'_, FMA, OWN> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.rows.ranked::<OWN>(self.tables, self.asked, self.bound, self.scratch, self.found);
+    }
+}
+
 impl<const FMA: bool> Rows<Lanes<FMA>> {
     /// Statistics of `tuples`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in `scratch`.
     #[inline(always)]
     pub fn new<const OWN: bool, const FORCE: bool>(
+        tables: &Tables,
+        live: usize,
+        tuples: &[Tuple],
+        scratch: &mut Scratch<FMA>,
+    ) -> Self {
+        apart(New::<FMA, OWN, FORCE> { tables, live, tuples, scratch })
+    }
+
+    #[inline(always)]
+    fn made<const OWN: bool, const FORCE: bool>(
         tables: &Tables,
         live: usize,
         tuples: &[Tuple],
@@ -155,6 +202,18 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     /// Counts the words of all taps and adds the rows below `bound`.
     #[inline(always)]
     pub fn count_and_rank<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        asked: (&[u64], &[u32; LANES]),
+        bound: f32,
+        scratch: &mut Scratch<FMA>,
+        found: &mut Found,
+    ) {
+        apart(Ranking::<FMA, OWN> { rows: self, tables, asked, bound, scratch, found });
+    }
+
+    #[inline(always)]
+    fn ranked<const OWN: bool>(
         &self,
         tables: &Tables,
         (ks, places): (&[u64], &[u32; LANES]),

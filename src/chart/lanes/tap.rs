@@ -1,5 +1,6 @@
 //! The strain of a tap from its chart, and the estimate's theory around it.
 
+use super::dispatch::{Part, apart};
 use super::read::dot;
 use super::{Distance, Lanes, ORDERS, Scratch, Tables};
 use crate::kernel::cpu::Pack;
@@ -71,20 +72,37 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
     /// The growth, its slope and its curvature at η.
     #[inline(always)]
     pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 3] {
-        let of = Lanes::<FMA>::of;
-        let (zero, one) = (of(0.0), of(1.0));
+        let zero = Lanes::<FMA>::of(0.0);
         let all = grow([self.steep * eta, self.steep, zero], [-(self.gauge * eta), -self.gauge, zero]);
         if tables.theory.plain {
             return all;
         }
-        let all = grow(all, [self.hub * eta, self.hub, zero]);
-        let two = of(2.0);
+        apart(Beyond { growth: self, all, eta })
+    }
+}
+
+/// What hub, displacement and shear make of the growth of the plain theory.
+struct Beyond<'a, const FMA: bool> {
+    growth: &'a Growth<Lanes<FMA>>,
+    all: [Lanes<FMA>; 3],
+    eta: Lanes<FMA>,
+}
+
+impl<const FMA: bool> Part<FMA> for Beyond<'_, FMA> {
+    type Out = [Lanes<FMA>; 3];
+
+    #[inline(always)]
+    fn run(self) -> [Lanes<FMA>; 3] {
+        let Self { growth, all, eta } = self;
+        let of = Lanes::<FMA>::of;
+        let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
+        let all = grow(all, [growth.hub * eta, growth.hub, zero]);
         let more = one + eta;
-        let below = one / (one + self.shear * more * more);
-        let value = -(self.shear * eta * (two + eta) * below);
+        let below = one / (one + growth.shear * more * more);
+        let value = -(growth.shear * eta * (two + eta) * below);
         // (1 + S)/(1 + S (1 + η)²) and its derivatives.
-        let fall = two * self.shear * (one + self.shear) * below * below;
-        let curvature = fall * (of(4.0) * self.shear * more * more * below - one);
+        let fall = two * growth.shear * (one + growth.shear) * below * below;
+        let curvature = fall * (of(4.0) * growth.shear * more * more * below - one);
         grow(all, [value, -(fall * more), curvature])
     }
 }
