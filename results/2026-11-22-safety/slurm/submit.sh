@@ -6,4 +6,4 @@ cd "$(dirname "$0")"
 mkdir -p /tmp/scratch/cluster/logs
 parts=$(sbatch --parsable ${1:+--array="$1"} part.sbatch)
 merge=$(sbatch --parsable --dependency=afterok:"$parts" merge.sbatch)
-echo "parts: job $parts, merge: job $merge, logs: /tmp/scratch/cluster/logs"
+echo "parts: job $parts, merge: job $merge, logs:" /tmp/scratch/cluster/logs
