@@ -7,7 +7,7 @@
 use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
-use crate::profile::Profile;
+use crate::profile::{Profile, both::Both};
 use crate::reduce::{Errors, Largest, Spread};
 use crate::scene::{Direction, Drive, RankBy, Setup};
 use crate::status::Status;
@@ -180,6 +180,8 @@ pub enum Told<'p> {
     Own(Option<&'p Profile>),
     /// The curve of another whisker.
     Other(&'p Profile),
+    /// What the model takes the strains of two gauges for, if it finds it.
+    Both(Option<&'p Both>),
 }
 
 impl<'p> Told<'p> {
@@ -195,6 +197,11 @@ impl<'p> Told<'p> {
             Self::Own(Some(profile)) if !direction.is_upright() => Self::Other(profile),
             told => told,
         }
+    }
+
+    /// The same, or by what the model takes two strains for, where distances are told so.
+    pub fn or_both(self, both: Option<&'p Option<Both>>) -> Self {
+        both.map_or(self, |found| Self::Both(found.as_ref()))
     }
 }
 
@@ -292,6 +299,11 @@ impl<'a> Reduction<'a> {
             }),
             Told::Own(profile) => profile.map(|p| p.estimate(e, Some(a), strain)),
             Told::Other(profile) => Some(profile.estimate(e, None, strain)),
+            Told::Both(found) => {
+                Some(found.map_or(Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING }, |both| {
+                    both.estimate(e)
+                }))
+            }
         });
         let estimated = estimated.unwrap_or(Estimated::NOTHING);
         row.status |= estimated.status;

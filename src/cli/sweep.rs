@@ -8,6 +8,7 @@ use vibrissa::backend::{Backend, Choice};
 use vibrissa::error::Error;
 use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
+use vibrissa::profile::both::TAPS;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
@@ -188,6 +189,12 @@ fn planned(
             text,
             "  theory \"exact\": the model's own curve of each of {} designs rows too, some 12 to 16 taps more for each",
             plan.curves
+        );
+    }
+    if plan.both > 0 {
+        let _ = writeln!(
+            text,
+            "  theory \"exact\" with two gauges: {TAPS} taps more for each, from whose strains its distance and tilt are told"
         );
     }
     if let Space::File(file) = &spec.study.space {

@@ -7,11 +7,12 @@ use super::locator::{Located, Locator, Opened};
 use crate::contour::skin::Skin;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
-use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer, inverse};
+use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer};
 use crate::estimator::model::{Found, between};
 use crate::estimator::{EXACT, Estimator, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
+use crate::profile::both::inverse;
 use crate::status::Status;
 
 /// Two readings of one tap, above their zeros.

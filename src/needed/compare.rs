@@ -9,7 +9,7 @@ use crate::backend::Choice;
 use crate::design::{Design, amount};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Outcome, Task, doubts};
-use crate::profile::{self, Ask, Reach};
+use crate::profile::{self, Ask, Reach, both};
 use crate::scene::{Setup, Tuple};
 use crate::statistics::{Reduction, Told};
 use crate::status::Status;
@@ -51,17 +51,22 @@ impl Said {
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
         let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
+        let reach: Vec<[f64; 2]> = rows.iter().flat_map(|row| vec![row.reach; row.distances.len()]).collect();
+        let ask = |i: usize| both::Ask::own(setup, tasks[i], &outcomes[i], reach[i]);
+        let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
+        let (both, _) = both::both(setup, &mut evaluator, &designs, &asks)?;
         let (mut taps, mut figures, mut from) = (Vec::with_capacity(tasks.len()), Vec::new(), 0);
         for (k, row) in rows.iter().enumerate() {
             let these = &outcomes[from..from + row.distances.len()];
+            let both = both.get(from..from + these.len()).unwrap_or_default();
             from += these.len();
             let mut reduced = Reduction::new(setup, &designs[k], row.reach, (these.len(), 1));
             these.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
             reduced.calibrate();
             taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
                 let at = (row.distances[i], row.point.drive);
-                let estimated =
-                    reduced.estimate_by((i, 0), at, tap, Told::by(&own, k).towards(row.point.direction()));
+                let told = Told::by(&own, k).towards(row.point.direction()).or_both(both.get(i));
+                let estimated = reduced.estimate_by((i, 0), at, tap, told);
                 Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
             let row = &reduced.drives[0];

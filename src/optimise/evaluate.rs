@@ -16,7 +16,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
-use crate::profile::{self, Ask, Reach};
+use crate::profile::{self, Ask, Reach, both};
 use crate::scene::search::Search;
 use crate::scene::{Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
@@ -149,7 +149,14 @@ impl<'a> Scorer<'a> {
         };
         let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
         let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
-        let row = |w: usize| judge.reduce(&designs[w], &taps[w * n..(w + 1) * n], Told::by(&own, w), None);
+        let ask = |t: usize| both::Ask::own(judge.setup, tasks[t], &taps[t], judge.reach);
+        let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
+        let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
+        let row = |w: usize| {
+            let (from, to) = (w * n, (w + 1) * n);
+            let both = both.get(from..to).unwrap_or_default();
+            judge.reduce(&designs[w], (&taps[from..to], both), Told::by(&own, w), None)
+        };
         Ok((0..points.len()).map(row).collect())
     }
 
@@ -171,7 +178,7 @@ impl<'a> Scorer<'a> {
             |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
         let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
         let taps = self.evaluator.run(&designs, &tasks)?;
-        let solved = |d: usize| judge.score(&designs[d..=d], (&taps[d * n..(d + 1) * n], &[]), &[]);
+        let solved = |d: usize| judge.score(&designs[d..=d], (&taps[d * n..(d + 1) * n], &[]), (&[], &[]));
         let solved: Vec<Score> = (0..designs.len()).into_par_iter().map(solved).collect();
         open.into_iter().zip(solved).for_each(|(w, score)| scores[w] = Some(score));
         let scores: Vec<Score> = scores.into_iter().map(|s| s.unwrap_or(Score::NOTHING)).collect();
@@ -208,12 +215,16 @@ impl<'a> Scorer<'a> {
         let (curves, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
         let mut own = vec![None; if asks.is_empty() { 0 } else { designs.len() }];
         asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
+        let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);
+        let asks: Vec<both::Ask> = (0..tasks.len()).into_par_iter().map(ask).collect();
+        let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
         let score = |p: usize| {
             let (first, last) = (p * whiskers, (p + 1) * whiskers);
+            let both = both.get(first * n..last * n).unwrap_or_default();
             let own = own.get(first..last).unwrap_or_default();
             let again = (last - first - 1) * n;
             let upright = upright.get(p * again..(p + 1) * again).unwrap_or_default();
-            judge.score(&designs[first..last], (&taps[first * n..last * n], upright), own)
+            judge.score(&designs[first..last], (&taps[first * n..last * n], upright), (own, both))
         };
         Ok((0..points.len()).into_par_iter().map(score).collect())
     }

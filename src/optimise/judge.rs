@@ -4,9 +4,12 @@ use super::score::{Limit, Score};
 use crate::chart::lanes::Figures;
 use crate::design::{Design, amount};
 use crate::estimate::Estimator;
-use crate::evaluate::Outcome;
+use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
-use crate::profile::{Profile, Reach};
+use crate::profile::{
+    Profile, Reach,
+    both::{self, Both},
+};
 use crate::reduce::Spread;
 use crate::scene::search::{Calibrated, Measure, Robust, Search};
 use crate::scene::{COLUMNS, Column, Convention, Direction, Setup, Theory, Tuple};
@@ -58,16 +61,38 @@ impl Judge<'_> {
         }
     }
 
+    /// What two strains of `tap` are told by: the model of the whisker itself or, where so calibrated, of the nominal one among the `whiskers` of its
+    /// candidate. The lean is the nominal one's in both.
+    pub fn ask(&self, designs: &[Design], whiskers: usize, tap: Task, outcome: &Outcome) -> both::Ask {
+        let mine = both::Ask::own(self.setup, tap, outcome, self.reach);
+        let nominal = tap.design - tap.design % whiskers as u32;
+        let lean = designs[nominal as usize].tuple.lean;
+        let direction = Direction { lean, ..tap.direction };
+        let robust = self.search.robust.as_ref().filter(|_| tap.design != nominal);
+        match robust.map(|r| r.calibrated) {
+            Some(Calibrated::Nominal) => {
+                let drive = designs[nominal as usize].tuple.drive;
+                both::Ask { tap: Task { design: nominal, direction, drive, ..tap }, own: false, ..mine }
+            }
+            Some(Calibrated::Each) if lean != tap.direction.lean => {
+                both::Ask { tap: Task { direction, ..tap }, own: false, ..mine }
+            }
+            _ => mine,
+        }
+    }
+
     /// Score of one candidate: its nominal whisker, then the sampled ones; `own` are the model's own curves, where distances are told by
-    /// them; `upright`: the taps at upright poles by which each of the sampled ones is calibrated, where it is [`Self::blind`].
+    /// them, and `both` what the model takes two strains for; `upright`: the taps at upright poles by which each of the sampled ones is calibrated,
+    /// where it is [`Self::blind`].
     pub fn score(
         &self,
         designs: &[Design],
         (taps, upright): (&[Outcome], &[Outcome]),
-        own: &[Option<Profile>],
+        (own, both): (&[Option<Profile>], &[Option<Both>]),
     ) -> Score {
         let n = self.distances.len();
-        let nominal = Read::new(self, &designs[0], &taps[..n], Told::by(own, 0), None);
+        let both = |w: usize| both.get(w * n..(w + 1) * n).unwrap_or_default();
+        let nominal = Read::new(self, &designs[0], (&taps[..n], both(0)), Told::by(own, 0), None);
         let Some(robust) = self.search.robust.as_ref().filter(|_| designs.len() > 1) else {
             return nominal.score;
         };
@@ -93,7 +118,7 @@ impl Judge<'_> {
                     self.calibrated(&designs[w], upright, own.get(w).and_then(Option::as_ref))
                 });
                 let calibration = mine.as_ref().or(calibration.as_ref());
-                Read::new(self, &designs[w], taps, Told::by(own, w), calibration).score
+                Read::new(self, &designs[w], (taps, both(w)), Told::by(own, w), calibration).score
             })
             .collect();
         gather(robust, &nominal.score, &samples)
@@ -107,7 +132,7 @@ impl Judge<'_> {
         profile: Option<&'d Profile>,
     ) -> Option<Calibration<'d>> {
         let estimator = Estimator::new(self.setup, design.shared.as_ref()?, self.reach);
-        let row = self.reduce(design, &continued(upright), Told::Formula, None);
+        let row = self.reduce(design, (&continued(upright), &[]), Told::Formula, None);
         Some(Calibration {
             estimator,
             k: row.k,
@@ -183,11 +208,12 @@ impl Judge<'_> {
         }
     }
 
-    /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one.
+    /// The designs row of one whisker, its distances told by `own` or with what is `given`: the calibration of another one; or by what the model takes
+    /// two strains for.
     pub fn reduce(
         &self,
         design: &Design,
-        taps: &[Outcome],
+        (taps, both): (&[Outcome], &[Option<Both>]),
         own: Told<'_>,
         given: Option<&Calibration<'_>>,
     ) -> DriveRow {
@@ -210,7 +236,7 @@ impl Judge<'_> {
             }
         };
         for (i, tap) in taps.iter().enumerate() {
-            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told);
+            reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told.or_both(both.get(i)));
         }
         reduced.drives[0]
     }
@@ -244,7 +270,7 @@ impl Read {
     fn new(
         judge: &Judge<'_>,
         design: &Design,
-        taps: &[Outcome],
+        (taps, both): (&[Outcome], &[Option<Both>]),
         told: Told<'_>,
         other: Option<&Calibration<'_>>,
     ) -> Self {
@@ -260,7 +286,7 @@ impl Read {
         };
         let taps = continued(taps);
         let own = Estimator::new(setup, shared, judge.reach);
-        let mut row = judge.reduce(design, &taps, told, other);
+        let mut row = judge.reduce(design, (&taps, both), told, other);
         // K̄ and its spread are those of the calibration.
         if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
             row.deviation = spread;
@@ -277,10 +303,11 @@ impl Read {
         let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
         let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
         let highest = match (told, other.and_then(|other| other.profile)) {
+            _ if !both.is_empty() => None,
             (_, Some(profile)) => Some((1.0, profile.peak().1)),
             (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
             // What a whisker reads of its own tap has a distance.
-            (Told::Own(_) | Told::Other(_), None) => None,
+            (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
         };
         let peak = match told {
             Told::Own(Some(profile)) => profile.peak().0,

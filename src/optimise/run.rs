@@ -28,6 +28,7 @@ use crate::chart::{
 use crate::error::{Error, InputError};
 use crate::needed::{MOST, Needed, Row, Rows};
 use crate::plan::Layout;
+use crate::profile::both;
 use crate::scene::search::{Calibrated, Objective, Robust, Search};
 use crate::scene::{BackendChoice, Column, Model, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
@@ -391,7 +392,7 @@ fn search_with(
 
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
-    let one = search.objective.needs_distance() && !setup.gauge.second;
+    let one = search.objective.needs_distance() && both::possible(setup);
     let other = (one && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
         other::judge((setup, &layout), search, method, (&best.point, goal))

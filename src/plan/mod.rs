@@ -37,6 +37,8 @@ pub struct Plan {
     pub rows: [u64; 3],
     /// Designs rows of which the model's own curve is solved too, for distances are told by it.
     pub curves: u64,
+    /// Taps around which the model is solved too, for their distances are told by it from two strains.
+    pub both: u64,
     /// Estimated bytes of the tables.
     pub bytes: f64,
     /// Whether tuples are written.
@@ -131,13 +133,18 @@ impl Plan {
         let way = if ranker.is_some() { Way::Charted } else { solved };
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
-        let curves = if own { full[1] } else { 0 };
+        let (curves, both) = match (own, study.setup.gauge.second) {
+            (true, false) => (full[1], 0),
+            (true, true) => (0, taps),
+            (false, _) => (0, 0),
+        };
         let seconds = begun.elapsed().as_secs_f64();
         Ok(Self {
             taps,
             designs,
             rows,
             curves,
+            both,
             bytes,
             tuples,
             way,

@@ -4,6 +4,7 @@
 //! What is held is the ratio of ε to the linear theory of the same model, ε/(θ f), a smooth function of u = 1/a near 1, as polynomials
 //! over pieces of u. f itself is a closed form, so that neither its peak nor its kink at the gauge's far end costs anything.
 
+pub mod both;
 mod solve;
 
 pub use solve::{Ask, Reach, solve};

@@ -63,7 +63,7 @@ pub struct Ask {
 }
 
 /// The curves of `asks` and how many taps were solved for them; no curve of what is no whisker, or has no distance beyond its gauge. Nothing
-/// is solved, and none comes back, unless distances are told by the model itself. With `drives` the asks come in runs of one design and
+/// is solved, and none comes back, unless distances are told by the model itself, of one gauge. With `drives` the asks come in runs of one design and
 /// reach over all of them.
 ///
 /// # Errors
@@ -75,7 +75,7 @@ pub fn solve(
     asks: &[Ask],
     drives: Option<&[f64]>,
 ) -> Result<(Vec<Option<Profile>>, u64), SolveError> {
-    if setup.estimate.theory != Theory::Exact {
+    if setup.estimate.theory != Theory::Exact || setup.gauge.second {
         return Ok((Vec::new(), 0));
     }
     evaluator.unguarded(|evaluator| curves(setup, evaluator, designs, asks, drives))

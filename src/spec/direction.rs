@@ -2,6 +2,7 @@
 
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use crate::profile::both;
 use crate::scene::{Estimate, Gauge, Model, Theory};
 
 /// Refuses contacts for which there is no model at the poles that tilt, and lean, where `leaning` says.
@@ -14,12 +15,10 @@ pub(super) fn allowed(leaning: &[Option<Item<'_>>; 2], model: &Model) -> Result<
     }
 }
 
-/// Refuses to invert the model for one distance where two gauges are read.
-pub(super) fn told(sections: &Sections<'_>, gauge: &Gauge, estimate: &Estimate) -> Result<()> {
-    if !gauge.second || estimate.theory != Theory::Exact {
-        return Ok(());
-    }
-    let message = "with second = true in [gauge] a distance is read from two strains, by a formula: the model is not inverted for both";
+/// Refuses to invert the model of two strains for contacts at which they do not tell the tilt.
+pub(super) fn told(sections: &Sections<'_>, gauge: &Gauge, estimate: &Estimate, model: &Model) -> Result<()> {
+    let why = both::forbids(model.contact).filter(|_| gauge.second && estimate.theory == Theory::Exact);
+    let Some(why) = why else { return Ok(()) };
     let theory = sections.section("estimate").get("theory")?;
-    Err(theory.error(message).allowed("\"euler-bernoulli\" or \"timoshenko\", or second = false"))
+    Err(theory.error(why).allowed("\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]"))
 }

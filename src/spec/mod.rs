@@ -87,7 +87,7 @@ pub(crate) fn of_table(
     let space::Read { space, directions, leaning, mut warnings } = space::read(&sections, drive, base)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
-    direction::told(&sections, &gauge, &estimate)?;
+    direction::told(&sections, &gauge, &estimate, &model.model)?;
     if leaning.iter().all(Option::is_none) {
         sections::rankable(&sections, &estimate, &output)?;
     }

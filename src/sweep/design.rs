@@ -4,7 +4,7 @@ use super::select::Kept;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Outcome;
-use crate::profile::Profile;
+use crate::profile::{Profile, both::Both};
 use crate::scene::{Direction, Per, Study, Tuple};
 use crate::sink::{
     rows::{Form, Rows},
@@ -16,8 +16,8 @@ use crate::statistics::{Reduction, Told};
 /// A tap's place in its design: distance (and direction of the pole), and stroke (the same direction, and drive).
 pub(super) type Place = (usize, usize);
 
-/// What is done with one tap.
-pub(super) type Visit<'a> = dyn FnMut(Place, &Outcome) -> Result<(), Error> + 'a;
+/// What is done with one tap, and with what the model takes its two strains for where distances are told so.
+pub(super) type Visit<'a> = dyn FnMut(Place, &Outcome, Option<&Option<Both>>) -> Result<(), Error> + 'a;
 
 /// Goes through the taps of a design in row order; may be asked more than once.
 pub(super) type Taps<'a> = dyn FnMut(&mut Visit<'_>) -> Result<(), Error> + 'a;
@@ -65,7 +65,7 @@ pub(super) fn render(
     let none = || Rows::new(wanted.form);
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
     let elongation = reduced.elongation;
-    taps(&mut |place, tap| {
+    taps(&mut |place, tap, _| {
         reduced.count(place, tap);
         Ok(())
     })?;
@@ -80,10 +80,10 @@ pub(super) fn render(
     };
     let (mut text, mut values, mut waiting) = (none(), Vec::new(), 0);
     let write_tuples = (wanted.tables)(Table::Tuples);
-    taps(&mut |(i, j), tap| {
+    taps(&mut |(i, j), tap, both| {
         let ((a, direction), drive) = ((axes.distance)(i), (axes.stroke)(j).drive);
-        let estimated =
-            reduced.estimate_by((i, j), (a, drive), tap, Told::by(axes.profiles, j).towards(direction));
+        let told = Told::by(axes.profiles, j).towards(direction).or_both(both);
+        let estimated = reduced.estimate_by((i, j), (a, drive), tap, told);
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {

@@ -12,7 +12,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
-use crate::profile::Profile;
+use crate::profile::{Profile, both::Both};
 use crate::scene::{Direction, Tuple};
 use crate::sink::{pack::Packed, rows::Rows, table::Table};
 
@@ -211,16 +211,18 @@ pub(super) fn small(
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
+    let both = run.both(&designs, (&tasks, &outcomes), |_| layout.reach())?;
     let (n_drives, form) = (layout.n_drives as usize, run.writers.form);
     let one = |d: usize| {
         let (k, taps) = (group[d], &outcomes[d * block..(d + 1) * block]);
+        let both = both.get(d * block..(d + 1) * block).unwrap_or_default();
         let kept = drives(k);
         let mut texts = Vec::new();
         let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
         let rendered = with_axes(layout, &designs[d], profiles, |axes| {
             let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
-                taps.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap))
+                taps.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap, both.get(t)))
             };
             render(study, (k, &designs[d]), axes, &wanted, &mut go, &mut |text| {
                 texts.push(text);
@@ -246,13 +248,14 @@ fn large(
     let (profiles, form) = (run.profiles(&design, rows(layout, &design[0], 0), None)?, run.writers.form);
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
-    let mut memory: Vec<Outcome> = Vec::new();
+    let (mut memory, mut known): (Vec<Outcome>, Vec<Option<Both>>) = Default::default();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], &profiles, |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             if memory.len() as u64 == block {
-                return memory.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap));
+                let taps = memory.iter().enumerate();
+                return taps.map(|(t, tap)| f(layout.place(t as u64), tap, known.get(t))).collect();
             }
             let mut from = 0;
             while from < block {
@@ -260,11 +263,13 @@ fn large(
                 let tasks: Vec<Task> =
                     (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
                 let outcomes = run.borrow_mut().read(&design, &tasks)?;
-                for (t, tap) in (from..).zip(&outcomes) {
-                    f(layout.place(t), tap)?;
+                let both = run.borrow_mut().both(&design, (&tasks, &outcomes), |_| layout.reach())?;
+                for (i, (t, tap)) in (from..).zip(&outcomes).enumerate() {
+                    f(layout.place(t), tap, both.get(i))?;
                 }
                 if block <= KEEP {
                     memory.extend(outcomes);
+                    known.extend(both);
                 }
                 run.borrow_mut().show((passed * block + to) / passes);
                 from = to;

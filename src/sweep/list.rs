@@ -81,6 +81,13 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         run.complete((to as u64, tuples.len() as u64, "rows"), |to| outcomes.pack(to))?;
     }
 
+    let mut both = Vec::new();
+    for (from, taps) in (0..).step_by(together).zip(outcomes.chunks(together)) {
+        let row = |i: usize| of_row[from + i];
+        let tasks: Vec<Task> = (0..taps.len()).map(|i| Task::of(row(i), &tuples[from + i])).collect();
+        let reach = |i: usize| reach(&groups[row(i) as usize].distances.values);
+        both.extend(run.both(&designs, (&tasks, taps), reach)?);
+    }
     let mut estimates = vec![None; tuples.len()];
     let mut all = Vec::with_capacity(groups.len());
     let mut best_rows = study.output.top.map(Best::new);
@@ -102,7 +109,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let told = Told::by(&profiles, first + j).towards(t.direction());
+            let told = Told::by(&profiles, first + j).towards(t.direction()).or_both(both.get(row));
             estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));
         }
         first += n.1;

@@ -11,6 +11,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
 use crate::plan::{CHUNK, KEEP, Plan};
+use crate::profile::both::TAPS;
 use crate::progress::Silent;
 use crate::scene::Layout;
 use crate::scene::{Space, Study, Tuple};
@@ -40,7 +41,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let opened = start.elapsed().as_secs_f64();
     let (never, mut silent) = (AtomicBool::new(false), Silent);
     let mut run = Run::new((study, plan), method, Before::nothing(Writers::none()), (&never, &mut silent));
-    let curves = 1.0 + CURVE * plan.curves as f64 / plan.taps.max(1) as f64;
+    let more = CURVE * plan.curves as f64 + (TAPS as u64 * plan.both) as f64;
+    let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, &plan.ranker) {
         (Space::Grid(factors), Some(ranker)) => ranked(&mut run, &Layout::new(factors), ranker)?,
         (Space::Grid(factors), None) if plan.row_reader.is_some() => {

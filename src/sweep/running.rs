@@ -14,7 +14,10 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
-use crate::profile::{self, Ask, Profile, Reach};
+use crate::profile::{
+    self, Ask, Profile, Reach,
+    both::{self, Both},
+};
 use crate::progress::Progress;
 use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
@@ -130,7 +133,7 @@ impl<'a> Run<'a> {
         rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
         drives: Option<&[f64]>,
     ) -> Result<Vec<Option<Profile>>, Error> {
-        if self.study.setup.estimate.theory != Theory::Exact {
+        if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
         }
         self.check_stop()?;
@@ -143,6 +146,30 @@ impl<'a> Run<'a> {
         self.counts.solved += solved;
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(profiles)
+    }
+
+    /// What the model takes the two strains of each tap for, of which `reach` says the smallest and the largest distance asked of its design.
+    /// Nothing unless distances are told so; `Err` when asked to stop.
+    pub fn both(
+        &mut self,
+        designs: &[Design],
+        (tasks, outcomes): (&[Task], &[Outcome]),
+        reach: impl Fn(usize) -> [f64; 2],
+    ) -> Result<Vec<Option<Both>>, Error> {
+        let setup = &self.study.setup;
+        if !both::asked(setup) {
+            return Ok(Vec::new());
+        }
+        self.check_stop()?;
+        let start = Instant::now();
+        let taps = tasks.iter().zip(outcomes).enumerate();
+        let asks: Vec<both::Ask> =
+            taps.map(|(i, (task, tap))| both::Ask::own(setup, *task, tap, reach(i))).collect();
+        let (found, solved) = both::both(setup, &mut self.evaluator, designs, &asks)?;
+        self.solve += start.elapsed();
+        self.counts.solved += solved;
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        Ok(found)
     }
 
     /// Counts sweeps and strains.

@@ -18,6 +18,7 @@ use crate::error::{Error, InputError};
 use crate::needed::Needed;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Limit, Score};
+use crate::profile::both;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
 use crate::scene::{BackendChoice, RunOptions, Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
@@ -164,7 +165,7 @@ fn find_by(
     needed: Option<&Needed>,
 ) -> Result<Report, Error> {
     let report = best(study, ends, objective, choice, needed)?;
-    if !objective.needs_distance() || study.setup.gauge.second {
+    if !objective.needs_distance() || !both::possible(&study.setup) {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();

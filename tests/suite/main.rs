@@ -2,6 +2,7 @@
 
 mod agreement;
 mod bench;
+mod both;
 mod bounded;
 mod calibrate;
 mod charted;

@@ -229,9 +229,6 @@ fn directions_without_a_model_are_refused() {
     assert!(parse(&model("tilt = 20\nlean = 10", stick)).is_ok());
     refused(&model("tilt = 20", &format!("surface = true\n{stick}")), "tap.tilt", "twists the whisker");
     assert!(parse(&model("lean = 20", &format!("surface = true\n{stick}"))).is_ok());
-    let second =
-        with("[estimate]", "[estimate]\ntheory = \"exact\"").replace("[gauge]", "[gauge]\nsecond = true");
-    refused(&second, "estimate.theory", "read from two strains");
     refused(&with("[gauge]", "[gauge]\nsecond = 1"), "gauge.second", "true");
     let desk =
         Desk::new("[tuples]\nfile = \"list.csv\"\n[model]\nextension = true\ncontact = { coulomb = 0.3 }\n");

@@ -8,6 +8,7 @@ use super::super::Run;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
+use crate::profile::both::Both;
 use crate::scene::listed::{Groups, Listed, Rows};
 use crate::scene::{Direction, Tuple};
 
@@ -21,6 +22,8 @@ pub(super) struct Tap {
     /// Place of its design in the batch.
     pub design: u32,
     pub outcome: Outcome,
+    /// What the model takes its two strains for, where distances are told so.
+    pub both: Option<Option<Both>>,
 }
 
 /// Rows of the designs `own` in the order of their designs rows (of their designs first where these compete); `None` where that is the
@@ -131,14 +134,17 @@ pub(super) fn solve(
     designs.par_extend(tuples.into_par_iter().map(|t| Design::new(&study.setup, t)));
     let tasks: Vec<Task> = rows.iter().map(|(_, task)| *task).collect();
     let outcomes = run.evaluate(designs, &tasks)?;
-    let tap = |((row, t), outcome): ((u32, Task), Outcome)| Tap {
+    let reach = |i: usize| groups.reach[groups.designs[rows[i].0 as usize] as usize];
+    let both = run.both(designs, (&tasks, &outcomes), reach)?;
+    let tap = |(i, (&(row, t), &outcome)): (usize, (&(u32, Task), &Outcome))| Tap {
         row,
         a: t.a,
         direction: t.direction,
         drive: t.drive,
         design: t.design,
         outcome,
+        both: both.get(i).copied(),
     };
-    batch.extend(rows.into_iter().zip(outcomes).map(tap));
+    batch.extend(rows.iter().zip(&outcomes).enumerate().map(tap));
     Ok(reader.at.1 < reader.len)
 }

@@ -221,7 +221,8 @@ impl Part {
         taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
         reduced.calibrate();
         let mut values = Vec::new();
-        for Tap { row, a, direction, drive, outcome, .. } in taps {
+        for Tap { row, a, direction, drive, outcome, both, .. } in taps {
+            let told = told.or_both(both.as_ref());
             let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
             self.counts.taps += 1;
             self.counts.note(outcome.status | estimated.status, 1);

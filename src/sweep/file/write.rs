@@ -56,8 +56,9 @@ pub(super) fn write_tuples(
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
-                let Tap { a, direction, drive, outcome, .. } = tap;
+                let Tap { a, direction, drive, outcome, both, .. } = tap;
                 let told = Told::by(&profiles, places[&groups.drives[row]]).towards(*direction);
+                let told = told.or_both(both.as_ref());
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;
                 let row = TapRow {

@@ -1,0 +1,382 @@
+//! Distance and tilt at which the model gives the strains of two gauges (model §6.6), the lean of the pole known: Newton's method on both.
+//!
+//! What is differenced are the shares ε/(θ f cos β), which are smooth and hardly change, so that a coarse step is fine enough and the noise
+//! of a kernel does no harm; f, cos β and their slopes are closed forms.
+
+use crate::design::{Design, amount, radians};
+use crate::error::SolveError;
+use crate::estimate::{Estimated, Estimator};
+use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::scene::{Contact, Direction, Setup, Side, Theory};
+use crate::status::Status;
+
+/// Largest |tilt| that is looked for, degrees.
+const STEEPEST: f64 = 85.0;
+/// Taps by which the slopes of the strains of one are told, that one included.
+pub const TAPS: usize = 3;
+/// Rounds of Newton's method at most.
+const ROUNDS: usize = 12;
+/// Tolerance from which the steps of the difference quotients are longer, and how long they are: of a, relative; of the tilt, degrees.
+const STEPS: (f64, [[f64; 2]; 2]) = (1e-6, [[3e-3, 0.2], [3e-4, 0.02]]);
+/// Longest step of a round: of a, relative; of the tilt, degrees.
+const LONGEST: [f64; 2] = [0.25, 15.0];
+/// Changes below which a root is found: of a, relative; of the tilt, degrees. A tolerance of the strain allows so many times itself.
+const STILL: ([f64; 2], f64) = ([2e-7, 1e-5], 0.1);
+/// Distances that differ by less, relatively, are one.
+const SAME: f64 = 1e-3;
+/// How far from the range of interest the near root of f may lie for that of the model to be looked for.
+const NEARBY: f64 = 0.25;
+/// Taps whose distances are looked for together.
+const TOGETHER: usize = 1 << 13;
+
+/// Whether distances are told from two strains by the model itself.
+pub fn asked(setup: &Setup) -> bool {
+    setup.gauge.second && setup.estimate.theory == Theory::Exact
+}
+
+/// Why the model cannot tell a distance and a tilt from two strains; `None` where it can.
+pub fn forbids(contact: Contact) -> Option<&'static str> {
+    match contact {
+        Contact::Frictionless | Contact::Coulomb(0.0) => None,
+        Contact::Stick => Some(
+            "with contact = \"stick\" the whisker bends in the plane of rotation whatever the tilt: two strains tell no more than one",
+        ),
+        Contact::Coulomb(_) => Some(
+            "with contact = { coulomb = … } there is no model of tilted edges, from which two strains could tell the tilt",
+        ),
+    }
+}
+
+/// Whether the model itself can tell distances of `setup`: from one strain always.
+pub fn possible(setup: &Setup) -> bool {
+    !setup.gauge.second || forbids(setup.model.contact).is_none()
+}
+
+/// What turns the strains of the centreline, the first gauge and the second into two readings: linear in them.
+pub type Reading<'r> = &'r dyn Fn([f64; 3]) -> [f64; 2];
+
+/// Two readings, and where their tap is looked for first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// Where the search starts.
+    pub start: Task,
+    /// r₁ > 0 and r₂.
+    pub readings: [f64; 2],
+}
+
+/// The tap of two readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverted {
+    /// Where it is.
+    pub task: Task,
+    /// Rows: d r₁, d r₂; columns: da (mm), dβ (rad).
+    pub slopes: [[f64; 2]; 2],
+}
+
+/// Inverts the model of some designs.
+pub struct Inverter<'e, 'a> {
+    /// What taps share.
+    pub setup: &'e Setup,
+    /// Solves them.
+    pub evaluator: &'e mut Evaluator<'a>,
+    /// The whiskers.
+    pub designs: &'e [Design],
+    /// What is read.
+    pub reading: Reading<'e>,
+    /// Taps that were solved.
+    pub taps: u64,
+}
+
+/// Two readings of a tap and their slopes, as those of [`Inverted`].
+type Seen = ([f64; 2], [[f64; 2]; 2]);
+
+impl Inverter<'_, '_> {
+    /// Readings and slopes at `tasks`; `None` where the model has none.
+    fn seen(&mut self, tasks: &[Task]) -> Result<Vec<Option<Seen>>, SolveError> {
+        let around: Vec<Task> = tasks.iter().flat_map(|task| self.around(*task)).collect();
+        self.taps += around.len() as u64;
+        let outcomes = self.evaluator.run(self.designs, &around)?;
+        let one = |(taps, outcomes): (&[Task], &[Outcome])| {
+            let design = &self.designs[taps[0].design as usize];
+            seen(self.setup, design, taps, outcomes, self.reading)
+        };
+        Ok(around.chunks_exact(TAPS).zip(outcomes.chunks_exact(TAPS)).map(one).collect())
+    }
+
+    fn steps(&self) -> [f64; 2] {
+        STEPS.1[usize::from(self.evaluator.tolerance() < STEPS.0)]
+    }
+
+    /// A tap, one at another distance, one at another tilt.
+    fn around(&self, task: Task) -> [Task; TAPS] {
+        let [step, turn] = self.steps();
+        let step = step * task.a;
+        let kink = self.designs[task.design as usize].shared.as_ref().map_or(0.0, |shared| shared.gauge[1]);
+        // Not across the far end of the gauge, where the strain has a kink.
+        let a = if task.a >= kink && task.a - step < kink { task.a + step } else { task.a - step };
+        let tilt = if task.direction.tilt > 0.0 { -turn } else { turn };
+        [task, Task { a, ..task }, moved(task, [0.0, tilt])]
+    }
+
+    /// The taps of `asked`, each between the distances of `reach`, mm, of its design; `None` where none is found.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    pub fn invert(
+        &mut self,
+        asked: &[Asked],
+        reach: &dyn Fn(u32) -> [f64; 2],
+    ) -> Result<Vec<Option<Inverted>>, SolveError> {
+        let room = 1.0 + 2.0 * self.steps()[0];
+        let reach = &|design: u32| {
+            let [near, far] = reach(design);
+            [near * room, far]
+        };
+        let allowed = STILL.1 * self.evaluator.tolerance();
+        let still = [STILL.0[0].max(allowed), STILL.0[1].max(allowed.to_degrees())];
+        let mut found = vec![None; asked.len()];
+        let begin = |(i, one): (usize, &Asked)| Trial { i, at: within(one.start, reach), step: [0.0; 2] };
+        let mut open: Vec<Trial> = asked.iter().enumerate().map(begin).collect();
+        for _ in 0..ROUNDS {
+            if open.is_empty() {
+                break;
+            }
+            let tasks: Vec<Task> = open.iter().map(|trial| trial.at).collect();
+            let seen = self.seen(&tasks)?;
+            let mut rest = Vec::new();
+            for (mut trial, seen) in open.into_iter().zip(seen) {
+                let Some((here, slopes)) = seen else {
+                    // There is no such tap: half the way back to one that is.
+                    if trial.step != [0.0; 2] {
+                        trial.step = trial.step.map(|s| 0.5 * s);
+                        trial.at = moved(trial.at, trial.step.map(|s| -s));
+                        rest.push(trial);
+                    }
+                    continue;
+                };
+                let target = asked[trial.i].readings;
+                let Some([da, tilt]) = solve(slopes, [target[0] - here[0], target[1] - here[1]]) else {
+                    continue;
+                };
+                let step = [da, tilt.to_degrees()];
+                let sizes = [step[0].abs() / trial.at.a, step[1].abs()];
+                if sizes[0] <= still[0] && sizes[1] <= still[1] {
+                    found[trial.i] = Some(Inverted { task: moved(trial.at, step), slopes });
+                    continue;
+                }
+                let share = (LONGEST[0] / sizes[0]).min(LONGEST[1] / sizes[1]).min(1.0);
+                let next = within(moved(trial.at, step.map(|s| share * s)), reach);
+                trial.step = [next.a - trial.at.a, next.direction.tilt - trial.at.direction.tilt];
+                trial.at = next;
+                if trial.step != [0.0; 2] {
+                    rest.push(trial);
+                }
+            }
+            open = rest;
+        }
+        Ok(found)
+    }
+}
+
+/// A tap that is looked for.
+struct Trial {
+    i: usize,
+    at: Task,
+    /// What led there: mm and degrees.
+    step: [f64; 2],
+}
+
+fn moved(at: Task, [a, tilt]: [f64; 2]) -> Task {
+    let direction = Direction { tilt: at.direction.tilt + tilt, ..at.direction };
+    Task { a: at.a + a, direction, ..at }
+}
+
+/// The nearest tap within `reach`.
+fn within(at: Task, reach: &impl Fn(u32) -> [f64; 2]) -> Task {
+    let [near, far] = reach(at.design);
+    let direction = Direction { tilt: at.direction.tilt.clamp(-STEEPEST, STEEPEST), ..at.direction };
+    Task { a: at.a.max(near).min(far), direction, ..at }
+}
+
+/// Strains of a tap: of the centreline, of the first gauge, and 90° further; each positive as that of the first is. `None` where the model has
+/// none.
+pub fn strains(setup: &Setup, outcome: &Outcome) -> Option<[f64; 3]> {
+    let sign = if setup.gauge.side == Side::Far { -1.0 } else { 1.0 };
+    let strains = [outcome.axial, outcome.strain, outcome.strain_2].map(|e| sign * e);
+    let there = strains[1].is_finite() && strains[2].is_finite() && !outcome.status.has(Status::NO_STRAIN);
+    there.then_some(strains)
+}
+
+/// Readings and slopes from the outcomes of [`Inverter::around`].
+fn seen(
+    setup: &Setup,
+    design: &Design,
+    taps: &[Task],
+    outcomes: &[Outcome],
+    reading: Reading<'_>,
+) -> Option<Seen> {
+    let curve = design.shared.as_ref()?.model;
+    // Of ε₀, ε₁, ε₂: shares of θ f cos β, less 0, cos β, sin β.
+    let shares = |k: usize| {
+        let (sin, cos) = radians(taps[k].direction)[0].sin_cos();
+        let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
+        strains(setup, &outcomes[k]).map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
+    };
+    let [here, other, turned] = [shares(0)?, shares(1)?, shares(2)?];
+    let quotient = |to: [f64; 3], step: f64| [0, 1, 2].map(|k| (to[k] - here[k]) / step);
+    let by_a = quotient(other, taps[1].a - taps[0].a);
+    let by_tilt = quotient(turned, radians(taps[2].direction)[0] - radians(taps[0].direction)[0]);
+    let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
+    let of_unit = amount(setup.drive, taps[0].drive) * cos;
+    let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
+    let (whole, turn) = ([here[0], here[1] + cos, here[2] + sin], [0.0, -sin, cos]);
+    let along = reading([0, 1, 2].map(|k| slope * whole[k] + f * by_a[k]));
+    let across = reading([0, 1, 2].map(|k| f * (turn[k] + by_tilt[k] - sin / cos * whole[k])));
+    let slopes = [[along[0], across[0]], [along[1], across[1]]];
+    Some((reading(whole.map(|share| f * share)), slopes))
+}
+
+/// Inverse of a 2 × 2 matrix, given by rows; `None` of a singular one.
+pub fn inverse([[a, b], [c, d]]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    let determinant = a * d - b * c;
+    let inverse = [[d / determinant, -b / determinant], [-c / determinant, a / determinant]];
+    inverse.iter().flatten().all(|x| x.is_finite()).then_some(inverse)
+}
+
+fn solve(slopes: [[f64; 2]; 2], [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    let solved = inverse(slopes)?.map(|[p, q]| p * x + q * y);
+    solved.iter().all(|s| s.is_finite()).then_some(solved)
+}
+
+/// What two strains are taken for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Both {
+    /// â, mm.
+    a: f64,
+    /// Strain of one gauge, of two equal and independent ones, that moves â by 1 mm.
+    slope: f64,
+    /// Another distance with the same strains, mm.
+    other: Option<f64>,
+    /// Whether the strains grow with the distance, and no farther one has them.
+    near: bool,
+}
+
+impl Both {
+    /// The distance, with the noise and the range of interest of `by`.
+    pub fn estimate(&self, by: &Estimator<'_>) -> Estimated {
+        let told = by.told(self.a, self.slope, self.other);
+        if self.near { Estimated { status: Status::AMBIGUOUS, ..told } } else { told }
+    }
+}
+
+/// A tap whose strains are to be told.
+#[derive(Debug, Clone, Copy)]
+pub struct Ask {
+    /// The tap, of the design by whose model it is told.
+    pub tap: Task,
+    /// Its strains; `None` where there is nothing to tell.
+    pub strains: Option<[f64; 2]>,
+    /// Whether it is a tap of this very whisker, so that its distance and tilt are those that the model gives.
+    pub own: bool,
+    /// Smallest and largest distance asked of the whisker, mm.
+    pub reach: [f64; 2],
+}
+
+impl Ask {
+    /// Of the tap of an `outcome`, by the model of its own whisker.
+    pub fn own(setup: &Setup, tap: Task, outcome: &Outcome, reach: [f64; 2]) -> Self {
+        Self { tap, strains: strains(setup, outcome).map(|[_, e1, e2]| [e1, e2]), own: true, reach }
+    }
+}
+
+/// What each of `asks` is taken for, and how many taps were solved for that. Nothing where distances are not told so.
+///
+/// # Errors
+/// A backend that fails.
+pub fn both(
+    setup: &Setup,
+    evaluator: &mut Evaluator<'_>,
+    designs: &[Design],
+    asks: &[Ask],
+) -> Result<(Vec<Option<Both>>, u64), SolveError> {
+    if !asked(setup) {
+        return Ok((Vec::new(), 0));
+    }
+    evaluator.unguarded(|evaluator| {
+        let reading: Reading<'_> = &|[_, e1, e2]| [e1, e2];
+        let mut inverter = Inverter { setup, evaluator, designs, reading, taps: 0 };
+        let mut all = Vec::with_capacity(asks.len());
+        for asks in asks.chunks(TOGETHER) {
+            all.extend(inverter.told(asks)?);
+        }
+        Ok((all, inverter.taps))
+    })
+}
+
+impl Inverter<'_, '_> {
+    fn told(&mut self, asks: &[Ask]) -> Result<Vec<Option<Both>>, SolveError> {
+        let designs = self.designs;
+        // From the gauge to the tip.
+        let reach = |design: u32| {
+            let Design { tuple, shared } = &designs[design as usize];
+            [shared.as_ref().map_or(tuple.L_a, |shared| shared.gauge[0]), tuple.L_a]
+        };
+        let whisker = |ask: &Ask| designs[ask.tap.design as usize].shared.is_some();
+        let open: Vec<usize> =
+            (0..asks.len()).filter(|&i| asks[i].strains.is_some() && whisker(&asks[i])).collect();
+        let (own, blind): (Vec<usize>, Vec<usize>) = open.iter().partition(|&&i| asks[i].own);
+        let mut found: Vec<Option<Inverted>> = vec![None; asks.len()];
+        let tasks: Vec<Task> = own.iter().map(|&i| asks[i].tap).collect();
+        for ((&i, task), seen) in own.iter().zip(&tasks).zip(self.seen(&tasks)?) {
+            found[i] = seen.map(|(_, slopes)| Inverted { task: *task, slopes });
+        }
+        let asked = |&i: &usize| Some(Asked { start: asks[i].tap, readings: asks[i].strains? });
+        let starts: Vec<Asked> = blind.iter().filter_map(asked).collect();
+        for (&i, inverted) in blind.iter().zip(self.invert(&starts, &reach)?) {
+            found[i] = inverted;
+        }
+        // On the other side of the peak there may be a tap with the same strains.
+        let again = |&i: &usize| {
+            let start = self.across(&asks[i], &found[i]?)?;
+            Some((i, Asked { start, readings: asks[i].strains? }))
+        };
+        let (places, starts): (Vec<usize>, Vec<Asked>) = open.iter().filter_map(again).unzip();
+        let mut others: Vec<Option<Inverted>> = vec![None; asks.len()];
+        for (&i, inverted) in places.iter().zip(self.invert(&starts, &reach)?) {
+            others[i] = inverted;
+        }
+        Ok(found.iter().zip(&others).map(|(found, other)| taken(found.as_ref()?, other.as_ref())).collect())
+    }
+
+    /// Where the other tap with the strains of `found` is looked for, if it matters: where f has its other root.
+    fn across(&self, ask: &Ask, found: &Inverted) -> Option<Task> {
+        let theory = &self.designs[found.task.design as usize].shared.as_ref()?.theory;
+        let (a, peak) = (found.task.a, theory.peak().0);
+        let roots = theory.roots(theory.curve().value(a))?;
+        let [near, far] = [roots.near.unwrap_or(roots.far), roots.far];
+        // Next to the peak of f that of the model may be on the other side.
+        let mirrored = 2.0 * peak - a;
+        let beyond = |root: f64| if (root - a).abs() > SAME * a { root } else { mirrored };
+        let start = if rises(found) { beyond(far).max(a) } else { beyond(near).min(a) };
+        let [least, _] = self.setup.estimate.range.unwrap_or(ask.reach);
+        let wanted = start > 0.0 && (rises(found) || start > least * (1.0 - NEARBY));
+        wanted.then_some(Task { a: start, ..found.task })
+    }
+}
+
+/// Whether the reading grows with the distance: before the peak.
+fn rises(found: &Inverted) -> bool {
+    found.slopes[0][0] > 0.0
+}
+
+/// What is taken for the tap that was `found`, where an `other` has the same strains.
+fn taken(found: &Inverted, other: Option<&Inverted>) -> Option<Both> {
+    let apart = |other: &&Inverted| (other.task.a - found.task.a).abs() > SAME * found.task.a;
+    let other = other.filter(|other| rises(other) != rises(found)).filter(apart);
+    let (far, near) = match (rises(found), other) {
+        (true, Some(far)) => (far, Some(found.task.a)),
+        (_, near) => (found, near.map(|near| near.task.a)),
+    };
+    let [of_a, _] = inverse(far.slopes)?;
+    Some(Both { a: far.task.a, slope: 1.0 / of_a[0].hypot(of_a[1]), other: near, near: rises(far) })
+}

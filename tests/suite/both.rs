@@ -1,0 +1,260 @@
+//! Distances told from the strains of two gauges by the model itself (`[estimate] theory = "exact"`, `second = true`), against the model's own answers.
+
+use crate::common::measuring::REAL;
+use crate::common::program::Desk;
+use crate::common::searching;
+use crate::common::specs;
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, Swept, number, sweep, sweep_with};
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Task};
+use vibrissa::optimise::evaluate::Scorer;
+use vibrissa::optimise::normal::deviations;
+use vibrissa::scene::{COLUMNS, Direction, Setup, Tuple};
+
+const NOISE: f64 = 15e-6;
+const EXACT: &str = "[estimate]\ntheory = \"exact\"\n";
+
+fn spec(d: f64, gauge: &str, tap: &str, more: &str) -> String {
+    format!(
+        "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nl = 2\nsecond = true\nnoise_strain = {NOISE:e}\n{gauge}\n[tap]\n{tap}\n{more}{EXACT}"
+    )
+}
+
+/// ε₁ and ε₂ of the reference, positive as the first gauge's.
+fn strains(setup: &Setup, whisker: Tuple, a: f64, tilt: f64) -> [f64; 2] {
+    let designs = [Design::new(setup, whisker)];
+    let direction = Direction { tilt, lean: whisker.lean };
+    let task = Task { design: 0, a, direction, drive: whisker.drive };
+    let found = Evaluator::new(setup, REFERENCE.open(setup)).run(&designs, &[task]).expect("a tap")[0];
+    [found.strain, found.strain_2].map(|e| e * found.strain.signum())
+}
+
+/// σ_a of two noises at a tap, by the reference, differences of fourth order.
+fn spread(setup: &Setup, whisker: Tuple) -> f64 {
+    let slope = |h: f64, at: &dyn Fn(f64) -> [f64; 2]| {
+        let [m2, m1, p1, p2] = [-2.0, -1.0, 1.0, 2.0].map(|k| at(k * h));
+        [0, 1].map(|k| (m2[k] - 8.0 * m1[k] + 8.0 * p1[k] - p2[k]) / (12.0 * h))
+    };
+    let by_a = slope(0.01, &|h| strains(setup, whisker, whisker.a + h, whisker.tilt));
+    let by_tilt = slope(0.1, &|h| strains(setup, whisker, whisker.a, whisker.tilt + h));
+    NOISE * by_tilt[0].hypot(by_tilt[1]) / (by_a[0] * by_tilt[1] - by_a[1] * by_tilt[0]).abs()
+}
+
+fn tap(row: &Row) -> Tuple {
+    let at = |column: &str| number(row, column).expect("a number");
+    let names = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg"];
+    let drive = if row.contains_key("theta_deg") { "theta_deg" } else { "delta_mm" };
+    let values: Vec<f64> = names.into_iter().chain([drive]).map(at).collect();
+    Tuple::from_array(values.try_into().expect("every column"))
+}
+
+const FAR: &str = "a = [21, 30, 45]\ntilt = [-50, -15, 0, 1e-6, 30, 50]\nlean = [0, 20]";
+
+#[test]
+fn a_tap_is_told_where_it_is() {
+    let angles = &format!("{FAR}\ntheta = [1, 8]");
+    let displaced = &format!("drive = \"displacement\"\n{FAR}\ndelta = [1, 4]");
+    let pole = "[model]\nsurface = true\npole_radius = 3\n";
+    let cases = [
+        ("tapered", spec(4.0, "x_ss = 5", angles, "")),
+        ("cylinder", spec(10.0, "x_ss = 5", angles, pole)),
+        ("real", spec(7.0, "x_ss = 5", angles, REAL)),
+        ("far side", spec(7.0, "x_ss = 5\nside = \"far\"", angles, REAL)),
+        ("displaced", spec(4.0, "x_ss = 5", displaced, REAL)),
+        ("linear", spec(4.0, "x_ss = 5", angles, "[model]\ngeometry = \"linear\"\nshear = true\n")),
+    ];
+    for (name, text) in &cases {
+        let setup = specs::parse(text).expect("a spec").study.setup;
+        for (place, bound) in [(CPU_F64, 1e-4), (CPU, 3e-4)] {
+            let (mut worst, mut taps) = (0.0f64, 0);
+            for row in &sweep(text, place).tuples.rows {
+                if ["slipped_off", "not_converged"].iter().any(|word| row["status"].contains(word)) {
+                    continue;
+                }
+                assert_eq!(number(row, "error_mm"), Some(0.0), "{name}: {row:?}");
+                assert!(!row["status"].contains("ambiguous"), "{name}: {row:?}");
+                let sigma = number(row, "sigma_mm").expect("a spread");
+                (worst, taps) = (worst.max((sigma / spread(&setup, tap(row)) - 1.0).abs()), taps + 1);
+            }
+            println!("{name} {place:?}: σ within {worst:.1e} at {taps} taps");
+            assert!(worst < bound && taps >= 50, "{name} {place:?}: {worst} at {taps}");
+        }
+    }
+}
+
+/// At an upright pole, and with no strain of the centreline, the second gauge reads nothing, and says no more than that the pole is upright.
+#[test]
+fn upright_poles_are_told_as_by_one_gauge() {
+    for (d, gauge, a) in [
+        (4.0, "x_ss = 5", "{ from = 21, to = 48, step = 9 }"),
+        // Taps before the peak of the strain, some with a farther distance, and some with a near one.
+        (10.0, "x_ss = 15", "[20, 25, 31, 40, 48]"),
+        (10.0, "x_ss = 15", "[16, 18, 48]"),
+    ] {
+        let text = spec(d, gauge, &format!("a = {a}\ntheta = [1, 5]"), "");
+        for place in [CPU_F64, CPU] {
+            let both = sweep(&text, place).tuples.rows;
+            let alone = sweep(&text.replace("second = true\n", ""), place).tuples.rows;
+            for (both, alone) in both.iter().zip(&alone) {
+                let said = format!("{place:?} {both:?} {alone:?}");
+                assert_eq!(both["status"], alone["status"], "{said}");
+                let close = |column: &str, bound: f64| {
+                    let [p, q] = [both, alone].map(|row| number(row, column).expect("a number"));
+                    assert!((p - q).abs() <= bound * q.abs(), "{column}: {said}");
+                };
+                close("distance_mm", 2e-5);
+                close("sigma_mm", 1e-3);
+            }
+        }
+    }
+}
+
+/// Two taps with the same two strains: the near one is told as the far one, which is named ambiguous.
+#[test]
+fn a_tilted_tap_before_the_peak_is_taken_for_its_farther_twin() {
+    let text = spec(10.0, "x_ss = 15", "a = [27, 44]\ntilt = 25\nlean = [0, 15]\ntheta = [1, 5]", REAL);
+    let setup = specs::parse(&text).expect("a spec").study.setup;
+    let rows = sweep(&text, CPU_F64).tuples.rows;
+    let mut seen = 0;
+    for row in rows.iter().filter(|row| number(row, "a_mm") == Some(27.0)) {
+        let (near, a) = (tap(row), number(row, "distance_mm").expect("a distance"));
+        assert!(a > 30.0 && row["status"].contains("ambiguous"), "{row:?}");
+        // The twin's tilt is that at which the quotient of both strains is the same.
+        let wanted = strains(&setup, near, near.a, near.tilt);
+        let off = |tilt: f64| {
+            let [e1, e2] = strains(&setup, near, a, tilt);
+            e2 / e1 - wanted[1] / wanted[0]
+        };
+        let (mut lo, mut hi) = (near.tilt - 5.0, near.tilt + 5.0);
+        for _ in 0..40 {
+            let mid = 0.5 * (lo + hi);
+            if off(mid) < 0.0 { lo = mid } else { hi = mid }
+        }
+        let found = strains(&setup, near, a, lo);
+        assert!((0..2).all(|k| (found[k] / wanted[k] - 1.0).abs() < 1e-5), "{found:?} {wanted:?}");
+        seen += 1;
+    }
+    assert_eq!(seen, 4);
+}
+
+#[test]
+fn lists_charts_and_devices_tell_the_same() {
+    let taps = "a = { from = 21, to = 48, step = 9 }\ntilt = [-20, 0, 30]\nlean = [0, 10]\ntheta = { from = 1, to = 8, steps = 8 }";
+    let text = spec(4.0, "x_ss = 5", taps, REAL);
+    let grid = sweep(&text, CPU_F64);
+    let list = grid.tuples.rows.iter().map(|row| {
+        let Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive } = tap(row);
+        format!("{D},{d},{L_a},{x_ss},{l},{a},{tilt},{lean},{drive}\n")
+    });
+    let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg\n".to_owned();
+    let listed = format!(
+        "[tuples]\nfile = \"list.csv\"\n[gauge]\nsecond = true\nnoise_strain = {NOISE:e}\n{REAL}{EXACT}"
+    );
+    let list = sweep_with(&listed, Some(&list.fold(head, |all, row| all + &row)), CPU_F64);
+    let chart = sweep(&text, CPU);
+    let same = |other: &Swept, bound: f64| {
+        assert_eq!(other.tuples.numbers("distance_mm"), grid.tuples.numbers("a_mm"));
+        for (p, q) in other.tuples.numbers("sigma_mm").iter().zip(grid.tuples.numbers("sigma_mm")) {
+            assert!((p.unwrap() / q.unwrap() - 1.0).abs() < bound, "{p:?} {q:?}");
+        }
+        assert!(other.designs.numbers("error_rms_mm").iter().all(|e| *e == Some(0.0)));
+    };
+    same(&list, 1e-9);
+    same(&chart, 3e-4);
+    same(&sweep(&text, GPU), 3e-4);
+}
+
+const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nsecond = true\nnoise_strain = 0\n[tap]\na = [21, 30, 45]\n\
+                      [optimise]\nobjective = \"distance\"\nvariables = { d = [3, 10], theta = [1, 10] }\n";
+
+/// total_rms_mm of one candidate, and its samples.
+fn total(robust: &str, place: Place) -> (f64, Setup, Vec<[f64; COLUMNS]>) {
+    let (spec, search) = searching::parse(&format!("{SEARCH}robust = {{ {robust} }}\n{REAL}{EXACT}"));
+    let (setup, layout) = (&spec.study.setup, searching::layout(&spec));
+    let mut scorer = Scorer::new(setup, &layout, &search, place.open(setup));
+    let score = scorer.scores(&[NOMINAL]).expect("taps")[0];
+    (score.figures[1], setup.clone(), deviations(search.seed, 3))
+}
+
+const NOMINAL: Tuple =
+    Tuple { D: 10.0, d: 5.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 0.0, tilt: 0.0, lean: 0.0, drive: 5.0 };
+
+/// A whisker that is calibrated itself has no bias at any tilt; the nominal one's model answers the strains that the built one shows.
+#[test]
+fn tolerances_are_read_with_the_nominal_model() {
+    let each = total("tilt = 5, D = 0.05, samples = 3", CPU_F64).0;
+    assert!(each < 1e-9, "{each}");
+    let (nominal, setup, z) =
+        total("D = 0.05, x_ss = 0.1, theta = 0.02, tilt = 5, samples = 3, calibrated = \"nominal\"", CPU_F64);
+    let sd = [0.05, 0.0, 0.0, 0.1, 0.0, 0.0, 5.0, 0.0, 0.02];
+    let mut wanted = 0.0;
+    for z in z {
+        let built: [f64; COLUMNS] = std::array::from_fn(|k| NOMINAL.to_array()[k] + sd[k] * z[k]);
+        let built = Tuple::from_array(built);
+        let squares = [21.0, 30.0, 45.0].map(|a| {
+            let shown = strains(&setup, built, a, built.tilt);
+            // At each distance the tilt of the quotient; by bisection the distance of the size.
+            let quotient = |[e1, e2]: [f64; 2]| (e2 / e1).atan().to_degrees();
+            let tilt_at = |a: f64| {
+                let better = |tilt: f64| {
+                    tilt + quotient(shown) - quotient(strains(&setup, NOMINAL, a, tilt))
+                };
+                (0..6).fold(0.0, |tilt, _| better(tilt))
+            };
+            let (mut lo, mut hi) = (a - 3.0, a + 3.0);
+            for _ in 0..22 {
+                let mid = 0.5 * (lo + hi);
+                let [e1, e2] = strains(&setup, NOMINAL, mid, tilt_at(mid));
+                if e1.hypot(e2) > shown[0].hypot(shown[1]) { lo = mid } else { hi = mid }
+            }
+            (lo - a).powi(2)
+        });
+        wanted += (squares.iter().sum::<f64>() / 3.0).sqrt() / 3.0;
+    }
+    println!("{nominal} mm against {wanted}");
+    assert!((nominal / wanted - 1.0).abs() < 1e-4, "{nominal} {wanted}");
+}
+
+#[test]
+fn contacts_that_do_not_tell_the_tilt_are_refused() {
+    for (contact, why) in [
+        ("\"stick\"", "two strains tell no more than one"),
+        ("{ coulomb = 0.3 }", "no model of tilted edges"),
+    ] {
+        let text = spec(
+            4.0,
+            "x_ss = 5",
+            "a = [21, 30]\ntheta = 4",
+            &format!("[model]\nextension = true\ncontact = {contact}\n"),
+        );
+        let error = specs::parse(&text).expect_err("refused");
+        assert_eq!(error.key.as_deref(), Some("estimate.theory"));
+        let said = error.to_string();
+        assert!(said.contains(why) && said.contains("frictionless") && error.line.is_some(), "{said}");
+        // One theory only, and the other is not compared with it.
+        let desk = Desk::new(
+            &text.replace("\"exact\"", "\"euler-bernoulli\"").replace("theta = 4", "theta = [1, 5]"),
+        );
+        let found = desk.run(&["tap", "spec.toml", "--json", "--out", "found"]).exits(0).json();
+        assert!(found["result"]["other"].is_null());
+    }
+}
+
+/// What `tap` says of the other estimator is what it finds when asked for that one.
+#[test]
+fn a_best_angle_is_compared_with_the_formula() {
+    let text = spec(4.0, "x_ss = 5", "a = [21, 33, 45]\ntilt = 20\ntheta = [1, 10]", "");
+    let desk = Desk::new(&text);
+    let found = |name: &str| {
+        desk.run(&["tap", name, "--json", "--force", "--out", "found"]).exits(0).json()["result"].clone()
+    };
+    let exact = found("spec.toml");
+    desk.write("paper.toml", text.replace("\"exact\"", "\"euler-bernoulli\""));
+    let paper = found("paper.toml");
+    assert_eq!(
+        (&exact["other"]["optimum"], &paper["other"]["optimum"]),
+        (&paper["optimum"], &exact["optimum"])
+    );
+    assert_eq!(exact["optimum"]["bias_rms_mm"], 0.0);
+    assert!(exact["optimum"]["total_rms_mm"].as_f64() < paper["optimum"]["total_rms_mm"].as_f64());
+}
