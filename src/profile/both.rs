@@ -1,4 +1,4 @@
-//! Distance and tilt at which the model gives the strains of two gauges (model §6.6), the lean of the pole known: Newton's method on both.
+//! Distance and tilt at which the model gives the strains of two gauges (model §6.4), the lean of the pole known: Newton's method on both.
 //!
 //! What is differenced are the shares ε/(θ f cos β), which are smooth and hardly change, so that a coarse step is fine enough and the noise
 //! of a kernel does no harm; f, cos β and their slopes are closed forms.
@@ -12,12 +12,14 @@ use crate::status::Status;
 
 /// Largest |tilt| that is looked for, degrees.
 const STEEPEST: f64 = 85.0;
-/// Taps by which the slopes of the strains of one are told, that one included.
-pub const TAPS: usize = 3;
+/// Taps by which the slopes of the strains of one are told, that one included: on the way to it the first [`AIMING`] will do.
+pub const TAPS: usize = 5;
+/// See [`TAPS`].
+const AIMING: usize = 3;
 /// Rounds of Newton's method at most.
 const ROUNDS: usize = 12;
-/// Tolerance from which the steps of the difference quotients are longer, and how long they are: of a, relative; of the tilt, degrees.
-const STEPS: (f64, [[f64; 2]; 2]) = (1e-6, [[3e-3, 0.2], [3e-4, 0.02]]);
+/// Steps of the difference quotients: of a, relative; of the tilt, degrees.
+const STEPS: [f64; 2] = [3e-3, 0.2];
 /// Longest step of a round: of a, relative; of the tilt, degrees.
 const LONGEST: [f64; 2] = [0.25, 15.0];
 /// Changes below which a root is found: of a, relative; of the tilt, degrees. A tolerance of the strain allows so many times itself.
@@ -91,31 +93,33 @@ pub struct Inverter<'e, 'a> {
 type Seen = ([f64; 2], [[f64; 2]; 2]);
 
 impl Inverter<'_, '_> {
-    /// Readings and slopes at `tasks`; `None` where the model has none.
-    fn seen(&mut self, tasks: &[Task]) -> Result<Vec<Option<Seen>>, SolveError> {
-        let around: Vec<Task> = tasks.iter().flat_map(|task| self.around(*task)).collect();
+    /// Readings and slopes at `tasks`, each by so many taps; `None` where the model has none.
+    fn seen(&mut self, tasks: &[Task], taps: usize) -> Result<Vec<Option<Seen>>, SolveError> {
+        let around: Vec<Task> =
+            tasks.iter().flat_map(|task| self.around(*task).into_iter().take(taps)).collect();
         self.taps += around.len() as u64;
         let outcomes = self.evaluator.run(self.designs, &around)?;
         let one = |(taps, outcomes): (&[Task], &[Outcome])| {
             let design = &self.designs[taps[0].design as usize];
             seen(self.setup, design, taps, outcomes, self.reading)
         };
-        Ok(around.chunks_exact(TAPS).zip(outcomes.chunks_exact(TAPS)).map(one).collect())
+        Ok(around.chunks_exact(taps).zip(outcomes.chunks_exact(taps)).map(one).collect())
     }
 
-    fn steps(&self) -> [f64; 2] {
-        STEPS.1[usize::from(self.evaluator.tolerance() < STEPS.0)]
-    }
-
-    /// A tap, one at another distance, one at another tilt.
+    /// A tap, one at another distance, one at another tilt, and one more of each.
     fn around(&self, task: Task) -> [Task; TAPS] {
-        let [step, turn] = self.steps();
-        let step = step * task.a;
+        let (step, tip) = (STEPS[0] * task.a, self.designs[task.design as usize].tuple.L_a);
         let kink = self.designs[task.design as usize].shared.as_ref().map_or(0.0, |shared| shared.gauge[1]);
-        // Not across the far end of the gauge, where the strain has a kink.
-        let a = if task.a >= kink && task.a - step < kink { task.a + step } else { task.a - step };
-        let tilt = if task.direction.tilt > 0.0 { -turn } else { turn };
-        [task, Task { a, ..task }, moved(task, [0.0, tilt])]
+        // Not across the far end of the gauge, where the strain has a kink, nor beyond the tip.
+        let [one, more] = match () {
+            () if task.a >= kink && task.a - step < kink => [step, 2.0 * step],
+            () if task.a + step > tip => [-step, -2.0 * step],
+            () => [-step, step],
+        };
+        let turn = if task.direction.tilt > 0.0 { -STEPS[1] } else { STEPS[1] };
+        let other = |by: f64| moved(task, [by, 0.0]);
+        let turned = |by: f64| moved(task, [0.0, by]);
+        [task, other(one), turned(turn), other(more), turned(-turn)]
     }
 
     /// The taps of `asked`, each between the distances of `reach`, mm, of its design; `None` where none is found.
@@ -127,7 +131,7 @@ impl Inverter<'_, '_> {
         asked: &[Asked],
         reach: &dyn Fn(u32) -> [f64; 2],
     ) -> Result<Vec<Option<Inverted>>, SolveError> {
-        let room = 1.0 + 2.0 * self.steps()[0];
+        let room = 1.0 + 2.0 * STEPS[0];
         let reach = &|design: u32| {
             let [near, far] = reach(design);
             [near * room, far]
@@ -142,7 +146,7 @@ impl Inverter<'_, '_> {
                 break;
             }
             let tasks: Vec<Task> = open.iter().map(|trial| trial.at).collect();
-            let seen = self.seen(&tasks)?;
+            let seen = self.seen(&tasks, AIMING)?;
             let mut rest = Vec::new();
             for (mut trial, seen) in open.into_iter().zip(seen) {
                 let Some((here, slopes)) = seen else {
@@ -222,10 +226,18 @@ fn seen(
         let unit = amount(setup.drive, taps[k].drive) * curve.value(taps[k].a) * cos;
         strains(setup, &outcomes[k]).map(|[axial, e1, e2]| [axial / unit, e1 / unit - cos, e2 / unit - sin])
     };
-    let [here, other, turned] = [shares(0)?, shares(1)?, shares(2)?];
-    let quotient = |to: [f64; 3], step: f64| [0, 1, 2].map(|k| (to[k] - here[k]) / step);
-    let by_a = quotient(other, taps[1].a - taps[0].a);
-    let by_tilt = quotient(turned, radians(taps[2].direction)[0] - radians(taps[0].direction)[0]);
+    let here = shares(0)?;
+    // Through two taps beside it the parabola, through the only one there is the chord.
+    let slope = |k: usize, step: &dyn Fn(usize) -> f64| {
+        let beside = [k, k + 2].into_iter().filter(|i| *i < taps.len());
+        let mut there = beside.filter_map(|i| Some((step(i), shares(i)?)));
+        let (h, one) = there.next()?;
+        let chord = |f: usize| (one[f] - here[f]) / h;
+        let Some((g, more)) = there.next() else { return Some([0, 1, 2].map(chord)) };
+        Some([0, 1, 2].map(|f| (chord(f) * g - (more[f] - here[f]) / g * h) / (g - h)))
+    };
+    let by_a = slope(1, &|i| taps[i].a - taps[0].a)?;
+    let by_tilt = slope(2, &|i| radians(taps[i].direction)[0] - radians(taps[0].direction)[0])?;
     let (sin, cos) = radians(taps[0].direction)[0].sin_cos();
     let of_unit = amount(setup.drive, taps[0].drive) * cos;
     let (f, slope) = (of_unit * curve.value(taps[0].a), of_unit * curve.slope(taps[0].a));
@@ -327,7 +339,7 @@ impl Inverter<'_, '_> {
         let (own, blind): (Vec<usize>, Vec<usize>) = open.iter().partition(|&&i| asks[i].own);
         let mut found: Vec<Option<Inverted>> = vec![None; asks.len()];
         let tasks: Vec<Task> = own.iter().map(|&i| asks[i].tap).collect();
-        for ((&i, task), seen) in own.iter().zip(&tasks).zip(self.seen(&tasks)?) {
+        for ((&i, task), seen) in own.iter().zip(&tasks).zip(self.seen(&tasks, TAPS)?) {
             found[i] = seen.map(|(_, slopes)| Inverted { task: *task, slopes });
         }
         let asked = |&i: &usize| Some(Asked { start: asks[i].tap, readings: asks[i].strains? });

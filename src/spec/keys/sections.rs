@@ -91,7 +91,7 @@ pub const ESTIMATE: Section = section(
     "How a distance is read from a strain (model §4).",
     &[
         key("theory", "", "what is inverted", "\"exact\"").note(
-            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f, and the curve that of upright edges (§4.8); with a second gauge distance and tilt are told from both strains (§6.6), for a frictionless contact",
+            "\"euler-bernoulli\" is f, the paper's; \"timoshenko\" is f_T, with shear; \"exact\" is the model itself, as `locate --estimator exact` does (§4.7): K stays that of f, and the curve that of upright edges (§4.8); with a second gauge distance and tilt are told from both strains (§6.4), for a frictionless contact",
         ),
         key("convention", "", "what f is", "\"elongation\"")
             .note("\"elongation\": f times x2 − x1, so that K is in mm, as printed in the paper"),
