@@ -84,7 +84,7 @@ pub fn measurements(data: &[u8]) {
     told(Data::parse("data.csv", data));
     let names = Names::default();
     for label in [None, Some("data.csv")] {
-        let ask = stream::Ask { columns: &names, zero: None, label, keep: label.is_some(), warn: &|_| {} };
+        let ask = stream::Ask { columns: &names, zero: [None; 2], label, keep: label.is_some(), warn: &|_| {} };
         told(stream::zeros(&LOCATOR, data, &ask));
     }
 }

@@ -58,6 +58,11 @@ impl Locator {
                 let error = InputError::new("this is no zero of such a signal").key("zero").value(bad);
                 return Err(error.allowed("a number in the unit of the signal").into());
             }
+            if let Some(z) = zero.filter(|_| locator.is_twofold()) {
+                let error =
+                    InputError::new("the calibration is of two signals, each with its zero").key("zero");
+                return Err(error.value(z).allowed("rows of the table with a drive of 0").into());
+            }
             let sequence = Mutex::new(Sequence::new(&locator, zero));
             Ok(Self { locator: Arc::new(locator), calibration, sequence, zero })
         };
@@ -66,7 +71,8 @@ impl Locator {
 
     /// One reading: distance, sigma, status bits. With `follow` zero readings before it count.
     #[pyo3(signature = (drive, value, follow, /))]
-    fn one(&self, drive: f64, value: f64, follow: bool) -> (f64, f64, u16) {
+    fn one(&self, py: Python<'_>, drive: f64, value: f64, follow: bool) -> PyResult<(f64, f64, u16)> {
+        self.single(py)?;
         let Located { distance, sigma, status } = match follow {
             true => {
                 let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
@@ -74,7 +80,7 @@ impl Locator {
             }
             false => Sequence::new(&self.locator, self.zero).answer(&self.locator, drive, value),
         };
-        (distance, sigma, bits(status))
+        Ok((distance, sigma, bits(status)))
     }
 
     /// Readings in the order in which they were taken: distances, sigmas, status bits.
@@ -85,6 +91,7 @@ impl Locator {
         drive: PyReadonlyArray1<'py, f64>,
         value: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        self.single(py)?;
         let (drives, values): (Vec<f64>, Vec<f64>) =
             (drive.as_array().iter().copied().collect(), value.as_array().iter().copied().collect());
         drop((drive, value));
@@ -123,7 +130,7 @@ impl Locator {
                 |text: &str| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
             let ask = stream::Ask {
                 columns: &columns,
-                zero: said_zero,
+                zero: [said_zero, None],
                 label: Some(&label),
                 keep: true,
                 warn: &warn,
@@ -188,5 +195,17 @@ impl Locator {
             Ok(Export::new(&self.locator, &self.calibration)?.text(language))
         };
         made().map_err(|e| raise(py, e))
+    }
+}
+
+impl Locator {
+    /// Refuses to answer one value where a reading has two.
+    fn single(&self, py: Python<'_>) -> PyResult<()> {
+        if !self.locator.is_twofold() {
+            return Ok(());
+        }
+        let error = InputError::new("the calibration is of two signals, and a reading of one").key("value");
+        let allowed = "a table with both signals: locate(table, calibration)";
+        Err(raise(py, error.allowed(allowed).into()))
     }
 }

@@ -12,7 +12,7 @@ use crate::estimator::taps::{Tap, ZeroReading};
 use crate::locate::calibration::Second;
 use crate::measure::zero::Zero;
 use crate::measure::{Data, Rig};
-use crate::scene::Contact;
+use crate::profile::both;
 
 /// Rounds in which the strain of the centreline, which goes with the factor, is put right.
 const ROUNDS: usize = 8;
@@ -91,8 +91,8 @@ pub fn second(ask: &Ask<'_>, open: Opener<'_>, warnings: &mut Vec<String>) -> Re
         return Ok(None);
     };
     let rig = ask.rig;
-    if !matches!(rig.setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
-        warnings.push(without("only a frictionless contact says how a pole is tilted"));
+    if let Some(why) = both::forbids(rig.setup.model.contact) {
+        warnings.push(without(why));
         return Ok(None);
     }
     let values = exact.values(rig);

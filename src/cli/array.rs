@@ -14,7 +14,7 @@ use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
-use super::args::Locate;
+use super::args::{Locate, Zero};
 use super::reply::Reply;
 use super::say;
 
@@ -62,11 +62,12 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         whiskers.push(Mounted { name: mount.name.clone(), locator, pose: mount.pose });
     }
     let file = readings.display().to_string();
-    let ask = Ask { columns: &columns, zero: args.zero, label: Some(&file), keep: true, warn: &warn };
+    let zero = Zero::of(&args.zero, whiskers.iter().map(|w| &w.locator))?;
+    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, warn: &warn };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let asked = json!({
-        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": args.zero,
+        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": Zero::json(&args.zero),
         "estimator": args.estimator.map(|e| e.name()),
     });
     let identity = hash(&asked.to_string());

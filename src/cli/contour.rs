@@ -20,7 +20,7 @@ use vibrissa::simulate::strokes::Strokes;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
-use super::args::Contour;
+use super::args::{Contour, Zero};
 use super::reply::Reply;
 use super::say;
 
@@ -60,7 +60,8 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     calibration.rig.warnings.iter().for_each(|w| warn(w));
     let file = args.data.display().to_string();
-    let ask = Ask { columns: &columns, zero: args.zero, label: Some(&file), keep: true, warn: &warn };
+    let zero = Zero::of(&args.zero, [&locator])?;
+    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, warn: &warn };
     let readings = Readings::of(&locator, &bytes, &ask, &write::ADDED)?;
     let trace = Trace::new(&locator, &readings, &asked)?;
     if !trace.on_surface && args.contact.is_none() && locator.rig.known {
@@ -71,7 +72,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     }
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let settings = json!({
-        "data": digest, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": args.zero,
+        "data": digest, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": Zero::json(&args.zero),
         "angle_noise_deg": args.angle_noise, "base_noise_mm": args.base_noise, "touch_noise_deg": args.touch_noise,
         "contact": args.contact.map(|s| if s { "surface" } else { "centreline" }), "taps": args.taps,
         "curve": args.curve.map(|k| k.word()), "truth": args.truth.as_ref().map(|p| p.display().to_string()),
@@ -200,6 +201,17 @@ fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> Strin
                     j.more[0],
                     j.more[1],
                     if j.kind == chosen.kind { "  <- drawn" } else { "" }
+                );
+            }
+            if let Curve::Point(spot) = &chosen.curve {
+                let [xx, _, yy] = spot.covariance.0;
+                let _ = writeln!(
+                    text,
+                    "  at ({:.4} ± {:.4}, {:.4} ± {:.4}) mm",
+                    spot.at[0],
+                    xx.sqrt(),
+                    spot.at[1],
+                    yy.sqrt()
                 );
             }
             if let Curve::Arc(arc) = &chosen.curve

@@ -9,12 +9,12 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
-use vibrissa::measure::{Names, text::plain, zero::Zero};
+use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
-use super::args::Locate;
+use super::args::{Locate, Zero};
 use super::interrupt;
 use super::patient::Patient;
 use super::reply::Reply;
@@ -28,14 +28,17 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
-    // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
+    let calibration = Calibration::read(path, args.common.force)?;
+    let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let pool = rayon::ThreadPoolBuilder::new();
     let pool = match options.threads {
         Some(n) => pool.num_threads(n),
+        // Of two signals the model is solved for every reading.
+        None if calibration.second.is_some() && readings.is_some() => pool,
+        // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let calibration = Calibration::read(path, args.common.force)?;
     let label = path.display().to_string();
     let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
@@ -44,7 +47,6 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     if !args.common.quiet {
         calibration.rig.warnings.iter().for_each(say::warning);
     }
-    let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     if options.plan == Some(true) {
         return Ok(planned(&calibration, &locator, readings));
     }
@@ -56,7 +58,8 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
             say::warning(text)
         }
     };
-    let asked = Ask { columns: &columns, zero: args.zero, label: None, keep: false, warn: &warn };
+    let zero = Zero::of(&args.zero, [&locator])?;
+    let asked = Ask { columns: &columns, zero, label: None, keep: false, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&locator, &asked, start);
     }
@@ -143,14 +146,9 @@ impl Source {
 }
 
 /// The zero of the file at `path`, from its own zero readings.
-fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<[Zero; 2], Error> {
+fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<[zero::Zero; 2], Error> {
     let (zero, wrong) = stream::zeros(locator, Patient(open(path)?), ask)?;
-    let count = zero[0].count;
-    if let (Some(x), true) = (ask.zero, count > 0) {
-        let error =
-            InputError::new("these readings have zero readings of their own").key("--zero").value(plain(x));
-        return Err(error.allowed(format!("nothing: {count} rows say it")).into());
-    }
+    ask.contradicted(&zero)?;
     if !wrong.is_empty() {
         let shown: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
         let label = ask.label.unwrap_or("stdin");
@@ -181,7 +179,7 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": args.zero });
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": Zero::json(&args.zero) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

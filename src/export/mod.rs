@@ -76,8 +76,15 @@ impl<'a> Export<'a> {
     /// Of what `locator` answers, which was made of `calibration`.
     ///
     /// # Errors
-    /// An estimator that is not smooth enough, or has no numbers somewhere within its reach.
+    /// A calibration of two signals; an estimator that is not smooth enough, or has no numbers somewhere within its reach.
     pub fn new(locator: &'a Locator, calibration: &'a Calibration) -> Result<Self, Error> {
+        if locator.is_twofold() {
+            let error = InputError::new(
+                "the file answers one signal, and this calibration is of two: distance and tilt take the model itself",
+            );
+            let error = error.key("--export").value("a calibration with [second]");
+            return Err(error.allowed("a calibration of one gauge (no second = true in [gauge])").into());
+        }
         let length = if locator.rig.known { locator.rig.design.tuple.L_a } else { 0.0 };
         let side = |of: &'a Opened| -> Result<Side<'a>, Error> {
             let inverted = match of.answers.shape() {

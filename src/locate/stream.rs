@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Locator;
 use super::kept::{Kept, added};
 use super::lines::Source;
 use super::pair::{Readings, Spatial};
 use super::reading::Lines;
 use super::tare::{Tare, doubt};
+use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::measure::Names;
 use crate::measure::text::plain;
@@ -18,6 +18,8 @@ use crate::status::Status;
 
 /// Answers that are kept back at most while more input is waiting, bytes.
 const BATCH: usize = 1 << 16;
+/// Readings that are answered together at most.
+const TOGETHER: usize = 1 << 12;
 
 /// A drive that was not recorded.
 const UNRECORDED: f64 = 1.0;
@@ -45,14 +47,26 @@ pub struct Counts {
 pub struct Ask<'a> {
     /// What the user said of columns.
     pub columns: &'a Names,
-    /// The zero that the user gave, in the unit of the signal.
-    pub zero: Option<f64>,
+    /// The zero that the user gave, in the unit of the signal; of each of two signals.
+    pub zero: [Option<f64>; 2],
     /// Name of the file, if it is one: its first line must then be a header or a reading.
     pub label: Option<&'a str>,
     /// Whether answers keep the fields of their line, its number first, and say which zero was subtracted.
     pub keep: bool,
     /// Tells the user what he should know, at once.
     pub warn: &'a dyn Fn(&str),
+}
+
+impl Ask<'_> {
+    /// Refuses a zero that was given beside those of the file, of both gauges.
+    ///
+    /// # Errors
+    /// That.
+    pub fn contradicted(&self, [zero, _]: &[Zero; 2]) -> Result<(), InputError> {
+        let (Some(x), true) = (self.zero[0], zero.count > 0) else { return Ok(()) };
+        let error = InputError::new("these readings have zero readings of their own").key("--zero");
+        Err(error.value(plain(x)).allowed(format!("nothing: {} rows say it", zero.count)))
+    }
 }
 
 /// Zero readings of a whole file, of one gauge and of a second, and the lines of those that are none by their size. Empty where the file has none.
@@ -119,23 +133,14 @@ pub fn answer(
         out.clear();
     }
     source.first(&mut lines)?;
-    let said = ask.zero.map(|z| lines.signal(z));
-    if said.is_some_and(|z| !z.is_finite()) {
-        let error = InputError::new("this is no zero of such a signal").key("--zero");
-        return Err(error
-            .value(plain(ask.zero.unwrap_or(f64::NAN)))
-            .allowed("a number in the unit of the signal")
-            .into());
-    }
-    let [zero, zero_2] = zero.unwrap_or_default();
-    let mut tare = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said) };
-    let mut tare_2 = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::Held(None) };
+    let [mut tare, mut tare_2] = tares(locator, &lines, ask, zero.unwrap_or_default())?;
     let kept = ask.keep.then(|| Kept::new(locator, &lines, &added(locator)));
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }
     let (mut asked, mut follows) = (false, false);
     let mut one = None;
+    let mut batch = Batch::default();
     while let Some(line) = source.next(&mut lines)? {
         if stop.load(Ordering::Relaxed) && !line.whole {
             break;
@@ -148,7 +153,7 @@ pub fn answer(
         let mut zero = None;
         let found = if is_zero {
             counts.zeros += 1;
-            if let Some(zero) = ask.zero.filter(|_| counts.zeros == 1) {
+            if let Some(zero) = ask.zero[0].filter(|_| counts.zeros == 1) {
                 (ask.warn)(&format!(
                     "the zero readings from line {} on take the place of --zero {}",
                     line.number,
@@ -164,11 +169,11 @@ pub fn answer(
             if second.is_finite() {
                 let _ = tare_2.see(locator, second, follows);
             }
-            Spatial::nothing(Status::NO_STRAIN)
+            Answer::Known(Located::nothing(Status::NO_STRAIN))
         } else if !finite {
-            Spatial::nothing(Status::BAD_INPUT)
+            Answer::Known(Located::nothing(Status::BAD_INPUT))
         } else if !locator.drive_recorded && !same(&mut one, drive, locator, ask) {
-            Spatial::nothing(Status::OUTSIDE_CALIBRATION)
+            Answer::Known(Located::nothing(Status::OUTSIDE_CALIBRATION))
         } else {
             let drive = if locator.drive_recorded { drive } else { UNRECORDED };
             zero = tare.at(line.place);
@@ -180,37 +185,32 @@ pub fn answer(
             if two {
                 let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
                 let signals = [signal, lines.above(second, value)];
-                locator.locate_pair(Readings { drive, signals, shares: [share, share_2] })?
+                Answer::Asked(Readings { drive, signals, shares: [share, share_2] })
             } else {
-                let located = locator.locate_above(drive, signal, 0.0, share);
-                Spatial { located, ..Spatial::nothing(located.status) }
+                Answer::Known(locator.locate_above(drive, signal, 0.0, share))
             }
         };
-        let located = found.located;
         follows = is_zero;
         counts.lines += 1;
-        note(&mut counts, located.status);
-        let numbers = found.numbers();
-        let answer = if two { &numbers[..] } else { &numbers[..2] };
         match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);
-                kept.row(&mut out, &line, &lines, [drive, signal, zero]);
-                row(&mut out, answer, located.status);
+                kept.row(&mut batch.asked, &line, &lines, [drive, signal, zero]);
             }
             None => {
                 let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
-                number(&mut out, shown);
-                number(&mut out, signal);
+                number(&mut batch.asked, shown);
+                number(&mut batch.asked, signal);
                 if two {
-                    number(&mut out, second);
+                    number(&mut batch.asked, second);
                 }
-                row(&mut out, answer, located.status);
             }
         }
+        batch.answers.push((batch.asked.len(), found));
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
-        if waiting || out.len() >= BATCH {
+        if waiting || batch.asked.len() >= BATCH || batch.answers.len() >= TOGETHER {
+            batch.answer(locator, &mut out, &mut counts)?;
             write(&out, waiting)?;
             out.clear();
         }
@@ -219,8 +219,72 @@ pub fn answer(
         }
     }
     counts.stopped = stop.load(Ordering::Relaxed);
+    batch.answer(locator, &mut out, &mut counts)?;
     write(&out, true)?;
     Ok(counts)
+}
+
+/// The zeros of the first signal and of the second: those of the file, if it has any, else what the user said or the calibration fitted.
+///
+/// # Errors
+/// A zero that no such signal has.
+pub(super) fn tares(
+    locator: &Locator,
+    lines: &Lines<'_>,
+    ask: &Ask<'_>,
+    [zero, zero_2]: [Zero; 2],
+) -> Result<[Tare; 2], InputError> {
+    let said = ask.zero.map(|zero| zero.map(|z| lines.signal(z)));
+    if let Some(k) = (0..2).find(|&k| said[k].is_some_and(|z| !z.is_finite())) {
+        let error = InputError::new("this is no zero of such a signal").key("--zero");
+        let error = error.value(plain(ask.zero[k].unwrap_or(f64::NAN)));
+        return Err(error.allowed("a number in the unit of the signal"));
+    }
+    let first = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said[0]) };
+    let second = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::said(said[1]) };
+    Ok([first, second])
+}
+
+/// What a line is answered by.
+enum Answer {
+    Known(Located),
+    Asked(Readings),
+}
+
+/// Lines that are answered together.
+#[derive(Default)]
+struct Batch {
+    /// What stands before the answers, line after line.
+    asked: Vec<u8>,
+    /// Of each line where that ends, and its answer.
+    answers: Vec<(usize, Answer)>,
+}
+
+impl Batch {
+    /// Writes the lines with their answers into `out`, and forgets them.
+    fn answer(&mut self, locator: &Locator, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
+        let readings = self.answers.iter().filter_map(|(_, answer)| match answer {
+            Answer::Asked(readings) => Some(*readings),
+            Answer::Known(_) => None,
+        });
+        let readings: Vec<Readings> = readings.collect();
+        let mut located = locator.locate_pairs(&readings)?.into_iter();
+        let mut from = 0;
+        for (to, answer) in self.answers.drain(..) {
+            let found = match answer {
+                Answer::Known(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
+                Answer::Asked(_) => located.next(),
+            };
+            let found = found.unwrap_or(Spatial::nothing(Status::BAD_INPUT));
+            note(counts, found.located.status);
+            out.extend_from_slice(&self.asked[from..to]);
+            let numbers = found.numbers();
+            row(out, if locator.is_twofold() { &numbers } else { &numbers[..2] }, found.located.status);
+            from = to;
+        }
+        self.asked.clear();
+        Ok(())
+    }
 }
 
 /// Whether a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.

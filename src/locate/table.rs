@@ -4,8 +4,8 @@ use super::kept::Kept;
 use super::lines::Source;
 use super::pair::Readings as PairOfReadings;
 use super::reading::Lines;
-use super::stream::{Ask, number, zeros};
-use super::tare::{Tare, doubt};
+use super::stream::{Ask, number, tares, zeros};
+use super::tare::doubt;
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::measure::text;
@@ -51,13 +51,9 @@ impl Readings {
     /// # Errors
     /// A header that does not fit the calibration; a zero that contradicts the file's own.
     pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, added: &[&'static str]) -> Result<Self, Error> {
-        let ([zero, zero_2], wrong) = zeros(locator, bytes, ask)?;
+        let (read, wrong) = zeros(locator, bytes, ask)?;
         let label = ask.label.unwrap_or("stdin");
-        if let (Some(x), true) = (ask.zero, zero.count > 0) {
-            let error = InputError::new("these readings have zero readings of their own").at(label, None);
-            let error = error.key("--zero").value(text::plain(x));
-            return Err(error.allowed(format!("nothing: {} rows say it", zero.count)).into());
-        }
+        ask.contradicted(&read).map_err(|error| error.at(label, None))?;
         if !wrong.is_empty() {
             let lines: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
             (ask.warn)(&format!(
@@ -69,14 +65,13 @@ impl Readings {
         let mut source = Source::new(bytes, ask);
         let mut lines = Lines::new(locator);
         source.first(&mut lines)?;
-        let said = ask.zero.map(|z| lines.signal(z));
-        let tare = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said) };
-        let tare_2 = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::Held(None) };
+        let [tare, tare_2] = tares(locator, &lines, ask, read)?;
         let kept = Kept::new(locator, &lines, added);
         let mut header = Vec::new();
         kept.header(&mut header);
         let names = lines.names();
-        let (mut rows, mut asked) = (Vec::new(), false);
+        let (mut rows, mut asked): (Vec<Reading>, bool) = Default::default();
+        let (mut pairs, mut places): (Vec<PairOfReadings>, Vec<usize>) = Default::default();
         while let Some(line) = source.next(&mut lines)? {
             let (drive, recorded) = line.text.and_then(|t| lines.parse(t)).unwrap_or((f64::NAN, f64::NAN));
             let finite = drive.is_finite() && recorded.is_finite();
@@ -97,9 +92,9 @@ impl Readings {
                         let second = line.text.map_or(f64::NAN, |t| lines.second(t));
                         let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
                         let signals = [signal, lines.above(second, value)];
-                        locator
-                            .locate_pair(PairOfReadings { drive, signals, shares: [share, share_2] })?
-                            .located
+                        pairs.push(PairOfReadings { drive, signals, shares: [share, share_2] });
+                        places.push(rows.len());
+                        Located::nothing(Status::OK)
                     } else {
                         locator.locate_above(drive, signal, 0.0, share)
                     }
@@ -120,6 +115,9 @@ impl Readings {
                 rests,
                 located,
             });
+        }
+        for (place, found) in places.into_iter().zip(locator.locate_pairs(&pairs)?) {
+            rows[place].located = found.located;
         }
         Ok(Self { file: label.to_owned(), names, header, rows })
     }

@@ -46,8 +46,12 @@ impl Tare {
     pub fn new(locator: &Locator, said: Option<f64>) -> Self {
         let fitted =
             locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));
-        let known = said.or(fitted.map(|t| t.value));
-        Self::Held(known.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
+        Self::said(said.or(fitted.map(|t| t.value)))
+    }
+
+    /// What is said before the first reading.
+    pub fn said(zero: Option<f64>) -> Self {
+        Self::Held(zero.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
     }
 
     /// Zero at a place among the lines, and the variance that it brings, in units of a reading's; `None` where it is not known.

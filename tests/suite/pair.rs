@@ -244,6 +244,97 @@ fn the_commands_take_two_signals() {
     assert!((formula[5].parse::<f64>().unwrap() - 0.2f64.atan().to_degrees()).abs() < 0.2, "{formula:?}");
 }
 
+/// Lines that come together are answered as each by itself, and the zero of each signal is its own.
+#[test]
+fn readings_of_two_signals_are_answered_together() {
+    let desk = Desk::new(&prototype(4.0, &[SECOND, RIG, REAL]));
+    desk.run(&["simulate", "spec.toml", "--noise", "1e-5", "--out", "sim"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    let locate = |more: &[&str], input: &str| {
+        desk.pipe(&[&["locate", "cal/calibration.toml", "--quiet"], more].concat(), input)
+    };
+    let lines = [
+        "6,0.02,0.004",
+        "6,nan,0.004",
+        "x",
+        "8,0.03,-0.01",
+        "6,0.02,",
+        "6,0.02,inf",
+        "5,0.02,0.5",
+        "6,-0.02,0.004",
+    ];
+    let together = locate(&[], &(lines.join("\n") + "\n")).exits(0).stdout;
+    let alone = |line: &str| locate(&[], line).exits(0).stdout.lines().nth(1).unwrap().to_owned();
+    let words = [
+        "ok",
+        "bad_input",
+        "bad_input",
+        "ok",
+        "bad_input",
+        "bad_input",
+        "strain_limit+no_root",
+        "outside_calibration",
+    ];
+    assert_eq!(together.lines().count(), 1 + lines.len());
+    for ((found, line), word) in together.lines().skip(1).zip(lines).zip(words) {
+        assert_eq!(found, alone(line));
+        assert!(found.ends_with(&format!(",{word}")), "{found}");
+    }
+    // What is added to both signals is taken away.
+    let numbers =
+        |line: &str| -> Vec<f64> { line.split(',').skip(3).take(11).map(|x| x.parse().unwrap()).collect() };
+    let shifted = locate(&["--zero", "-0.001,0.002"], "6,0.019,0.006\n").exits(0).stdout;
+    let wanted = numbers(together.lines().nth(1).unwrap());
+    for (x, y) in numbers(shifted.lines().nth(1).unwrap()).into_iter().zip(wanted) {
+        assert!((x - y).abs() <= 1e-6 * y.abs(), "{x} {y}");
+    }
+    let one = locate(&["--zero", "0.001"], "6,0.02,0.004\n").exits(2).stderr;
+    assert!(one.contains("--zero = 0.001") && one.contains("two numbers: X,Y"), "{one}");
+    assert!(locate(&["--zero", "1,2,3"], "").exits(2).stderr.contains("X,Y"));
+    let export = [
+        "calibrate",
+        "sim/measurements.csv",
+        "--whisker",
+        "spec.toml",
+        "--export",
+        "python",
+        "--out",
+        "cal2",
+    ];
+    let refused = desk.run(&export).exits(2).stderr;
+    assert!(refused.contains("--export") && refused.contains("[second]"), "{refused}");
+    // One gauge knows one zero.
+    let text = prototype(4.0, &["noise_strain = 1e-5\n"]);
+    desk.write("one.toml", text);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "one.toml", "--out", "one"]).exits(0);
+    let two = desk
+        .pipe(&["locate", "one/calibration.toml", "--quiet", "--zero", "0,0"], "6,0.02\n")
+        .exits(2)
+        .stderr;
+    assert!(two.contains("one number"), "{two}");
+}
+
+#[test]
+fn contacts_that_do_not_tell_the_tilt_calibrate_one_gauge() {
+    for (contact, why) in
+        [("\"stick\"", "tell no more than one"), ("{ coulomb = 0.2 }", "no model of tilted edges")]
+    {
+        let model = format!("[model]\nextension = true\ncontact = {contact}\n");
+        let desk =
+            Desk::new(&prototype(4.0, &[SECOND, "[tap]\na = [21, 30, 40, 48]\ntheta = [2, 4, 6]\n", &model]));
+        desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+        let ran = desk
+            .run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"])
+            .exits(0);
+        assert!(
+            ran.stderr.contains("second gauge is not calibrated") && ran.stderr.contains(why),
+            "{}",
+            ran.stderr
+        );
+        assert!(!desk.read("cal/calibration.toml").contains("[second]"));
+    }
+}
+
 #[test]
 fn what_two_gauges_cannot_be_is_refused() {
     let text = prototype(4.0, &[SECOND, RIG]);

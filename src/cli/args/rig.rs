@@ -8,6 +8,7 @@ use vibrissa::export::Language;
 use vibrissa::locate::estimator::{ALL, Estimator};
 
 use super::common::{Common, words};
+use super::zero::Zero;
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
@@ -67,9 +68,9 @@ pub struct Locate {
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
-    /// must be in the state of the calibration: tared as its signal was, or with their zero
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
-    pub zero: Option<f64>,
+    /// must be in the state of the calibration: tared as its signal was, or with their zero; X,Y of two signals
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub zero: Option<Zero>,
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
@@ -114,9 +115,10 @@ pub struct Contour {
     /// The object as it was simulated (simulate --object): tells how far from it the points are, and draws it
     #[arg(long, value_name = "OBJECT")]
     pub truth: Option<PathBuf>,
-    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it
-    #[arg(long, value_name = "X", allow_negative_numbers = true)]
-    pub zero: Option<f64>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; X,Y of two
+    /// signals
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub zero: Option<Zero>,
     /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
