@@ -3,7 +3,9 @@
 use serde_json::{Value, json};
 
 use super::axis::Quantity;
-use super::distance::DistanceChart;
+use super::beside;
+use super::build::Built;
+use super::distance::{DistanceChart, FUNCTIONS};
 use super::series::{Row, Series};
 use crate::scene::{Drive, Setup};
 
@@ -11,36 +13,55 @@ use crate::scene::{Drive, Setup};
 const FORMAT: u32 = 1;
 
 /// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_width) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
-/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value.
+/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. With a second gauge three more,
+/// over a box of their own, each with the value of linear theory that is to be added.
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
-    json!({
+    let upright = charts.iter().all(|chart| chart.direction.is_upright());
+    let mut all = json!({
         "vibrissa_chart": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),
         "drive": drive,
         "hub_mm": setup.hub,
         "functions": ["strain_over_theory_less_1", "arc_over_a_less_1", "force_over_linear_less_1"],
         "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)" },
-        "charts": charts.iter().map(one).collect::<Vec<_>>(),
-    })
+        "charts": charts.iter().map(|chart| one(chart, upright)).collect::<Vec<_>>(),
+    });
+    if setup.gauge.second {
+        all["beside"] = json!(["strain_2_over_theory", "azimuth_rad", "slide_over_path"]);
+    }
+    all
 }
 
-fn one(chart: &DistanceChart) -> Value {
+fn one(chart: &DistanceChart, upright: bool) -> Value {
+    let branch = |k: usize| json!({ "T_over_P": chart.ratios.get(k), "errors": chart.branches[k].errors, "series": series(&chart.branches[k]) });
+    let mut one = json!({
+        "a_mm": chart.a,
+        "power": chart.power,
+        "strain_error": chart.error,
+        "axes": axes(chart),
+        "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
+    });
+    if !upright {
+        (one["tilt_deg"], one["lean_deg"]) = (chart.direction.tilt.into(), chart.direction.lean.into());
+    }
+    if let (Some(built), Some(beside)) = (&chart.beside, chart.beside()) {
+        let linear = beside::linear(chart.direction);
+        one["beside"] = json!({ "linear": linear, "axes": axes(&beside), "errors": built.errors, "series": series(built) });
+    }
+    one
+}
+
+fn axes(chart: &DistanceChart) -> Value {
     let axis = |quantity: Quantity| {
         let axis = &chart.axes()[quantity as usize];
         json!({ "quantity": quantity.word(chart.gauge_at), "variable": axis.map, "range": axis.range })
     };
-    let branch = |k: usize| {
-        let series: Vec<Value> = chart.branches[k].series.iter().map(terms).collect();
-        json!({ "T_over_P": chart.ratios.get(k), "errors": chart.branches[k].errors, "series": series })
-    };
-    json!({
-        "a_mm": chart.a,
-        "power": chart.power,
-        "strain_error": chart.error,
-        "axes": Quantity::ALL.map(axis),
-        "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
-    })
+    json!(Quantity::ALL.map(axis))
+}
+
+fn series(built: &Built<FUNCTIONS>) -> Value {
+    json!(built.series.iter().map(terms).collect::<Vec<Value>>())
 }
 
 /// Terms as rows: orders over all axes but the last, then coefficients of ascending order over the last.

@@ -33,7 +33,7 @@ pub mod series;
 pub mod taps;
 
 use crate::error::{Error, InputError};
-use crate::scene::{Direction, Layout, Study};
+use crate::scene::{Contact, Direction, Layout, Study};
 
 /// Tolerance of a chart where nothing is said: that of single precision.
 pub const TOLERANCE: f64 = 1e-5;
@@ -48,33 +48,42 @@ fn layout(study: &Study) -> Result<Layout, InputError> {
     study.space.layout().ok_or_else(list)
 }
 
-/// The distances of `study`, mm, each of which has its chart.
+/// The distances of `study`, mm, and the directions of its poles: each pair has its chart.
 ///
 /// # Errors
-/// Tuples that are listed; more than 64 distances; poles that are not upright.
-pub fn distances(study: &Study) -> Result<Vec<f64>, InputError> {
+/// Tuples that are listed; more than 64 charts; poles whose direction is sampled with their design.
+pub fn places(study: &Study) -> Result<(Vec<f64>, Vec<Direction>), InputError> {
     let layout = layout(study)?;
-    if !layout.is_upright() {
-        return Err(refused("a chart is written of upright poles", "tap.tilt", "tilt = 0 and lean = 0"));
+    let Some(directions) = reader::directions(&layout) else {
+        let what = "each direction has its chart, and these are sampled with the designs";
+        return Err(refused(what, "tap.tilt", "tilt and lean as numbers, lists or ranges of their own"));
+    };
+    let charts = layout.n_distances * directions.len() as u64;
+    if charts > reader::MOST_DISTANCES as u64 {
+        let (what, key) = match directions.len() {
+            1 => ("each distance has its chart", "tap.a"),
+            _ => ("each distance and direction has its chart", "tap.tilt"),
+        };
+        return Err(refused(what, key, "64 at most").value(charts));
     }
-    if layout.n_distances > reader::MOST_DISTANCES as u64 {
-        let error = refused("each distance has its chart", "tap.a", "64 distances at most");
-        return Err(error.value(layout.n_distances));
-    }
-    Ok((0..layout.n_distances).map(|i| layout.distance(i)).collect())
+    Ok(((0..layout.n_distances).map(|i| layout.distance(i)).collect(), directions))
 }
 
 /// The charts of `study` over its ranges, their strain good to a tenth of `tolerance`.
 ///
 /// # Errors
-/// As [`distances`]; a model that has no chart anywhere; a backend that fails.
+/// As [`places`]; a model that has no chart anywhere; a backend that fails.
 pub fn of_study(study: &Study, tolerance: f64) -> Result<Vec<distance::DistanceChart>, Error> {
     let wanted = ranges::Wanted::of(&layout(study)?);
-    // The document holds what the first gauge shows.
-    let mut setup = study.setup.clone();
-    setup.gauge.second = false;
-    let found = reader::charts(&setup, (&distances(study)?, &[Direction::UPRIGHT]), &wanted, tolerance)?;
+    let (distances, directions) = places(study)?;
+    let found = reader::charts(&study.setup, (&distances, &directions), &wanted, tolerance)?;
     if found.is_empty() {
+        let model = &study.setup.model;
+        let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
+        if !frictionless && (study.setup.gauge.second || directions.iter().any(|d| !d.is_upright())) {
+            let why = "tilted poles, and two gauges, have charts of frictionless contacts only";
+            return Err(refused(why, "model.contact", "\"frictionless\"; upright poles and one gauge").into());
+        }
         let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
         return Err(
             refused(why, "model", "an exact model, contacts beyond 1.12 times the end of a gauge").into()

@@ -12,7 +12,7 @@ use crate::error::SolveError;
 use crate::evaluate::{Outcome, Task, told};
 use crate::kernel::Effects;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Drive, Geometry, Setup};
+use crate::scene::{Contact, Direction, Drive, Geometry, Layout, Setup};
 
 /// Taps below which charts do not pay.
 pub const LEAST_TAPS: u64 = 1 << 17;
@@ -156,6 +156,14 @@ impl Reader {
         };
         (inside(chart) && also.is_none_or(inside)).then_some(q)
     }
+}
+
+/// The directions of the poles of `layout`, each of which has charts of its own; `None` where they are sampled with the designs.
+pub fn directions(layout: &Layout) -> Option<Vec<Direction>> {
+    let own = layout.design(0);
+    let strokes = (0..layout.n_directions).map(|k| k * layout.drives_each());
+    let shared = own.tilt.is_nan() && own.lean.is_nan();
+    shared.then(|| strokes.map(|j| layout.direction(&own, j)).collect())
 }
 
 /// Charts of `setup` at `distances` mm, against poles of each of `directions`, for whiskers as `wanted`, their strain good to a tenth of

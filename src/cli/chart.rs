@@ -30,11 +30,15 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         Error::Input(e) => e.at(args.spec.display().to_string(), None).into(),
         other => other,
     };
-    let distances = chart::distances(&spec.study).map_err(|e| at(e.into()))?;
+    let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
     let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {
-        let text =
-            format!("{}: {} charts to {}; nothing was run\n", spec.name, distances.len(), out.display());
+        let text = format!(
+            "{}: {} charts to {}; nothing was run\n",
+            spec.name,
+            distances.len() * directions.len(),
+            out.display()
+        );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
     let found = chart::of_study(&spec.study, tolerance).map_err(at)?;
@@ -44,8 +48,11 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     file.write(document(setup, &found).to_string().as_bytes())?;
     file.close()?;
     let summary = Summary::of(&found, setup.drive);
-    let without: Vec<f64> =
-        distances.iter().copied().filter(|a| found.iter().all(|chart| chart.a != *a)).collect();
+    let without: Vec<f64> = distances
+        .iter()
+        .copied()
+        .filter(|a| found.iter().filter(|c| c.a == *a).count() < directions.len())
+        .collect();
     let counts = json!({ "charts": summary, "without": without });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let body = json!({
@@ -60,7 +67,11 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         summary.coefficients,
         summary.solved,
         summary.strain_error,
-        if without.is_empty() { String::new() } else { format!("; none at a = {without:?} mm") },
+        if without.is_empty() {
+            String::new()
+        } else {
+            format!("; {} at a = {without:?} mm", if directions.len() > 1 { "not all" } else { "none" })
+        },
         super::listed(&written.files),
         start.elapsed().as_secs_f64()
     );

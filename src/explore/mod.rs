@@ -67,10 +67,15 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
         );
     };
     if !layout.is_upright() {
-        return refuse("a page shows upright poles", "tap.tilt", "not 0".into(), "tilt = 0 and lean = 0");
+        return refuse(
+            "a page bakes one chart, of upright poles",
+            "tap.tilt",
+            "not 0".into(),
+            "tilt = 0 and lean = 0",
+        );
     }
     if setup.gauge.second {
-        return refuse("a page shows one gauge", "gauge.second", "true".into(), "false");
+        return refuse("a page shows what one gauge reads", "gauge.second", "true".into(), "false");
     }
     let domain = Domain::new(setup, &layout)?;
     for ratios in RATIOS {

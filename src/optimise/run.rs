@@ -22,7 +22,7 @@ use super::write;
 use crate::backend::{Backend, Choice};
 use crate::chart::{
     ranges::Wanted,
-    reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
+    reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
     rows::RowReader,
 };
 use crate::error::{Error, InputError};
@@ -213,18 +213,24 @@ fn readers(
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
     let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
-    let planar =
-        layout.is_upright() && !setup.gauge.second && !search.robust.as_ref().is_some_and(Robust::tilts);
-    let Some(tolerance) = choice.chart_tolerance().filter(|_| planar && !few) else {
+    // A direction that is sampled has no chart.
+    let still = !search.robust.as_ref().is_some_and(Robust::tilts);
+    let Some((tolerance, directions)) =
+        choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
+    else {
         return Ok(Readers::default());
     };
+    let planar = layout.is_upright() && !setup.gauge.second;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
     let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
-    if own && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)? {
+    if own
+        && planar
+        && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)?
+    {
         return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
     }
-    let taps = Reader::new(setup, &distances, wanted, tolerance)?.map(Arc::new);
+    let taps = Reader::towards(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
     Ok(Readers { rows: None, taps })
 }
 

@@ -5,10 +5,10 @@ use crate::backend::Choice;
 use crate::chart::{
     ranges::Wanted,
     ranker::Ranker,
-    reader::{LEAST_TAPS, MOST_DISTANCES, Reader},
+    reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
     rows::RowReader,
 };
-use crate::scene::{Direction, Geometry, Layout, Study};
+use crate::scene::{Geometry, Layout, Study};
 use crate::smooth::drives::DriveAxis;
 
 /// How taps are found.
@@ -54,12 +54,8 @@ impl Way {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-        let strokes = (0..layout.n_directions).map(|k| k * layout.drives_each());
-        let directions: Vec<Direction> = strokes.map(|j| layout.direction(&layout.design(0), j)).collect();
-        // A direction that is sampled with a design is of that design alone.
-        let own = layout.design(0);
-        let shared = own.tilt.is_nan() && own.lean.is_nan();
-        let tolerance = choice.chart_tolerance().filter(|_| shared)?;
+        let directions = directions(layout)?;
+        let tolerance = choice.chart_tolerance()?;
         Reader::towards(&study.setup, (&distances, &directions), &Wanted::of(layout), tolerance)
             .ok()
             .flatten()

@@ -216,6 +216,30 @@ fn charts_are_written_with_their_domain_and_error() {
         assert!(chart["strain_error"].as_f64().unwrap() <= 1e-6);
         assert_eq!(chart["axes"].as_array().unwrap().len(), AXES);
     }
+    // Of poles that are not upright, and two gauges: each chart says its direction, and holds three functions more.
+    let tilted = text
+        .replace("[tap]\n", "[tap]\ntilt = [0, 20]\nlean = 5\n")
+        .replace("[gauge]\n", "[gauge]\nsecond = true\n");
+    let desk = Desk::new(&tilted.replace("steps = 10", "steps = 4"));
+    desk.run(&["chart", "spec.toml", "--out", "charts"]).exits(0);
+    let chart: Value = serde_json::from_str(&desk.read("charts/chart.json")).unwrap();
+    let charts = chart["charts"].as_array().unwrap();
+    let directions: Vec<[f64; 2]> =
+        charts.iter().map(|c| ["tilt_deg", "lean_deg"].map(|key| c[key].as_f64().unwrap())).collect();
+    assert_eq!((charts.len(), &directions[..2]), (8, &[[0.0, 5.0], [20.0, 5.0]][..]));
+    assert_eq!(chart["beside"][0], "strain_2_over_theory");
+    for chart in charts {
+        assert!(chart["strain_error"].as_f64().unwrap() <= 1e-6);
+        assert_eq!(chart["beside"]["series"].as_array().unwrap().len(), 3);
+        assert_eq!(chart["beside"]["axes"].as_array().unwrap().len(), AXES);
+    }
+    let many = tilted.replace("tilt = [0, 20]", "tilt = { from = 0, to = 20, steps = 21 }");
+    let refused = Desk::new(&many).run(&["chart", "spec.toml", "--out", "charts"]).exits(2);
+    assert!(
+        refused.stderr.contains("tap.tilt") && refused.stderr.contains("64 at most"),
+        "{}",
+        refused.stderr
+    );
     let linear = text.replace("surface = true", "geometry = \"linear\"").replace("shear = true\n", "");
     let linear = linear.replace("extension = true\nmaterial = { neo-hookean = 3.2 }", "");
     let desk = Desk::new(&linear);
