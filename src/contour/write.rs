@@ -107,6 +107,14 @@ pub fn described(trace: &Trace) -> Value {
                 })
                 .collect();
             let mut v = json!({ "kind": chosen.kind.word(), "scale": chosen.scale, "judged": judged });
+            if let Curve::Point(spot) = &chosen.curve {
+                let [xx, xy, yy] = spot.covariance.0;
+                v["x_mm"] = spot.at[0].into();
+                v["sigma_x_mm"] = xx.sqrt().into();
+                v["y_mm"] = spot.at[1].into();
+                v["sigma_y_mm"] = yy.sqrt().into();
+                v["corr"] = number(xy / (xx * yy).sqrt());
+            }
             if let Curve::Arc(arc) = &chosen.curve {
                 if let (Some((centre, radius)), Some((of_centre, of_radius))) =
                     (arc.circle(), arc.circle_deviations())

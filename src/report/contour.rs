@@ -73,8 +73,16 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         (cx[k] - by * sin, cy[k] + by * cos)
     };
     let n = curve.len;
-    let band = (0..n).map(|k| beside(k, 1.0)).chain((0..n).rev().map(|k| beside(k, -1.0)));
-    panel = panel.with(Mark::Area { path: Path::new("", 1, band), outlined: false });
+    // Of a point a circle as wide as it is uncertain.
+    let ring = |k: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+        (cx[0] + WIDE * sigma[0] * cos, cy[0] + WIDE * sigma[0] * sin)
+    };
+    let band: Vec<(f64, f64)> = match n {
+        1 => (0..=CORNERS).map(ring).collect(),
+        _ => (0..n).map(|k| beside(k, 1.0)).chain((0..n).rev().map(|k| beside(k, -1.0))).collect(),
+    };
+    panel = panel.with(Mark::Area { path: Path::new("", 1, band), outlined: n == 1 });
     let of = |outlier: bool| -> Vec<usize> {
         there.iter().copied().filter(|r| points.word("status", *r).contains("outlier") == outlier).collect()
     };
@@ -84,7 +92,10 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
     panel = panel
         .with(Mark::points(path("points", 0, &fine), Marker::Circle))
         .with(Mark::points(path("outliers", 5, &off), Marker::Cross))
-        .with(Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0));
+        .with(match n {
+            1 => Mark::points(Path::new("one point", 1, [(cx[0], cy[0])]), Marker::Cross),
+            _ => Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0),
+        });
     let mut bases: Vec<(f64, f64)> = Vec::new();
     for r in &there {
         let base = (points.number("base_x_mm", *r), points.number("base_y_mm", *r));

@@ -88,6 +88,12 @@ fn a_corner_stays_where_it_is() {
     );
     let [strokes, paper] = both(&desk);
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
+    let curve = &strokes["result"]["curve"];
+    assert_eq!(curve["kind"], "point", "{curve}");
+    for (place, sigma) in [("x_mm", "sigma_x_mm"), ("y_mm", "sigma_y_mm")] {
+        let [place, sigma] = [place, sigma].map(|key| curve[key].as_f64().unwrap());
+        assert!((place.abs() - 10.0).abs() < (4.0 * sigma).max(0.02), "{curve}");
+    }
     // Nearly every stroke is seen to be of one point, and finds where it touched to a hundredth of a degree.
     let all = strokes["result"]["strokes"].as_array().unwrap();
     let sharp = all.iter().filter(|s| s["object"] == "sharp");
@@ -230,7 +236,11 @@ fn points_without_a_curve_are_still_points() {
         ["contour", "line.csv", "--calibration", "cal.toml", "--angle-noise", "0", "--out", "line", "--json"];
     assert_eq!(desk.run(&certain).exits(0).json()["result"]["curve"]["kind"], "line");
     let (json, _) = trace(&"1,2,90,4,0.02,7\n".repeat(6));
-    assert!(json["result"]["curve"]["why"].as_str().unwrap().contains("one place"));
+    assert_eq!(json["result"]["curve"]["kind"], "point");
+    assert_eq!(desk.read("out/curve.csv").lines().count(), 2);
+    let line = ["contour", "d.csv", "--calibration", "cal.toml", "--curve", "line", "--out", "out", "--json"];
+    let line = desk.run(&line).exits(0).json();
+    assert!(line["result"]["curve"]["why"].as_str().unwrap().contains("one place"));
     assert_eq!(desk.read("out/curve.csv").lines().count(), 1);
 }
 

@@ -112,7 +112,7 @@ fn a_curve_knows_how_well_it_is_known() {
 fn what_is_no_curve_says_why() {
     let few = samples(2, 1, line);
     assert_eq!(choose(&few, None).unwrap_err(), Nothing::TooFew);
-    assert_eq!(choose(&samples(9, 1, |_| [1.0, 2.0]), None).unwrap_err(), Nothing::OnePlace);
+    assert_eq!(choose(&samples(9, 1, |_| [1.0, 2.0]), Some(Kind::Line)).unwrap_err(), Nothing::OnePlace);
     assert_eq!(choose(&samples(3, 1, line), Some(Kind::Smooth)).unwrap_err(), Nothing::Undetermined);
     // All of one stroke: nothing can be left out.
     let mut stroke = samples(20, 1, line);
@@ -124,4 +124,50 @@ fn what_is_no_curve_says_why() {
     let traced = chosen.curve.traced(&samples(60, 2, oval), 50);
     let ([x, y], [u, v]) = (traced[0].0, traced[49].0);
     assert!(smooth.is_closed() && (x - u).hypot(y - v) < 1e-9);
+}
+
+/// Of one place, whatever the ellipses of its points: a point, whose deviations hold, also where points are farther off than they say.
+#[test]
+fn a_single_place_is_a_point() {
+    for (n, long, worse) in [(9, 1.0, 1.0), (40, 1.0, 1.0), (40, 8.0, 1.0), (40, 8.0, 3.0), (200, 3.0, 10.0)]
+    {
+        let (mut sum, mut wrong) = (0.0, 0);
+        for seed in 1..=40 {
+            let mut noisy = samples(n, seed, |_| [0.0, 0.0]);
+            for (k, s) in noisy.iter_mut().enumerate() {
+                // Long in directions that turn from one to the next.
+                let (sin, cos) = (0.7 * k as f64).sin_cos();
+                let [u, v] = [s.at[0] * long, s.at[1]].map(|x| x * worse);
+                s.at = [1.0 + cos * u - sin * v, 2.0 + sin * u + cos * v];
+                let (long, short) = ((long * SIGMA).powi(2), SIGMA * SIGMA);
+                s.covariance = Covariance::default().along([cos, sin], long).along([-sin, cos], short);
+            }
+            let chosen = choose(&noisy, None).unwrap();
+            wrong += usize::from(chosen.kind != Kind::Point);
+            if chosen.kind != Kind::Point {
+                println!("{:?}", chosen.judged);
+            }
+            let spot = choose(&noisy, Some(Kind::Point)).unwrap().curve;
+            let (off, _) = spot.off([1.0, 2.0]);
+            sum += (off / spot.deviation([1.0, 2.0])).powi(2);
+            assert_eq!(spot.traced(&noisy, 50).len(), 1);
+        }
+        println!(
+            "{n} {long} {worse}: {wrong} of 40 no point, off by {:.2} deviations rms",
+            (sum / 40.0).sqrt()
+        );
+        assert!(wrong <= 1 && (0.7..2.1).contains(&(sum / 40.0).sqrt()), "{n} {long} {worse}: {wrong} {sum}");
+    }
+}
+
+/// What is some deviations of its points long is no point.
+#[test]
+fn short_lines_are_lines() {
+    let mut shorter = 0;
+    for seed in 1..=40 {
+        let of = |length: f64| choose(&samples(60, seed, |u| [length * u, 1.0]), None).unwrap().kind;
+        assert_ne!(of(20.0 * SIGMA), Kind::Point, "{seed}");
+        shorter += usize::from(of(8.0 * SIGMA) == Kind::Point);
+    }
+    println!("of lines 8 deviations long {shorter} of 40 are points");
 }

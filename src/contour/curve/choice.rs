@@ -2,6 +2,7 @@
 
 use super::arc::Arc;
 use super::smooth::Smooth;
+use super::spot::Spot;
 use super::{Curve, Kind, Sample};
 use crate::reduce::median;
 
@@ -10,6 +11,10 @@ pub const OFF: f64 = 4.0;
 /// Points looked at, and curves tried, for a start.
 const LOOKS: usize = 300;
 const TRIES: usize = 600;
+/// Standard deviation over the median distance from the middle of a normal distribution in the plane.
+const PLANE: f64 = 0.849_322;
+/// Length of the circle at the mean distance from the middle of a normal distribution in the plane, over its rms distance: π√π.
+const ROUND: f64 = 5.568_328;
 /// Passes in which outliers settle.
 const PASSES: usize = 12;
 /// Most groups that are left out one by one; more are joined.
@@ -97,7 +102,10 @@ fn groups(samples: &[Sample]) -> Vec<Vec<usize>> {
 /// Distance to the left (mm) and over the point's own standard deviation.
 fn off(curve: &Curve, s: &Sample) -> (f64, f64) {
     let (d, across) = curve.off(s.at);
-    (d, d / s.covariance.of(across).sqrt())
+    match curve {
+        Curve::Point(spot) => (d, spot.deviations(s)),
+        _ => (d, d / s.covariance.of(across).sqrt()),
+    }
 }
 
 /// How many times larger than said deviations are: the median of those that are there, as of a normal distribution.
@@ -105,7 +113,21 @@ fn spread(curve: &Curve, samples: &[Sample], free: f64) -> f64 {
     let mut sizes: Vec<f64> = samples.iter().map(|s| off(curve, s).1.abs()).collect();
     // Parameters take up some of what points are off.
     let room = (samples.len() as f64 / (samples.len() as f64 - free).max(1.0)).sqrt();
-    1.4826 * median(&mut sizes) * room
+    let usual = if let Curve::Point(_) = curve { PLANE } else { 1.4826 };
+    usual * median(&mut sizes) * room
+}
+
+/// The length of a circle through samples with these deciles.
+fn length(samples: &[Sample]) -> f64 {
+    /// Standard deviations between the first decile and the ninth.
+    const BETWEEN: f64 = 2.563;
+    let along = |k: usize| {
+        let mut all: Vec<f64> = samples.iter().map(|s| s.at[k]).collect();
+        all.sort_by(f64::total_cmp);
+        let last = all.len() - 1;
+        ROUND / BETWEEN * (all[last - last / 10] - all[last / 10])
+    };
+    along(0).hypot(along(1))
 }
 
 /// The arc of a kind with the least median distance among those through a few of the points.
@@ -164,9 +186,15 @@ fn settle(
     Some((curve, scale, outliers))
 }
 
-/// Loss of a point that a curve has not seen.
-fn loss(curve: &Curve, scale: f64, s: &Sample, extent: f64) -> (f64, f64) {
+/// Loss of a point that a curve has not seen. A curve does not say where along it a point lies, which one place does: that counts by the
+/// `length` of a curve among points that are so far apart, or so little known.
+fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> (f64, f64) {
     let (d, across) = curve.off(s.at);
+    if let Curve::Point(spot) = curve {
+        let [xx, _, yy] = s.covariance.0;
+        let density = spot.density(s, scale) * length.max(ROUND * scale * (xx + yy).sqrt());
+        return (-((1.0 - ANYWHERE) * density + ANYWHERE / extent).ln(), d);
+    }
     let variance = scale * scale * (s.covariance.of(across) + curve.deviation(s.at).powi(2));
     let normal = (-0.5 * d * d / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
     (-((1.0 - ANYWHERE) * normal + ANYWHERE / extent).ln(), d)
@@ -176,7 +204,7 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, extent: f64) -> (f64, f64) {
 fn judged(
     samples: &[Sample],
     groups: &[Vec<usize>],
-    extent: f64,
+    extent: (f64, f64),
     (scale, outliers): (f64, &[bool]),
     unseen: &dyn Fn(usize) -> Option<Curve>,
 ) -> Option<(Vec<f64>, [f64; 2])> {
@@ -197,12 +225,27 @@ fn judged(
     losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
 }
 
+/// One place.
+fn point(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64)) -> Option<Drawn> {
+    let draw = |_: &Curve, weights: &[f64]| Spot::fit(samples, weights).map(Curve::Point);
+    let first = Curve::Point(Spot::middle(samples));
+    let (curve, scale, outliers) = settle(samples, first, 1.0, &draw)?;
+    let all = weights(samples, &outliers);
+    let unseen = |g: usize| {
+        let mut left = all.clone();
+        groups[g].iter().for_each(|&i| left[i] = 0.0);
+        draw(&curve, &left)
+    };
+    let (losses, squares) = judged(samples, groups, extent, (scale, &outliers), &unseen)?;
+    Some(Drawn { kind: Kind::Point, curve, scale, outliers, losses, squares })
+}
+
 /// A line or a circle.
-fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Option<Drawn> {
+fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), kind: Kind) -> Option<Drawn> {
     let free = if kind == Kind::Line { 2.0 } else { 3.0 };
     let draw = |curve: &Curve, weights: &[f64]| match curve {
         Curve::Arc(arc) => arc.fit(samples, weights).map(Curve::Arc),
-        Curve::Smooth(_) => None,
+        _ => None,
     };
     let first = Curve::Arc(start(samples, kind)?);
     let (curve, scale, outliers) = settle(samples, first, free, &draw)?;
@@ -217,14 +260,14 @@ fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Op
 }
 
 /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
-fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: f64, base: &Arc) -> Option<Drawn> {
+fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), base: &Arc) -> Option<Drawn> {
     let flat = Smooth::beside(base, samples, groups.len())?;
     let mut best: Option<(f64, Drawn)> = None;
     for power in STIFFNESS {
         let stiffness = 10f64.powf(power);
         let draw = |curve: &Curve, weights: &[f64]| match curve {
             Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
-            Curve::Arc(_) => None,
+            _ => None,
         };
         let Some(first) = flat.fit(samples, &weights(samples, &vec![false; samples.len()]), stiffness) else {
             continue;
@@ -261,24 +304,31 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     };
     let extent = side(0).hypot(side(1));
     let mut sizes: Vec<f64> = samples.iter().map(|s| s.covariance.ellipse().0[1]).collect();
-    if extent <= 4.0 * median(&mut sizes) || extent.is_nan() {
+    let spread = median(&mut sizes);
+    let one_place = extent <= 4.0 * spread || extent.is_nan();
+    if one_place && asked.is_some_and(|kind| kind != Kind::Point) {
         return Err(Nothing::OnePlace);
     }
     let groups = groups(samples);
-    let wide = 2.0 * extent;
+    let wide = (2.0 * extent.max(spread), length(samples).max(spread));
     let mut all: Vec<Drawn> = Vec::new();
-    if groups.len() >= 3 {
+    if groups.len() >= 2 {
+        all.extend(point(samples, &groups, wide));
+    }
+    if groups.len() >= 3 && !one_place {
         all.extend(arc(samples, &groups, wide, Kind::Line));
     }
-    if groups.len() >= 4 {
+    if groups.len() >= 4 && !one_place {
         all.extend(arc(samples, &groups, wide, Kind::Circle));
     }
     let sum = |d: &Drawn| d.losses.iter().sum::<f64>();
-    let base = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b)));
+    let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
+    let base = arcs.min_by(|a, b| sum(a).total_cmp(&sum(b)));
     if let (Some(Curve::Arc(base)), true) = (base.map(|d| d.curve.clone()), groups.len() >= 6) {
         all.extend(smooth(samples, &groups, wide, &base));
     }
-    let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(Nothing::Undetermined)?;
+    let nothing = if one_place { Nothing::OnePlace } else { Nothing::Undetermined };
+    let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(nothing)?;
     let shares: f64 = samples.iter().map(|s| s.share).sum();
     let more = |d: &Drawn| {
         let n = groups.len() as f64;

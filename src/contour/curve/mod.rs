@@ -1,4 +1,4 @@
-//! The curve through points: a line, a circle or a smooth curve, whichever tells best where points lie that it has not seen.
+//! The curve through points: one point, a line, a circle or a smooth curve, whichever tells best where points lie that it has not seen.
 //!
 //! Points weigh by their covariance across the curve; those of a stroke, which have errors in common, count as few as they are worth. A start
 //! that outliers do not move (the least median over lines and circles through a few points) is refined on the points that are near it. Judged
@@ -8,10 +8,12 @@
 mod arc;
 mod choice;
 mod smooth;
+mod spot;
 
 pub use arc::Arc;
 pub use choice::{Chosen, Judged, Nothing, choose};
 pub use smooth::{Smooth, ends};
+pub use spot::Spot;
 
 use super::point::Covariance;
 
@@ -31,6 +33,8 @@ pub struct Sample {
 /// Kinds of curves, the simplest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// One place.
+    Point,
     /// Straight.
     Line,
     /// Of one curvature.
@@ -41,7 +45,8 @@ pub enum Kind {
 
 impl Kind {
     /// All, with their words and what to say of them.
-    pub const WORDS: [(&'static str, Self, &'static str); 3] = [
+    pub const WORDS: [(&'static str, Self, &'static str); 4] = [
+        ("point", Self::Point, "one point, as of a corner"),
         ("line", Self::Line, "a straight line"),
         ("circle", Self::Circle, "a circle"),
         ("smooth", Self::Smooth, "a smooth curve"),
@@ -56,6 +61,8 @@ impl Kind {
 /// A curve of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve {
+    /// One place.
+    Point(Spot),
     /// A line or a circle.
     Arc(Arc),
     /// A smooth one.
@@ -63,9 +70,10 @@ pub enum Curve {
 }
 
 impl Curve {
-    /// How far a place lies to the left, mm, and the unit vector across the curve there.
+    /// How far a place lies to the left, mm, and the unit vector across the curve there; of a point how far away, and in which direction.
     pub fn off(&self, p: [f64; 2]) -> (f64, [f64; 2]) {
         match self {
+            Self::Point(spot) => spot.off(p),
             Self::Arc(arc) => (arc.off(p), arc.normal(p)),
             Self::Smooth(smooth) => smooth.off(p),
         }
@@ -74,6 +82,7 @@ impl Curve {
     /// Standard deviation of the curve itself across it beside a place, mm.
     pub fn deviation(&self, p: [f64; 2]) -> f64 {
         match self {
+            Self::Point(spot) => spot.deviation(p),
             Self::Arc(arc) => arc.deviation(p),
             Self::Smooth(smooth) => smooth.deviation(p),
         }
@@ -81,21 +90,22 @@ impl Curve {
 
     fn scaled(self, factor: f64) -> Self {
         match self {
+            Self::Point(spot) => Self::Point(spot.scaled(factor)),
             Self::Arc(arc) => Self::Arc(arc.scaled(factor)),
             Self::Smooth(smooth) => Self::Smooth(smooth.scaled(factor)),
         }
     }
 
     /// `n` places from the first to the last of `samples`: where, direction (rad), standard deviation across (mm). Of what is closed the last is
-    /// the first again.
+    /// the first again. Of a point itself, the longer half axis of its ellipse and that axis.
     pub fn traced(&self, samples: &[Sample], n: usize) -> Vec<([f64; 2], f64, f64)> {
-        let ([from, to], _) = match self {
-            Self::Arc(arc) => ends(arc, samples.iter().map(|s| s.at)),
-            Self::Smooth(smooth) => (smooth.ends(), smooth.is_closed()),
-        };
-        let at = |s: f64| match self {
-            Self::Arc(arc) => arc.at(s),
-            Self::Smooth(smooth) => smooth.at(s),
+        let (([from, to], _), at): (_, &dyn Fn(f64) -> ([f64; 2], f64)) = match self {
+            Self::Point(spot) => {
+                let ([major, _], axis) = spot.covariance.ellipse();
+                return vec![(spot.at, axis.to_radians(), major)];
+            }
+            Self::Arc(arc) => (ends(arc, samples.iter().map(|s| s.at)), &|s| arc.at(s)),
+            Self::Smooth(smooth) => ((smooth.ends(), smooth.is_closed()), &|s| smooth.at(s)),
         };
         let place = |k: usize| {
             let (p, direction) = at(from + (to - from) * k as f64 / (n - 1) as f64);

@@ -1,0 +1,76 @@
+//! One place: what is met at a single corner.
+
+use super::Sample;
+use crate::contour::point::Covariance;
+use crate::reduce::median;
+
+/// A place and its covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// mm.
+    pub at: [f64; 2],
+    /// mm².
+    pub covariance: Covariance,
+}
+
+/// M⁻¹, whose determinant is positive.
+fn inverse(Covariance([xx, xy, yy]): Covariance) -> Option<Covariance> {
+    let determinant = xx * yy - xy * xy;
+    (determinant > 0.0).then(|| Covariance([yy / determinant, -xy / determinant, xx / determinant]))
+}
+
+impl Spot {
+    /// The medians of both coordinates: outliers do not move it.
+    pub fn middle(samples: &[Sample]) -> Self {
+        let of = |k: usize| median(&mut samples.iter().map(|s| s.at[k]).collect::<Vec<_>>());
+        Self { at: [of(0), of(1)], covariance: Covariance::default() }
+    }
+
+    /// Least squares of the `samples` of `weights` > 0.
+    pub fn fit(samples: &[Sample], weights: &[f64]) -> Option<Self> {
+        let (mut n, mut b) = (Covariance::default(), [0.0; 2]);
+        for (s, w) in samples.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+            let Covariance([xx, xy, yy]) = Covariance(inverse(s.covariance)?.0.map(|x| w * x));
+            let [x, y] = s.at;
+            n = Covariance([n.0[0] + xx, n.0[1] + xy, n.0[2] + yy]);
+            b = [b[0] + xx * x + xy * y, b[1] + xy * x + yy * y];
+        }
+        let covariance = inverse(n)?;
+        let Covariance([xx, xy, yy]) = covariance;
+        Some(Self { at: [xx * b[0] + xy * b[1], xy * b[0] + yy * b[1]], covariance })
+    }
+
+    /// How far a place is from it, mm, and in which direction.
+    pub fn off(&self, [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
+        let d = [x - self.at[0], y - self.at[1]];
+        let size = d[0].hypot(d[1]);
+        (size, if size > 0.0 { d.map(|d| d / size) } else { [1.0, 0.0] })
+    }
+
+    /// Distance of a sample over its standard deviations, in all directions at once.
+    pub fn deviations(&self, s: &Sample) -> f64 {
+        let (size, direction) = self.off(s.at);
+        inverse(s.covariance).map_or(f64::INFINITY, |n| size * n.of(direction).sqrt())
+    }
+
+    /// Standard deviation of it in the direction of a place, mm.
+    pub fn deviation(&self, p: [f64; 2]) -> f64 {
+        self.covariance.of(self.off(p).1).sqrt()
+    }
+
+    /// Density of a sample that has not been seen, 1/mm², whose deviations are `scale` times as large as said.
+    pub fn density(&self, s: &Sample, scale: f64) -> f64 {
+        let variance = |k: usize| scale * scale * (s.covariance.0[k] + self.covariance.0[k]);
+        let whole = Covariance([0, 1, 2].map(variance));
+        let Some(inverse) = inverse(whole) else { return 0.0 };
+        let Covariance([xx, xy, yy]) = inverse;
+        let (size, direction) = self.off(s.at);
+        (-0.5 * size * size * inverse.of(direction)).exp() * (xx * yy - xy * xy).sqrt()
+            / std::f64::consts::TAU
+    }
+
+    /// The same with its covariance times `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { covariance: Covariance(self.covariance.0.map(|x| x * factor)), ..self }
+    }
+}
