@@ -73,11 +73,16 @@ impl Scale {
         let [a, b] = self.ends;
         let raw = (b - a) / wanted.max(1) as f64;
         let unit = 10f64.powf(raw.log10().floor());
-        let step =
-            [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= 0.9 * raw).unwrap_or(unit);
-        let from = (a / step - 1e-9).ceil() as i64;
-        let values = (from..).map(|i| i as f64 * step).take_while(|x| *x <= b + 1e-9 * step).take(100);
-        values.map(|x| (x, number(x, step))).collect()
+        let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|m| m * unit);
+        let fits = steps.iter().skip(1).position(|s| *s >= 0.9 * raw).map_or(1, |place| place + 1);
+        let ticks = |step: f64| -> Vec<(f64, String)> {
+            let from = (a / step - 1e-9).ceil() as i64;
+            let values = (from..).map(|i| i as f64 * step).take_while(|x| *x <= b + 1e-9 * step).take(100);
+            values.map(|x| (x, number(x, step))).collect()
+        };
+        let all = ticks(steps[fits]);
+        // One alone tells no scale.
+        if all.len() < 2 { ticks(steps[fits - 1]) } else { all }
     }
 
     fn decades(&self, wanted: usize) -> (Vec<(f64, String)>, Vec<f64>) {
@@ -193,6 +198,8 @@ mod tests {
             ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]
         );
         assert_eq!(words(Scale { ends: [0.4, 12.0], log: true }), ["1", "10"]);
+        let few = Scale { ends: [-35.0, 35.0], log: false }.ticks(3).0;
+        assert_eq!(few.into_iter().map(|t| t.1).collect::<Vec<_>>(), ["−20", "0", "20"]);
         assert_eq!(words(Scale { ends: [0.4, 6.0], log: true }), ["0.5", "1", "2", "5"]);
         for scale in [Scale { ends: [1.0, 1.0 + 1e-13], log: false }, Scale { ends: [5.0, 5.3], log: true }] {
             assert!(scale.ticks(5).0.len() < 100);

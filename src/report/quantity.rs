@@ -80,7 +80,8 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
         "" | "°" => axis.unit.clone(),
         unit => format!(" {unit}"),
     };
-    format!("{symbol} = {}{unit}", short_to(value, digits))
+    let sign = if value < 0.0 { "−" } else { "" };
+    format!("{symbol} = {sign}{}{unit}", short_to(value.abs(), digits))
 }
 
 /// A number to four digits.
@@ -108,6 +109,7 @@ mod tests {
     fn values_are_said_with_symbol_and_unit() {
         assert_eq!(said("d_mm", 4.0), "d = 4 mm");
         assert_eq!(said("theta_deg", 0.5), "θ = 0.5°");
+        assert_eq!(said("tilt_deg", -30.0), "β = −30°");
         assert_eq!(said("x_ss_mm", 5.12345), "x_ss = 5.123 mm");
         assert_eq!(told_apart("D_mm", &[8.0, 10.0, 8.0]), ["D = 8 mm", "D = 10 mm", "D = 8 mm"]);
         assert_eq!(told_apart("D_mm", &[10.0, 10.000_000_000_1]), ["D = 10 mm", "D = 10.0000000001 mm"]);

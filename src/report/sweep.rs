@@ -55,7 +55,7 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     let fine = limits.kept(table);
     let (whiskers, of) = designs::whiskers(table, &fine, by, 2 * WHISKERS)?;
-    let left = left_out(whiskers.len(), of, by);
+    let left = left_out(table, whiskers.len(), of, by);
     let drives = distinct(table.numbers(drive)?.iter().copied());
     if drives.len() > 1 {
         let mut panel = Panel::new("", quantity::axis(drive), quantity::axis(sd));
@@ -72,7 +72,7 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
         c.figure(Figure::new("sd", "Spread of K", caption, vec![panel]));
         if table.has("noise_rms_mm") && table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0) {
             let shown = &whiskers[..whiskers.len().min(WHISKERS)];
-            c.figure(budgets(table, shown, &fine, drive, &left_out(shown.len(), of, by)));
+            c.figure(budgets(table, shown, &fine, drive, &left_out(table, shown.len(), of, by)));
         }
     }
     let (rows, how) = designs::chosen(table, by)?;
@@ -133,12 +133,13 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
         return Ok(());
     }
     let (whiskers, of) = designs::whiskers(table, &limits.kept(table), k, WHISKERS)?;
-    let left = left_out(whiskers.len(), of, k);
+    let left = left_out(table, whiskers.len(), of, k);
+    let linear = linear(table)?;
     let columns = Taps {
         a: table.numbers("a_mm")?,
         drive: table.numbers(drive)?,
         strain: table.numbers("strain")?,
-        linear: table.numbers("strain_linear")?,
+        linear: &linear,
         k: table.numbers(k)?,
         distance: table.numbers("distance_mm")?,
         error: table.numbers("error_mm")?,
@@ -148,7 +149,9 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
         whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
     };
     let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
-    let theory = "Strain of the gauge: exact rod (points) beside linear theory (dashed)";
+    let which = if table.has("strain_2") { "first gauge" } else { "gauge" };
+    let share = if table.has("tilt_deg") { ", θ f cos² β" } else { "" };
+    let theory = format!("Strain of the {which}: exact rod (points) beside linear theory{share} (dashed)");
     c.figure(Figure::new(
         "strain_drive",
         "Strain against the tap",
@@ -164,7 +167,13 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
     c.figure(Figure::new(
         "K",
         "K over distance and tap",
-        format!("K = θ f(a)/|ε| over contact distance and tap angle (tuples.csv){left}."),
+        format!(
+            "K = {} over contact distance and tap angle (tuples.csv){left}.",
+            match table.has("strain_2") {
+                true => "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁,",
+                false => "θ f(a)/|ε|",
+            }
+        ),
         each(&|t, w| t.map(w)),
     ));
     c.figure(Figure::new("distance", "Estimated distance", format!("Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal (tuples.csv){left}."), each(&|t, w| t.located(w, false))));
@@ -175,6 +184,16 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
         each(&|t, w| t.located(w, true)),
     ));
     Ok(())
+}
+
+/// Strains of linear theory: that of an upright pole, and of one that is tilted cos² β of it (model §6.3).
+fn linear(table: &Table) -> Result<Vec<f64>, InputError> {
+    let upright = table.numbers("strain_linear")?;
+    if !table.has("tilt_deg") {
+        return Ok(upright.to_vec());
+    }
+    let share = |tilt: &f64| tilt.to_radians().cos().powi(2);
+    Ok(upright.iter().zip(table.numbers("tilt_deg")?).map(|(x, tilt)| x * share(tilt)).collect())
 }
 
 /// Colours of curves beside each other: black is for what they are compared with.
@@ -275,12 +294,13 @@ fn sorted(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-fn left_out(shown: usize, of: usize, by: &str) -> String {
+fn left_out(table: &Table, shown: usize, of: usize, by: &str) -> String {
     if shown == of {
-        String::new()
-    } else {
-        format!("; of {of} whiskers the {shown} with the least {by} are shown")
+        return String::new();
     }
+    let what =
+        if designs::DIRECTIONS.iter().any(|d| table.has(d)) { "whiskers and directions" } else { "whiskers" };
+    format!("; of {of} {what} the {shown} with the least {by} are shown")
 }
 
 fn lacks(table: &Table, column: &str) -> InputError {
