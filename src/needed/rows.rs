@@ -6,7 +6,7 @@ use crate::chart::ranges::Wanted;
 use crate::error::Error;
 use crate::explain::Sample;
 use crate::scene::sampler::Sampler;
-use crate::scene::{COLUMNS, Layout, Space, Study, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Layout, Space, Study, Tuple};
 
 /// Distances of a row at most.
 const DISTANCES: u64 = 8;
@@ -72,7 +72,9 @@ impl Rows {
             return Ok(Self { spread, own: Vec::new() });
         }
         let distances = even(layout);
-        spread.extend(corners(&Wanted::of(layout), &distances, layout.reach()));
+        for direction in outermost(layout) {
+            spread.extend(corners(&Wanted::of(layout), direction, &distances, layout.reach()));
+        }
         // M. Roberts' sequence of two dimensions: even, without a period, and other designs than those of the spread.
         let place =
             |i: u64, ratio: f64, n: u64| ((((i as f64 + 1.0) * ratio).fract() * n as f64) as u64).min(n - 1);
@@ -106,22 +108,24 @@ impl Rows {
 
     /// Of whiskers anywhere in the box `wanted`, over the distances of `layout`.
     pub fn of_box(wanted: &Wanted, layout: &Layout) -> Self {
-        let (distances, reach) = (even(layout), layout.reach());
+        let (distances, reach, directions) = (even(layout), layout.reach(), outermost(layout));
         let inside = |seed: u64, n: u32| -> Vec<Row> {
             let share = |k: u32, i: u32| f64::from(Sampler::Sobol.coordinate(seed, k, i)) / 2f64.powi(32);
             let at = |i: u32| {
                 let value = |(k, [lo, hi]): (u32, [f64; 2])| lo + (hi - lo) * share(k, i);
                 let [big, tip, length, x_ss, grid, drive] =
                     std::array::from_fn(|k| value((k as u32, sides(wanted)[k])));
+                let direction = directions[i as usize % directions.len()];
                 Row {
-                    point: point([big, tip, length, x_ss, grid, drive]),
+                    point: point([big, tip, length, x_ss, grid, drive]).towards(direction),
                     distances: distances.clone(),
                     reach,
                 }
             };
             (0..n).map(at).collect()
         };
-        let mut spread: Vec<Row> = corners(wanted, &distances, reach).collect();
+        let mut spread: Vec<Row> =
+            directions.iter().flat_map(|d| corners(wanted, *d, &distances, reach)).collect();
         spread.extend(inside(SEEDS[0], INSIDE));
         Self { spread, own: inside(SEEDS[1], INSIDE / 2) }
     }
@@ -137,9 +141,23 @@ fn point([D, d, L_a, x_ss, l, drive]: [f64; 6]) -> Tuple {
     Tuple { D, d, L_a, x_ss, l, a: f64::NAN, drive, ..Tuple::default() }
 }
 
-/// The corners of a box, each once.
+/// The directions of poles at the ends of tilt and lean, each once: of a layout with upright poles alone that one.
+fn outermost(layout: &Layout) -> Vec<Direction> {
+    let [tilts, leans] = [Column::Tilt, Column::Lean].map(|column| layout.bounds(column));
+    let all = tilts.into_iter().flat_map(|tilt| leans.map(|lean| Direction { tilt, lean }));
+    let mut once: Vec<Direction> = Vec::new();
+    all.for_each(|d| {
+        if !once.contains(&d) {
+            once.push(d)
+        }
+    });
+    once
+}
+
+/// The corners of a box against poles of a direction, each once.
 fn corners<'a>(
     wanted: &Wanted,
+    direction: Direction,
     distances: &'a Arc<[f64]>,
     reach: [f64; 2],
 ) -> impl Iterator<Item = Row> + use<'a> {
@@ -147,7 +165,8 @@ fn corners<'a>(
     let one = move |k: u32| -> Option<Row> {
         let repeated = |i: usize| k >> i & 1 == 1 && sides[i][0] == sides[i][1];
         let values = std::array::from_fn(|i| sides[i][(k >> i & 1) as usize]);
-        (!(0..6).any(repeated)).then(|| Row { point: point(values), distances: distances.clone(), reach })
+        let row = || Row { point: point(values).towards(direction), distances: distances.clone(), reach };
+        (!(0..6).any(repeated)).then(row)
     };
     (0..1 << 6).filter_map(one)
 }
@@ -206,6 +225,31 @@ mod tests {
         assert!(taps(&rows.spread) <= 2100 && taps(&rows.own) >= 1024);
         let again = |r: &Row| rows.spread.iter().any(|s| s.point == r.point);
         assert!(rows.own.iter().filter(|r| again(r)).count() * 10 < rows.own.len());
+    }
+
+    #[test]
+    fn corners_are_those_of_every_outermost_pole() {
+        let text = "{ min = 2, max = 9, samples = 100000 }";
+        let mut tilted = study(
+            text,
+            "{ from = 10, to = 50, steps = 100 }",
+            "[1, 9]\ntilt = { from = -20, to = 30, steps = 11 }\nlean = 5",
+        );
+        let rows = Rows::of_study(&tilted).expect("a grid");
+        for (tilt, d, drive) in [(-20.0, 2.0, 1.0), (-20.0, 9.0, 9.0), (30.0, 2.0, 9.0), (30.0, 9.0, 1.0)] {
+            let there = |r: &Row| {
+                let t = r.point;
+                (t.tilt, t.lean, t.d, t.drive) == (tilt, 5.0, d, drive)
+            };
+            assert!(rows.spread.iter().any(there), "{tilt} {d} {drive}");
+        }
+        let Space::Grid(factors) = &mut tilted.space else { panic!("a grid") };
+        let layout = Layout::new(factors);
+        let boxed = Rows::of_box(&Wanted::of(&layout), &layout);
+        let tilts =
+            |rows: &[Row]| [-20.0, 30.0].map(|tilt| rows.iter().filter(|r| r.point.tilt == tilt).count());
+        assert!(tilts(&boxed.spread).iter().chain(&tilts(&boxed.own)).all(|n| *n > 20));
+        assert!(boxed.spread.iter().all(|r| r.point.lean == 5.0));
     }
 
     #[test]
