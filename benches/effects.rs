@@ -1,18 +1,20 @@
 //! Cost of each effect: time per tap relative to the frictionless Hooke kernel on the same backend, as a markdown table.
 //!
 //! Every configuration solves the same random taps through the whole ladder of rules. All are timed in turn, round after round,
-//! and the best round of each counts: what disturbs the machine disturbs all alike.
+//! and the best round of each counts: what disturbs the machine disturbs all alike. Beside it poles that are not upright and a second gauge, in CPU seconds
+//! of one thread, each round relative to the upright pole of the same round: the median.
 
 use std::time::Instant;
 
 use rayon::prelude::*;
+use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::{Method, foreseen};
+use vibrissa::evaluate::{Evaluator, Method, Task, foreseen};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Contact, RunOptions, Setup, Tuple};
+use vibrissa::scene::{BackendChoice, Contact, Direction, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::verify::{Place, present};
 
@@ -48,9 +50,30 @@ const MODELS: [(&str, &str); 14] = [
 
 const NEO: &str = "surface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
+/// Poles, what is said of the gauge, and tilt and lean, degrees, where they are said.
+const POLES: [(&str, &str, Option<[f64; 2]>); 7] = [
+    ("upright, one gauge", "", None),
+    ("tilt and lean written as 0", "", Some([0.0; 2])),
+    ("tilt 20°", "", Some([20.0, 0.0])),
+    ("tilt −35°, lean 10°", "", Some([-35.0, 10.0])),
+    ("upright, two gauges", "second = true", None),
+    ("tilt 20°, two gauges", "second = true", Some([20.0, 0.0])),
+    ("tilt −35°, lean 10°, two gauges", "second = true", Some([-35.0, 10.0])),
+];
+
+/// Distances of the taps of [`POLES`], mm: each has its chart.
+const DISTANCES: [f64; 3] = [24.0, 33.0, 45.0];
+
+/// Rounds of [`POLES`].
+const PAIRED: usize = 15;
+
 fn setup(model: &str) -> Setup {
+    rig(model, "", "")
+}
+
+fn rig(model: &str, gauge: &str, tap: &str) -> Setup {
     let text = format!(
-        "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 33\ntheta = 4\n[model]\n{model}\n"
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n{gauge}\n[tap]\na = 33\ntheta = 4\n{tap}\n[model]\n{model}\n"
     );
     spec::parse("effects.toml", &text, std::path::Path::new("")).expect("a valid model").study.setup
 }
@@ -146,9 +169,111 @@ fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     all
 }
 
+/// CPU seconds of this thread; seconds on the wall where the system does not tell.
+fn spent(begun: Instant) -> f64 {
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+/// Taps against one of [`POLES`], ready to be solved and read again and again.
+struct Pole {
+    setup: Setup,
+    designs: Vec<Design>,
+    tasks: Vec<Task>,
+    reader: Option<Reader>,
+}
+
+impl Pole {
+    fn new(model: &str, (gauge, direction): (&str, Option<[f64; 2]>)) -> Self {
+        let said = direction.map(|[tilt, lean]| format!("tilt = {tilt}\nlean = {lean}")).unwrap_or_default();
+        let setup = rig(model, gauge, &said);
+        let [tilt, lean] = direction.unwrap_or([0.0; 2]);
+        let direction = Direction { tilt, lean };
+        let at = |index: u32| Tuple { a: DISTANCES[index as usize % 3], ..tuple(index).towards(direction) };
+        let tuples: Vec<Tuple> = (0..TAPS).map(at).collect();
+        let wanted = Wanted {
+            D: [8.0, 12.0],
+            d: [2.0, 7.0],
+            L_a: [50.0; 2],
+            x_ss: [5.0; 2],
+            l: [2.0; 2],
+            drive: [0.5, 10.0],
+        };
+        let reader =
+            Reader::towards(&setup, (&DISTANCES, &[direction]), &wanted, 1e-5).expect("taps are solved");
+        Self {
+            designs: tuples.iter().map(|t| Design::new(&setup, *t)).collect(),
+            tasks: (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect(),
+            setup,
+            reader,
+        }
+    }
+
+    /// CPU seconds of solving and of reading all taps; NaN where there is no chart.
+    fn run(&self, place: &Place) -> [f64; 2] {
+        let begun = Instant::now();
+        let method = place.method(&self.setup.model).expect("the backend opens");
+        let mut evaluator = Evaluator::new(&self.setup, method);
+        let before = spent(begun);
+        drop(evaluator.run(&self.designs, &self.tasks).expect("the backend answers"));
+        let solved = spent(begun) - before;
+        let Some(reader) = &self.reader else { return [solved, f64::NAN] };
+        let before = spent(begun);
+        drop(reader.read(&self.setup, &self.designs, &self.tasks));
+        [solved, spent(begun) - before]
+    }
+}
+
+/// Times of all [`POLES`] over that of the first, median over rounds in which each has its turn: solved, and read.
+fn poles(place: &Place, model: &str) -> Vec<[f64; 2]> {
+    let all: Vec<Pole> =
+        POLES.iter().map(|(_, gauge, direction)| Pole::new(model, (gauge, *direction))).collect();
+    let round = |_| all.iter().map(|pole| pole.run(place)).collect::<Vec<_>>();
+    let rounds: Vec<Vec<[f64; 2]>> = (0..=PAIRED).map(round).skip(1).collect();
+    let ratio = |i: usize, k: usize| {
+        let mut ratios: Vec<f64> = rounds.iter().map(|times| times[i][k] / times[0][k]).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios[PAIRED / 2]
+    };
+    (0..all.len()).map(|i| [ratio(i, 0), ratio(i, 1)]).collect()
+}
+
+fn told_of_poles() {
+    let options = RunOptions {
+        backend: Some(BackendChoice::Cpu),
+        precision: Some(Precision::F32),
+        ..RunOptions::default()
+    };
+    let place = &present(&options, None)
+        .expect("the CPU")
+        .into_iter()
+        .find(|p| p.label() == "cpu f32")
+        .expect("the CPU");
+    let models = [
+        ("hooke", ""),
+        ("surface, pole of 3 mm", "surface = true\npole_radius = 3.0"),
+        ("neo-hookean, surface, shear, extension", NEO),
+    ];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let columns = pool.install(|| models.map(|(_, model)| poles(place, model)));
+    let names = models.map(|(name, _)| format!("{name}: solved | read"));
+    println!("| pole, {} | {} |", place.label(), names.join(" | "));
+    println!("|---|{}", "---|".repeat(2 * models.len()));
+    for (i, (name, ..)) in POLES.iter().enumerate() {
+        let shown = |x: f64| if x.is_finite() { format!("{x:.2}") } else { "–".to_owned() };
+        let cells: Vec<String> = columns.iter().flat_map(|c| c[i].map(shown)).collect();
+        println!("| {name} | {} |", cells.join(" | "));
+    }
+}
+
 fn main() {
     // `cargo test` runs bench targets too: nothing is measured then.
     if !std::env::args().any(|a| a == "--bench") {
+        return;
+    }
+    if std::env::args().any(|a| a == "poles") {
+        told_of_poles();
         return;
     }
     let scenes: Vec<Setup> = MODELS.iter().map(|(_, model)| setup(model)).collect();
@@ -173,5 +298,6 @@ fn main() {
     let rate = |c: &Vec<Ready>| format!("{:.1}", f64::from(TAPS) / c[0].best / 1e6);
     println!("\nfirst line, million taps/s: {}", columns.iter().map(rate).collect::<Vec<_>>().join(", "));
     let lost: Vec<usize> = columns.iter().map(|c| c.iter().map(|r| r.lost).sum()).collect();
-    println!("taps not converged, of {} solved: {lost:?}", MODELS.len() as u32 * TAPS);
+    println!("taps not converged, of {} solved: {lost:?}\n", MODELS.len() as u32 * TAPS);
+    told_of_poles();
 }
