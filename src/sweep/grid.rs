@@ -254,8 +254,8 @@ fn large(
         let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             if memory.len() as u64 == block {
-                let taps = memory.iter().enumerate();
-                return taps.map(|(t, tap)| f(layout.place(t as u64), tap, known.get(t))).collect();
+                let mut taps = memory.iter().enumerate();
+                return taps.try_for_each(|(t, tap)| f(layout.place(t as u64), tap, known.get(t)));
             }
             let mut from = 0;
             while from < block {
