@@ -11,7 +11,6 @@
 //! ```
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 pub use crate::error::Error;
 pub use crate::evaluate::Outcome;
@@ -28,7 +27,7 @@ pub use crate::taps::Taps;
 
 use crate::backend::Choice;
 use crate::plan::Plan;
-use crate::progress::Silent;
+use crate::progress::{NEVER, Silent};
 use crate::sweep::{self, Target};
 use crate::tap;
 
@@ -49,8 +48,8 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
     let choice = Choice::for_taps(options, &study.setup)?;
-    let (plan, never) = (Plan::new(study, &choice)?, AtomicBool::new(false));
-    let target = Target { force: options.force == Some(true), ..Target::new(out, &never) };
+    let plan = Plan::new(study, &choice)?;
+    let target = Target { force: options.force == Some(true), ..Target::new(out, &NEVER) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)
 }
 
@@ -59,5 +58,5 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 /// # Errors
 /// No drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
-    tap::find(study, ends, objective, &Choice::for_taps(&RunOptions::default(), &study.setup)?)
+    tap::find(study, ends, objective, &Choice::for_taps(&RunOptions::default(), &study.setup)?, &NEVER)
 }

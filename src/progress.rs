@@ -1,4 +1,9 @@
-//! What long work reports while it runs.
+//! What long work reports while it runs, and how it is asked to stop.
+
+use std::sync::atomic::AtomicBool;
+
+/// Never set: for work that nobody stops.
+pub static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Is told how far the work is.
 pub trait Progress {

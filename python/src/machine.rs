@@ -37,9 +37,9 @@ pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<St
     let read = || Asked::new(path, text, "chart")?.read(spec::parse);
     let spec = read().map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
-    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let tolerance = spec.run.tolerance.unwrap_or(charts::TOLERANCE);
-        let found = charts::of_study(&spec.study, tolerance)?;
+        let found = charts::of_study(&spec.study, tolerance, stop)?;
         Ok(document::document(&spec.study.setup, &found).to_string())
     };
     let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;

@@ -37,11 +37,11 @@ pub fn tap(
     let read = asked.read(|label, text, base| spec::parse_tap(label, text, base, objective.needs_distance()));
     let (mut spec, ends) = read.map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
-    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let choice = best_tap::choice(&spec.run, &spec.study.setup)?;
         let report = match settle(&mut spec, &asked.label, &choice)? {
-            Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, bound)?,
-            None => best_tap::find(&spec.study, ends, objective, &choice)?,
+            Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, (bound, stop))?,
+            None => best_tap::find(&spec.study, ends, objective, &choice, stop)?,
         };
         let curve = Table::of_csv(&best_tap::table(&spec.study, &report)?)?;
         Ok((curve, best_tap::document(&spec, &report).to_string()))

@@ -17,6 +17,10 @@ LONG = {
     "reference": "vibrissa.sweep(whisker=dict(D=vibrissa.axis(9, 11, steps=200), d=4, L_a=50), gauge=dict(x_ss=5, l=2),"
                  "tap=dict(a=vibrissa.axis(21, 48, steps=100), theta=vibrissa.axis(1, 10, steps=100)), output=dict(tuples=False), run=dict(backend='reference'))",
     "strain": "[vibrissa.strain(np.linspace(9, 11, 3_000_000), 4, 50, 5, 2, 30, 4.0, contact=dict(coulomb=0.3), extension=True) for _ in range(100)]",
+    "chart": "vibrissa.chart(whisker=dict(D=[8, 12], d=[2, 7], L_a=50), gauge=dict(x_ss=[3, 15], l=[1, 4]), tap=dict(a=vibrissa.axis(21, 48, steps=64), theta=[0.5, 10]),"
+             "model=dict(contact=dict(coulomb=0.3), extension=True, surface=True))",
+    "tap": "vibrissa.tap(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=vibrissa.axis(21, 48, steps=100000)))",
+    "tap by the reference": "vibrissa.tap(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=vibrissa.axis(21, 48, steps=100)), run=dict(backend='reference'))",
     "verify": "vibrissa.verify(samples=1000, run=dict(backend='cpu'))",
 }
 RUN = """
@@ -28,11 +32,14 @@ try:
     {call}
 except KeyboardInterrupt as stop:
     print("stopped", getattr(getattr(stop, "result", None), "value", None), flush=True)
+    begun = time.process_time()
+    time.sleep(1)
+    print(time.process_time() - begun, flush=True)
 """
 
 
-def interrupted(call, after=2.0):
-    """Seconds from the signal to the answer, and what is said."""
+def interrupted(call, after=2.0, ends=False):
+    """Seconds from the signal to the answer, and what is said. With ``ends`` work then does not go on."""
     process = subprocess.Popen([sys.executable, "-c", RUN.format(call=call)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "go\n", process.stderr.read()
     time.sleep(after)
@@ -41,6 +48,9 @@ def interrupted(call, after=2.0):
     process.send_signal(signal.SIGINT)
     said = process.stdout.readline()
     seconds = time.perf_counter() - start
+    if ends:
+        more = float(process.stdout.readline())
+        assert more < 0.2, f"{more} s of work after the interrupt"
     process.kill()
     process.wait()
     return seconds, said
@@ -50,6 +60,12 @@ def interrupted(call, after=2.0):
     ("sweep", "cpu", "f64"), ("sweep", "auto", "f32"), *((name, "cpu", "f32") for name in ("reference", "strain", "verify"))])
 def test_ctrl_c(name, backend, precision):
     seconds, said = interrupted(LONG[name].format(backend=backend, precision=precision))
+    assert said.startswith("stopped") and seconds < 2.0, (seconds, said)
+
+
+@pytest.mark.parametrize("name", ["chart", "tap", "tap by the reference"])
+def test_work_ends_with_its_call(name):
+    seconds, said = interrupted(LONG[name], ends=True)
     assert said.startswith("stopped") and seconds < 2.0, (seconds, said)
 
 

@@ -1,5 +1,7 @@
 //! What a chart holds where the plane of bending is asked for (model §6): the second gauge's strain, φ and λ, each less what linear theory has.
 
+use std::sync::atomic::AtomicBool;
+
 use super::axis::{AXES, Axis, Quantity};
 use super::build::{Bound, Built, build};
 use super::distance::{DistanceChart, FUNCTIONS};
@@ -30,10 +32,10 @@ pub fn branch(
     setup: &Setup,
     (a, gauge_at, direction): (f64, f64, Direction),
     axes: [Axis; AXES],
-    (power, error, solved): (i32, f64, f64),
+    (power, error, solved, stop): (i32, f64, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
-    let mut taps = Taps::new(setup, a, gauge_at, None, solved).towards(direction);
+    let mut taps = Taps::new(setup, a, gauge_at, None, solved).towards(direction).stopping(stop);
     let known = linear(direction);
     let bad = Status::NOT_CONVERGED | Status::MATERIAL_LIMIT | Status::NO_STRAIN | Status::INVALID_GEOMETRY;
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {

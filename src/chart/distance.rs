@@ -1,5 +1,7 @@
 //! The chart of one contact distance: what every tap there gives, whatever the model.
 
+use std::sync::atomic::AtomicBool;
+
 use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, MIDDLE, Map, Quantity};
@@ -10,6 +12,7 @@ use crate::design::radians;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
 use crate::physics::{linear::shear_length2, onset::Grip, root::bracketed, taper::Taper};
+use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
@@ -95,16 +98,16 @@ impl DistanceChart {
         (ranges, gauge_at): ([[f64; 2]; AXES], f64),
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), (power(setup), tolerance))
+        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), (power(setup), tolerance, &NEVER))
     }
 
-    /// The same against poles of a direction, over driveᵉ, e = `power`; `None` also where the contact of one that is not upright, or is told by
+    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set; `None` also where the contact of one that is not upright, or is told by
     /// two gauges, has friction.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
         (ranges, gauge_at): ([[f64; 2]; AXES], f64),
-        (power, tolerance): (i32, f64),
+        (power, tolerance, stop): (i32, f64, &AtomicBool),
     ) -> Result<Option<Self>, SolveError> {
         let maps = [
             if power == 2 { Map::Square } else { Map::Linear },
@@ -115,7 +118,7 @@ impl DistanceChart {
         ];
         let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
         let mut sweeps = Sweeps::default();
-        let job = (power, tolerance);
+        let job = (power, tolerance, stop);
         if setup.gauge.second || !direction.is_upright() {
             if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
                 return Ok(None);
@@ -127,7 +130,7 @@ impl DistanceChart {
             chart.direction = direction;
             if setup.gauge.second {
                 let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
-                let (place, job) = ((a, gauge_at, direction), (power, error, solved(power, false)));
+                let (place, job) = ((a, gauge_at, direction), (power, error, solved(power, false), stop));
                 chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
             }
             return Ok(Some(chart).filter(|chart| chart.beside.is_some() == setup.gauge.second));
@@ -165,7 +168,7 @@ impl DistanceChart {
             known.sort_by(|a, b| a.0.total_cmp(&b.0));
             let branches = known.iter().map(|(_, built)| built.clone()).collect();
             let mut chart = Self::of((a, gauge_at), power, branches, ratios, sweeps);
-            chart.error = chart.choice(setup)?;
+            chart.error = chart.choice(setup, stop)?;
             if chart.error <= CHOICE * tolerance {
                 return Ok(Some(chart));
             }
@@ -194,8 +197,8 @@ impl DistanceChart {
     }
 
     /// Largest error of the strain where the contact chooses whether it slides.
-    fn choice(&mut self, setup: &Setup) -> Result<f64, SolveError> {
-        let mut taps = Taps::new(setup, self.a, self.gauge_at, None, 1e-8);
+    fn choice(&mut self, setup: &Setup, stop: &AtomicBool) -> Result<f64, SolveError> {
+        let mut taps = Taps::new(setup, self.a, self.gauge_at, None, 1e-8).stopping(stop);
         let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
         let found = taps.solve(&points)?;
         self.sweeps.merge(&taps.sweeps);
@@ -255,7 +258,7 @@ fn branch(
     setup: &Setup,
     (a, gauge_at, direction, grip): (f64, f64, Direction, Option<Grip>),
     axes: [Axis; AXES],
-    (power, tolerance): (i32, f64),
+    (power, tolerance, stop): (i32, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let most = axes[Quantity::Drive as usize].range[1].powi(power);
@@ -269,7 +272,8 @@ fn branch(
         Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
         Bound::of(10.0 * SHARE * tolerance / most),
     ];
-    let mut taps = Taps::new(setup, a, gauge_at, grip, solved(power, chooses)).towards(direction);
+    let mut taps =
+        Taps::new(setup, a, gauge_at, grip, solved(power, chooses)).towards(direction).stopping(stop);
     let cos = radians(direction)[0].cos();
     let spatial = setup.gauge.second || !direction.is_upright();
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {

@@ -32,6 +32,8 @@ pub mod scope;
 pub mod series;
 pub mod taps;
 
+use std::sync::atomic::AtomicBool;
+
 use crate::error::{Error, InputError};
 use crate::scene::{Contact, Direction, Layout, Study};
 
@@ -72,11 +74,15 @@ pub fn places(study: &Study) -> Result<(Vec<f64>, Vec<Direction>), InputError> {
 /// The charts of `study` over its ranges, their strain good to a tenth of `tolerance`.
 ///
 /// # Errors
-/// As [`places`]; a model that has no chart anywhere; a backend that fails.
-pub fn of_study(study: &Study, tolerance: f64) -> Result<Vec<distance::DistanceChart>, Error> {
+/// As [`places`]; a model that has no chart anywhere; a backend that fails; `stop`, set from outside.
+pub fn of_study(
+    study: &Study,
+    tolerance: f64,
+    stop: &AtomicBool,
+) -> Result<Vec<distance::DistanceChart>, Error> {
     let wanted = ranges::Wanted::of(&layout(study)?);
     let (distances, directions) = places(study)?;
-    let found = reader::charts(&study.setup, (&distances, &directions), &wanted, tolerance)?;
+    let found = reader::charts(&study.setup, (&distances, &directions), &wanted, (tolerance, stop))?;
     if found.is_empty() {
         let model = &study.setup.model;
         let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));

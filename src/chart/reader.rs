@@ -1,5 +1,7 @@
 //! Taps read from the charts of their distances in place of being solved.
 
+use std::sync::atomic::AtomicBool;
+
 use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
@@ -11,6 +13,7 @@ use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Task, told};
 use crate::kernel::Effects;
+use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Drive, Geometry, Layout, Setup};
 
@@ -59,7 +62,7 @@ impl Reader {
         if sticks || planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain() {
             return Ok(None);
         }
-        let charts = charts(setup, (distances, directions), wanted, tolerance)?;
+        let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
         let readings = Readings::new(&charts, setup.drive);
         let besides: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
         let of_besides = (!besides.is_empty()).then(|| Readings::new(&besides, setup.drive));
@@ -167,12 +170,12 @@ pub fn directions(layout: &Layout) -> Option<Vec<Direction>> {
 }
 
 /// Charts of `setup` at `distances` mm, against poles of each of `directions`, for whiskers as `wanted`, their strain good to a tenth of
-/// `tolerance`: those that there are.
+/// `tolerance`: those that there are. [`SolveError::Stopped`] once `stop` is set.
 pub fn charts(
     setup: &Setup,
     (distances, directions): (&[f64], &[Direction]),
     wanted: &Wanted,
-    tolerance: f64,
+    (tolerance, stop): (f64, &AtomicBool),
 ) -> Result<Vec<DistanceChart>, SolveError> {
     if setup.model.geometry != Geometry::Exact || distances.len() * directions.len() > MOST_DISTANCES {
         return Ok(Vec::new());
@@ -184,7 +187,7 @@ pub fn charts(
     let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, at)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
-        DistanceChart::towards(setup, (*a, *direction), (ranges, at), (power, tolerance))
+        DistanceChart::towards(setup, (*a, *direction), (ranges, at), (power, tolerance, stop))
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

@@ -1,5 +1,7 @@
 //! Taps of a chart as whiskers, solved in f64.
 
+use std::sync::atomic::AtomicBool;
+
 use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
@@ -38,6 +40,11 @@ impl<'a> Taps<'a> {
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
         let (evaluator, sweeps) = (Evaluator::new(setup, method), Sweeps::default());
         Self { setup, evaluator, a, gauge_at, grip, direction: Direction::UPRIGHT, sweeps }
+    }
+
+    /// Until `stop` is set.
+    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
+        Self { evaluator: self.evaluator.stopping(stop), ..self }
     }
 
     /// Against poles of `direction`.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::chart::{self, document::document, scope::Summary};
 use vibrissa::error::Error;
+use vibrissa::progress::NEVER;
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::spec;
@@ -41,7 +42,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
-    let found = chart::of_study(&spec.study, tolerance).map_err(at)?;
+    let found = chart::of_study(&spec.study, tolerance, &NEVER).map_err(at)?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
     let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
     let mut file = folder.file(FILE)?;

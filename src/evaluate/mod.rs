@@ -5,6 +5,7 @@ mod outcome;
 mod solve;
 mod tilted;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
+use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
 use crate::smooth::{Ranking, Scope, drives::DriveAxis};
@@ -130,6 +132,8 @@ pub struct Evaluator<'a> {
     reader: Option<Arc<Reader>>,
     /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
+    /// Set from outside to stop early.
+    stop: &'a AtomicBool,
 }
 
 /// How taps are solved.
@@ -160,7 +164,17 @@ impl<'a> Evaluator<'a> {
             spare: usize::MAX,
             reader: None,
             guard: None,
+            stop: &NEVER,
         }
+    }
+
+    /// Fails with [`SolveError::Stopped`] once `stop` is set.
+    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
+        Self { stop, ..self }
+    }
+
+    fn go_on(&self) -> Result<(), SolveError> {
+        if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped) } else { Ok(()) }
     }
 
     /// With `reader` for [`Self::read`].
@@ -267,13 +281,20 @@ impl<'a> Evaluator<'a> {
     /// solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the material
     /// bears them, or whether they lie on the path from the unloaded whisker.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
-        let setup = self.setup;
+        self.go_on()?;
+        let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel() {
-            tasks.par_iter().map(|t| reference(setup, &designs[t.design as usize], t)).collect()
+            // A tap takes the reference up to a second.
+            let answer = |t: &Task| match stop.load(Ordering::Relaxed) {
+                true => Outcome::NOTHING,
+                false => reference(setup, &designs[t.design as usize], t),
+            };
+            tasks.par_iter().map(answer).collect()
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
         };
+        self.go_on()?;
         self.mend(designs, tasks, outcomes)
     }
 
@@ -298,6 +319,7 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         grip: Grip,
     ) -> Result<Vec<Outcome>, SolveError> {
+        self.go_on()?;
         let solved = self.solve(designs, tasks, &|_| grip)?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance) = (self.setup, self.tolerance());

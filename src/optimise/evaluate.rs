@@ -1,6 +1,7 @@
 //! Scores of candidates: all candidates × robust samples × distances go to the backend in one batch.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
@@ -81,6 +82,11 @@ impl<'a> Scorer<'a> {
     /// With `guard` for the taps near a threshold, if there is one.
     pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
         Self { evaluator: self.evaluator.guarded(guard), ..self }
+    }
+
+    /// Failing once `stop` is set.
+    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
+        Self { evaluator: self.evaluator.stopping(stop), ..self }
     }
 
     /// Taps of one evaluation.

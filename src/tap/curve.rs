@@ -1,5 +1,7 @@
 //! Figures of one whisker as functions of its drive.
 
+use std::sync::atomic::AtomicBool;
+
 use super::Sample;
 use crate::error::Error;
 use crate::evaluate::{Guard, Method};
@@ -32,6 +34,11 @@ impl<'a> Curve<'a> {
     /// With `guard` for the taps near a threshold, if there is one.
     pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
         Self { scorer: self.scorer.guarded(guard), ..self }
+    }
+
+    /// Until `stop` is set.
+    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
+        Self { scorer: self.scorer.stopping(stop), ..self }
     }
 
     /// At these drives, degrees or mm.

@@ -11,6 +11,7 @@ mod optimum;
 mod write;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
@@ -19,6 +20,7 @@ use crate::needed::Needed;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Limit, Score};
 use crate::profile::both;
+use crate::progress::NEVER;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
 use crate::scene::{BackendChoice, RunOptions, Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
@@ -137,8 +139,8 @@ pub fn run(
     let asked = serde_json::json!({ "objective": objective.word() });
     let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
     let mut report = match bound {
-        Some(bound) => find_needed(&spec.study, ends, objective, choice, bound)?,
-        None => find(&spec.study, ends, objective, choice)?,
+        Some(bound) => find_needed(&spec.study, ends, objective, choice, (bound, &NEVER))?,
+        None => find(&spec.study, ends, objective, choice, &NEVER)?,
     };
     report.seconds = choice.seconds + begun.elapsed().as_secs_f64();
     write::all(spec, &report, &mut folder)?;
@@ -151,9 +153,15 @@ pub fn run(
 /// written.
 ///
 /// # Errors
-/// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails.
-pub fn find(study: &Study, ends: [f64; 2], objective: Objective, choice: &Choice) -> Result<Report, Error> {
-    find_by(study, ends, objective, choice, None)
+/// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails; `stop`, set from outside.
+pub fn find(
+    study: &Study,
+    ends: [f64; 2],
+    objective: Objective,
+    choice: &Choice,
+    stop: &AtomicBool,
+) -> Result<Report, Error> {
+    find_by(study, ends, objective, choice, (None, stop))
 }
 
 /// As [`find`], by the model that is `needed`, which is in `study`.
@@ -162,16 +170,16 @@ fn find_by(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    needed: Option<&Needed>,
+    (needed, stop): (Option<&Needed>, &AtomicBool),
 ) -> Result<Report, Error> {
-    let report = best(study, ends, objective, choice, needed)?;
+    let report = best(study, ends, objective, choice, (needed, stop))?;
     if !objective.needs_distance() || !both::possible(&study.setup) {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice, needed) {
+    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice, (needed, stop)) {
         Ok(other) => (Ok(other.optimum), other.evaluations, other.seconds),
         Err(Error::Input(why)) => (Err(why.message), 0, 0.0),
         Err(failed) => return Err(failed),
@@ -190,7 +198,7 @@ fn best(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    needed: Option<&Needed>,
+    (needed, stop): (Option<&Needed>, &AtomicBool),
 ) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
@@ -198,7 +206,8 @@ fn best(
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
-    let mut curve = Curve::new((setup, &layout), &search, choice.open(&setup.model)?).guarded(guard);
+    let mut curve =
+        Curve::new((setup, &layout), &search, choice.open(&setup.model)?).guarded(guard).stopping(stop);
     let samples = curve.grid(ends)?;
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 

@@ -1,12 +1,13 @@
 //! The best tap angle by what is needed of the model (`--model-error`).
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::{Report, find_by};
 use crate::backend::Choice;
 use crate::chart::ranges::Wanted;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::needed::{Needed, Row, Rows};
 use crate::optimise::run::no_axes;
 use crate::scene::search::Objective;
@@ -22,7 +23,7 @@ pub fn find_needed(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    bound: f64,
+    (bound, stop): (f64, &AtomicBool),
 ) -> Result<Report, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
@@ -31,7 +32,7 @@ pub fn find_needed(
     loop {
         study.setup = needed.setup().clone();
         let begun = Instant::now();
-        let report = match find_by(&study, ends, objective, choice, Some(&needed)) {
+        let report = match find_by(&study, ends, objective, choice, (Some(&needed), stop)) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up()?;
                 continue;
@@ -41,7 +42,11 @@ pub fn find_needed(
         let seconds = begun.elapsed().as_secs_f64();
         let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
         let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
-        if needed.keeps(&rows, &|| Ok(()))? {
+        let go_on = || match stop.load(Ordering::Relaxed) {
+            true => Err(SolveError::Stopped.into()),
+            false => Ok(()),
+        };
+        if needed.keeps(&rows, &go_on)? {
             let model_error = Some((needed.summary(seconds), needed.sentence()));
             return Ok(Report { model_error, ..report });
         }

@@ -97,6 +97,9 @@ pub enum SolveError {
     /// A rule of so many nodes, for which no kernel is compiled.
     #[error("no kernel with {0} nodes")]
     Nodes(usize),
+    /// Who asked for the taps wants them no more.
+    #[error("interrupted")]
+    Stopped,
     /// More taps would be left to the reference, or have no solution, than were allowed.
     #[error("too many taps have no solution that the kernels find")]
     TooHard,
