@@ -12,6 +12,7 @@ use vibrissa::measure::{Data, Names, Rig, Unit};
 use vibrissa::scene::Drive;
 use vibrissa::simulate::{self as synthetic, Settings};
 use vibrissa::sink::folder::hash_all;
+use vibrissa::sink::memory;
 use vibrissa::spec;
 
 use crate::job::{self, Far};
@@ -103,6 +104,9 @@ pub struct Added {
     signal: String,
 }
 
+/// Bytes of a row of synthetic measurements while their table is made: its text, in a buffer that may be twice as large, its fields, its columns.
+const BYTES_OF_ROW: u64 = 512;
+
 /// Synthetic measurements of the one whisker of a spec: the table, and run.json.
 #[pyfunction]
 pub fn simulate(
@@ -145,6 +149,8 @@ pub fn simulate(
         };
         settings.check()?;
         let layout = spec.study.space.layout().expect("a rig has axes");
+        let room = memory::available().map_or(u64::MAX, |bytes| bytes / BYTES_OF_ROW);
+        settings.rows(layout.len(), synthetic::MOST_ROWS.min(room))?;
         let taps = synthetic::Asked { layout: &layout, directions: spec.study.setup.directions };
         let method = opener(&spec.run)(&rig.setup.model)?;
         let mut bytes = Vec::new();

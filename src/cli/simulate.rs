@@ -33,12 +33,8 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     }
     let layout = spec.study.space.layout().expect("a rig has axes");
     let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
-    let taps = layout.len().saturating_mul(settings.repeats);
-    if taps >= 1 << 32 {
-        let error =
-            InputError::new("these are too many taps for one file").key("--repeats").value(settings.repeats);
-        return Err(error.allowed("fewer than 2^32 rows").into());
-    }
+    settings.rows(layout.len(), simulate::MOST_ROWS)?;
+    let taps = layout.len() * settings.repeats;
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
     if !quiet {
         spec.warnings.iter().for_each(say::warning);

@@ -20,6 +20,9 @@ use crate::status::Status;
 /// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
 
+/// Most rows of one table: random numbers of a row are told by its number.
+pub const MOST_ROWS: u64 = u32::MAX as u64;
+
 /// Taps solved at a time.
 const BATCH: usize = 1 << 14;
 
@@ -83,6 +86,36 @@ impl Settings {
         });
         v[offset] = self.drive_offset.into();
         v
+    }
+
+    /// Rows of a table with each of `taps` (distances × strokes) so often, zero readings included; refuses more than `most`.
+    ///
+    /// # Errors
+    /// How often would be allowed.
+    pub fn rows(&self, taps: u64, most: u64) -> Result<u64, InputError> {
+        let rows_of = |repeats: u64| {
+            let taps = u128::from(taps) * u128::from(repeats);
+            // One before the first tap, and one after the last.
+            taps + self.zero_every.map_or(0, |every| taps.div_ceil(u128::from(every)) + 1)
+        };
+        let (rows, most) = (rows_of(self.repeats), u128::from(most));
+        if rows <= most {
+            return Ok(rows as u64);
+        }
+        let (mut fit, mut too_many) = (0, self.repeats);
+        while too_many - fit > 1 {
+            let middle = fit + (too_many - fit) / 2;
+            *if rows_of(middle) <= most { &mut fit } else { &mut too_many } = middle;
+        }
+        let error =
+            InputError::new(format!("these would be {rows} rows; there is room for {most} in one table"))
+                .key("--repeats")
+                .value(self.repeats);
+        Err(match fit {
+            0 => error
+                .allowed(format!("fewer distances and drives: one repeat of them is {} rows", rows_of(1))),
+            _ => error.allowed(format!("1 … {fit}")),
+        })
     }
 
     /// Refuses values that mean nothing.

@@ -3,6 +3,7 @@
 pub mod columns;
 pub mod csv;
 pub mod folder;
+pub mod memory;
 pub mod pack;
 pub mod parquet;
 pub mod rows;

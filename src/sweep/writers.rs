@@ -6,6 +6,7 @@ use crate::plan::Plan;
 use crate::scene::Study;
 use crate::sink::columns::Columns;
 use crate::sink::folder::{Folder, Mark, Output};
+use crate::sink::memory;
 use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::rows::{Form, Rows};
 use crate::sink::sheet::{self, Sheet};
@@ -61,8 +62,24 @@ impl Writers {
     }
 
     /// Gathers tables in memory, with room for all rows of `plan`.
+    ///
+    /// # Errors
+    /// More rows than there is memory for.
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
+        let all = Table::ALL.into_iter().filter(|table| wanted(study, plan)[*table as usize]);
+        let bytes = all.map(|table| {
+            let width = table.columns(&study.setup).len() as u64;
+            plan.rows[table as usize].saturating_mul(8 * width)
+        });
+        let bytes = bytes.fold(0, u64::saturating_add);
+        if let Some(room) = memory::available().filter(|room| bytes > *room) {
+            let [bytes, room] = [bytes, room].map(|bytes| bytes as f64 / 1e9);
+            let why = format!("the tables take {bytes:.1} GB, and there are {room:.1} GB of memory");
+            return Err(Error::Run(format!(
+                "{why}: leave out output.tuples, say output.top, or write files"
+            )));
+        }
         for table in Table::ALL.into_iter().filter(|table| wanted(study, plan)[*table as usize]) {
             let rows = plan.rows[table as usize];
             goals[table as usize] =
