@@ -1,5 +1,6 @@
 """Exceptions name key, value and what is allowed; nothing else comes out."""
 
+import datetime
 import pickle
 
 import numpy as np
@@ -42,6 +43,8 @@ def test_a_bad_key_is_named(sections, key, value, allowed):
 
 
 TUPLE = dict(whisker=WHISKER, gauge=GAUGE, tap=TAP)
+ENDLESS = [1]
+ENDLESS.append(ENDLESS)
 
 
 @pytest.mark.parametrize("key, call", [
@@ -50,6 +53,29 @@ TUPLE = dict(whisker=WHISKER, gauge=GAUGE, tap=TAP)
     ("seed", lambda: vibrissa.verify(seed=2**70)),
     ("bound", lambda: vibrissa.verify(bound="small")),
     ("repeats", lambda: vibrissa.simulate(**TUPLE, repeats=-3)),
+    ("repeats", lambda: vibrissa.simulate(**TUPLE, repeats=2**62)),
+    ("repeats", lambda: vibrissa.simulate(**TUPLE, repeats=2**30, zero_every=1)),
+    ("samples", lambda: vibrissa.verify(samples=2**32 - 1)),
+    ("tap.a", lambda: vibrissa.tap(whisker=WHISKER, gauge=GAUGE, tap=dict(a=vibrissa.axis(21, 40, steps=10**9)))),
+    ("optimise.robust.samples", lambda: vibrissa.optimise(**TUPLE, optimise=dict(objective="sd", variables=dict(D=[8, 12]), robust=dict(D=0.05, samples=2**31)))),
+    ("output.tuples", lambda: vibrissa.sweep(**{**TUPLE, "whisker": {**WHISKER, "D": vibrissa.axis(9, 11, steps=10**12)}})),
+    ("repeats", lambda: vibrissa.simulate(**TUPLE, repeats=np.timedelta64(1, "s"))),
+    ("noise", lambda: vibrissa.simulate(**TUPLE, noise=np.timedelta64(1, "s"))),
+    ("D", lambda: vibrissa.strain(datetime.timedelta(1), 4, 50, 5, 2, 30, 4.0)),
+    ("whisker.D", lambda: vibrissa.sweep(whisker={**WHISKER, "D": np.timedelta64(1, "s")}, gauge=GAUGE, tap=TAP)),
+    ("whisker.D", lambda: vibrissa.sweep(whisker={**WHISKER, "D": np.array([1, 2], "m8[ns]")}, gauge=GAUGE, tap=TAP)),
+    ("whisker.D", lambda: vibrissa.sweep(whisker={**WHISKER, "D": ENDLESS}, gauge=GAUGE, tap=TAP)),
+    ("D", lambda: vibrissa.strain(ENDLESS, 4, 50, 5, 2, 30, 4.0)),
+    ("model.contact", lambda: vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, contact=ENDLESS)),
+    ("progress", lambda: vibrissa.sweep(**TUPLE, progress=np.ones(3))),
+    ("full", lambda: vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, full=np.ones(3))),
+    ("quick", lambda: vibrissa.verify(quick=np.ones(2))),
+    ("callback", lambda: vibrissa.optimise(**TUPLE, optimise=dict(objective="sd", variables=dict(D=[8, 12])), callback=lambda step: np.ones(3))),
+    ("optimise", lambda: vibrissa.pareto(**TUPLE, optimise=3)),
+    ("tap", lambda: vibrissa.sweep(tuples={"D_mm": [10]}, tap=3)),
+    ("columns", lambda: vibrissa.calibrate({}, columns=["a"])),
+    ("fit", lambda: vibrissa.calibrate({}, fit=3)),
+    ("data", lambda: vibrissa.calibrate(None)),
     ("seed", lambda: vibrissa.simulate(**TUPLE, seed=None)),
     ("noise", lambda: vibrissa.simulate(**TUPLE, noise="loud")),
     ("drift", lambda: vibrissa.simulate(**TUPLE, drift=10**400)),
@@ -133,3 +159,39 @@ def test_exceptions_keep_what_they_carry():
     with pytest.raises(vibrissa.InputError) as caught:
         vibrissa.strain(10, 4, 50, 5, 2, 30, "x")
     assert "theta" in repr(caught.value) and pickle.dumps(str(caught.value))
+
+
+def test_readings_and_paths_are_named(tmp_path):
+    measured = vibrissa.simulate(whisker=WHISKER, gauge=GAUGE, tap=dict(a=[21, 30, 39, 48], theta=[1, 4, 8]), repeats=3, noise=1e-5)
+    calibration = vibrissa.calibrate(measured, whisker=WHISKER, gauge=GAUGE)
+    assert calibration.text == vibrissa.calibrate(measured.measurements, whisker=WHISKER, gauge=GAUGE).text
+    locator = calibration.locator()
+    for call, key in [
+        (lambda: locator.stream(None), "readings"),
+        (lambda: list(locator.stream([(1, 2, 3)])), "readings"),
+        (lambda: list(locator.stream(np.ones((2, 3)))), "readings"),
+        (lambda: locator.table(measured, columns=["a"]), "columns"),
+        (lambda: locator.table(None), "readings"),
+        (lambda: locator.locate(calibration.designs), "reading"),
+        (lambda: locator.export(3), "language"),
+        (lambda: vibrissa.Locator(calibration, trust=np.ones(3)), "trust"),
+        (lambda: calibration.save(3), "path"),
+    ]:
+        with pytest.raises(vibrissa.InputError) as caught:
+            call()
+        assert caught.value.key == key and caught.value.allowed, str(caught.value)
+    calibration.save(bytes(tmp_path / "calibration.toml"))
+    assert [p.name for p in tmp_path.iterdir()] == ["calibration.toml"] and vibrissa.Locator(tmp_path / "calibration.toml").estimator == locator.estimator
+
+
+def test_what_simulate_gave_is_located():
+    measured = vibrissa.simulate(whisker=WHISKER, gauge=GAUGE, tap=dict(a=[21, 30, 39, 48], theta=[1, 4, 8]), repeats=3, noise=1e-6)
+    locator = vibrissa.calibrate(measured, whisker=WHISKER, gauge=GAUGE).locator()
+    columns = measured.measurements
+    found = locator.locate(measured)
+    for given in (locator.locate(columns), locator.locate(columns["theta_deg"], columns["strain"])):
+        np.testing.assert_array_equal(found.distance_mm, given.distance_mm)
+    assert np.abs(found.distance_mm - columns["a_mm"]).max() < 0.5
+    np.testing.assert_array_equal(locator.table(measured)["distance_mm"], found.distance_mm)
+    rows = np.column_stack([columns["theta_deg"], columns["strain"]])
+    assert [one.distance_mm for one in locator.stream(rows)] == found.distance_mm.tolist()

@@ -15,11 +15,13 @@ from . import _native
 from ._errors import InputError, Interrupted
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
-from ._spec import Section, Spec, _short, given, number, resolve, whole, word
+from ._spec import Section, Spec, _short, flag, given, number, resolve, section, whole, word
 from ._taps import _UNITS, columns as broadcast
 
 # Place of a warning about keywords, which have none.
 _OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
+# As `verify --samples`: the reference takes hours for as many.
+_MOST_SAMPLES = 10**6
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
 _DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
 _OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
@@ -39,11 +41,12 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
     """Taps given one by one: their number, and seven columns, or nine with tilt and lean."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
         return None
-    for section, keys in _OF_TUPLES.items():
-        written = [key for key in keys if key in (sections.get(section) or {})]
+    said = {name: section(name, sections.get(name)) or {} for name in _OF_TUPLES}
+    for name, keys in _OF_TUPLES.items():
+        written = [key for key in keys if key in said[name]]
         if written:
-            raise InputError("this comes from the tuples; remove one of the two", key=f"{section}.{written[0]}")
-    displaced = (sections.get("tap") or {}).get("drive") == "displacement"
+            raise InputError("this comes from the tuples; remove one of the two", key=f"{name}.{written[0]}")
+    displaced = said["tap"].get("drive") == "displacement"
     wanted = {**_TUPLES, **({"delta_mm": "delta"} if displaced else {"theta_deg": "theta"})}
     given: dict[str, Any] = {}
     for column, key in wanted.items():
@@ -195,8 +198,15 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     path, text = resolve(spec, sections)
     if callback is not None and not callable(callback):
         raise InputError("this cannot be called", key="callback", value=_short(callback), allowed="a function of a Step")
-    hear = None if callback is None else lambda *told: callback(Step(*told))
-    tables, best, document_, interrupt = _native.optimise(path, text, _name(spec, name, "optimise"), hear)
+
+    def hear(*told: Any) -> bool:
+        answer = callback(Step(*told)) if callback is not None else None
+        try:
+            return bool(answer)
+        except (TypeError, ValueError):
+            raise InputError("what this returns is neither true nor false", key="callback", value=_short(answer), allowed="a true result to end the search, else a false one or None") from None
+
+    tables, best, document_, interrupt = _native.optimise(path, text, _name(spec, name, "optimise"), None if callback is None else hear)
     result = Search(tables, best, document_)
     if isinstance(interrupt, KeyboardInterrupt):
         raise Interrupted(result) from None
@@ -215,7 +225,8 @@ def pareto(spec: Spec = None, *, optimise: Section | None = None, **sections: An
 
     ``result.front`` holds the designs none of which is better than another in both.
     """
-    return _optimise(spec, optimise={**(optimise or {}), "objective": "pareto"}, **sections)
+    given = section("optimise", optimise)
+    return _optimise(spec, optimise={**(given or {}), "objective": "pareto"}, **sections)
 
 
 def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None, seed: int = 1, bound: float | None = None,
@@ -235,8 +246,8 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     """
     path, text = resolve(spec, {**sections, "run": run})
     with shown(progress) as tell:
-        asked = None if samples is None else whole("samples", samples, 2**32 - 1), whole("seed", seed), given(number, "bound", bound)
-        return Verification(*_native.verify(path, text, bool(quick), *asked, tell))
+        asked = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound)
+        return Verification(*_native.verify(path, text, flag("quick", quick), *asked, tell))
 
 
 def devices() -> dict[str, Any]:

@@ -14,7 +14,7 @@ from ._errors import InputError
 from ._frames import csv
 from ._locate import roles
 from ._results import Calibration, Simulation
-from ._spec import Section, Spec, given, number, resolve, whole, word
+from ._spec import Section, Spec, _short, given, number, resolve, whole, word
 
 
 def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -24,7 +24,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     """Calibrates a whisker from measured signals: K table, estimators compared on distances left out, suspect rows named.
 
     Args:
-        data: DataFrame (pandas, polars), pyarrow Table, dict of columns or path of a CSV file, with ``a_mm``, ``theta_deg`` (or
+        data: DataFrame (pandas, polars), pyarrow Table, dict of columns, what :func:`simulate` gave or path of a CSV file, with ``a_mm``, ``theta_deg`` (or
             ``delta_mm``) and one of ``strain``, ``microstrain``, ``bridge_mV_per_V``, ``reading``. Rows with drive 0 are zero readings.
         spec, whisker, gauge, tap, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
             that need nothing but the data.
@@ -45,6 +45,8 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
     widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
+    if not isinstance(fit, (str, list, tuple)):
+        raise InputError("this is no list of parameters", key="fit", value=_short(fit), allowed="a word or a list of words")
     parameters = [word("fit", name) for name in ([fit] if isinstance(fit, str) else fit)]
     said = types.SimpleNamespace(
         theta=given(number, "theta", theta), delta=given(number, "delta", delta), columns=roles(columns), group=widths, fit=parameters)

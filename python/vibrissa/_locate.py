@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, Union
+
+import numpy as np
 
 from . import _native
 from ._errors import InputError
 from ._frames import csv
-from ._results import Calibration
-from ._spec import given, number, plain, word
+from ._results import Calibration, Simulation
+from ._spec import _short, flag, given, number, plain, word
 from ._taps import _SCALARS, Status, columns
 
 
@@ -51,8 +53,14 @@ class Locator:
                 text = data.decode()
             except UnicodeDecodeError:
                 raise InputError("this is no calibration: it is not UTF-8 text", file=label) from None
-        self._args = (label, text, given(word, "estimator", estimator), given(number, "zero", zero), bool(trust))
-        self._native = _native.Locator(*self._args)
+        self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust)))
+
+    def __setstate__(self, args: tuple[Any, ...]) -> None:
+        self._args = args
+        self._native = _native.Locator(*args)
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self._args
 
     @property
     def estimator(self) -> str:
@@ -71,7 +79,8 @@ class Locator:
         """Distances of readings.
 
         Args:
-            drive: tap angle, degrees (or displacement, mm), number or array; left out where there is only one.
+            drive: tap angle, degrees (or displacement, mm), number or array; left out where there is only one. Or what
+                :func:`vibrissa.simulate` gave, or a :class:`vibrissa.Table` with columns of drive and signal.
             reading: signal in the unit of the calibration (strain, microstrain, mV/V, or what the sensor shows).
 
         Returns:
@@ -82,7 +91,7 @@ class Locator:
             InputError: what is no number, shapes that do not broadcast.
         """
         if reading is None:
-            drive, reading = self._only(), drive
+            drive, reading = self._pair(drive)
         if {type(drive), type(reading)} <= _SCALARS:
             try:
                 distance, sigma, status = self._native.one(drive, reading, False)
@@ -97,17 +106,25 @@ class Locator:
     __call__ = locate
 
     def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
-        """Answers readings one by one, each a (drive, reading) or, where there is only one drive, a reading. Zero readings among them
-        (drive 0) serve those after them."""
+        """Answers readings one by one, each a (drive, reading) (a tuple, a list, the row of an array) or, where there is only one drive, a
+        reading. Zero readings among them (drive 0) serve those after them."""
+        try:
+            items = iter(readings)
+        except TypeError:
+            raise InputError("these are no readings", key="readings", value=_short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
+        return self._answers(items)
+
+    def _answers(self, readings: Iterator[Any]) -> Iterator[Located]:
         native = _native.Locator(*self._args)
         for item in readings:
             try:
-                drive, reading = item if isinstance(item, (tuple, list)) else (self._only(), item)
+                pair = isinstance(item, (tuple, list)) or isinstance(item, np.ndarray) and item.ndim == 1
+                drive, reading = item if pair else (self._only(), item)
                 distance, sigma, status = native.one(float(drive), float(reading), True)
             except (TypeError, ValueError, OverflowError) as e:
                 if isinstance(e, InputError):
                     raise
-                raise InputError("this is no reading", key="readings", value=repr(item), allowed="(drive, reading), or a reading") from None
+                raise InputError("this is no reading", key="readings", value=_short(item), allowed="(drive, reading), or a reading") from None
             yield Located(distance, sigma, Status(status))
 
     def table(self, readings: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
@@ -126,6 +143,17 @@ class Locator:
         """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
         return self._native.export(word("language", language))
 
+    def _pair(self, readings: Any) -> tuple[Any, Any]:
+        """Drives and signals where one thing holds both, or only signals."""
+        table = readings.measurements if isinstance(readings, Simulation) else readings
+        if not isinstance(table, _native.Table):
+            return self._only(), readings
+        wanted = (self._native.drive, self._native.signal)
+        for name in wanted:
+            if name not in table:
+                raise InputError(f"column {name} is missing", key="reading", value=", ".join(table.columns), allowed=" and ".join(wanted))
+        return table[wanted[0]], table[wanted[1]]
+
     def _only(self) -> float:
         only = self._native.only_drive
         if only is None:
@@ -135,6 +163,8 @@ class Locator:
 
 def roles(columns: dict[str, str] | str | None) -> str | None:
     """Columns under other names, as the library reads them."""
-    if isinstance(columns, dict):
+    if isinstance(columns, Mapping):
         columns = ",".join(f"{role}={name}" for role, name in columns.items())
+    if not (columns is None or isinstance(columns, str)):
+        raise InputError("this names no columns", key="columns", value=_short(columns), allowed='dict(a="…", theta="…", reading="…")')
     return None if columns is None else plain("columns", columns)

@@ -9,6 +9,8 @@ import numpy as np
 
 from ._errors import InputError
 from ._native import Table
+from ._spec import _short, whole
+from ._taps import number_array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,19 +80,18 @@ def _lines(keys: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Iterator
 def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: Any = None) -> Axes:
     """Figs. 5 to 8 of the paper, and the error against the drive."""
     kinds: dict[str, Any] = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
-    if kind not in kinds:
-        raise InputError("there is no such figure", key="kind", value=kind, allowed=", ".join(kinds))
+    if not isinstance(kind, str) or kind not in kinds:
+        raise InputError("there is no such figure", key="kind", value=_short(kind), allowed=", ".join(kinds))
     if kind == "sd":
         return _sd(_needs(result.designs, "designs", kind), _axes(ax))
     name = "designs" if kind == "error" else "tuples"
     table = _needs(getattr(result, name), name, kind)
     whiskers, number = _whiskers(table)
-    if not 0 <= design < len(whiskers):
-        raise InputError("there is no such whisker", key="design", value=design, allowed=f"0 … {len(whiskers) - 1}")
+    design = whole("design", design, len(whiskers) - 1)
     rows = np.flatnonzero(number == design)
     column, label = _drive(table)
     of = table[column][rows]
-    wanted = _shown(of, 5) if drives is None else np.atleast_1d(np.asarray(drives, dtype=float))
+    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm"))
     ax = _axes(ax)
     if kind == "strain":
         _strain(table, rows, ax)

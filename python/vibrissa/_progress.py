@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, Union
 
 from ._errors import InputError
+from ._spec import _short
 
 Progress = Union[bool, Callable[[int, int], object], None]
 
@@ -17,8 +18,8 @@ def shown(progress: Progress, unit: str = "tap") -> Iterator[Callable[[int, int]
     if callable(progress):
         yield progress
         return
-    if progress not in (None, False, True):
-        raise InputError("this cannot be called", key="progress", value=repr(progress), allowed="True (tqdm), a function of (done, total), or None")
+    if not (progress is None or isinstance(progress, bool)):
+        raise InputError("this cannot be called", key="progress", value=_short(progress), allowed="True (tqdm), a function of (done, total), or None")
     if not progress:
         yield None
         return

@@ -6,7 +6,9 @@ import json
 import os
 from typing import TYPE_CHECKING, Any
 
+from ._errors import InputError
 from ._native import Table
+from ._spec import _short
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -162,7 +164,11 @@ class Calibration(_Result):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes ``text`` to ``path``, whole or not at all."""
-        part = f"{os.fspath(path)}.part"
+        try:
+            path = os.fsdecode(path)
+        except TypeError:
+            raise InputError("this is no path", key="path", value=_short(path), allowed="str or os.PathLike") from None
+        part = f"{path}.part"
         with open(part, "w", encoding="utf-8", newline="\n") as file:
             file.write(self.text)
             file.flush()

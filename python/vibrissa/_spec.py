@@ -39,16 +39,19 @@ def samples(low: float, high: float, n: int, *, sampler: str = "sobol", seed: in
     return given if scale == "linear" else {**given, "scale": scale}
 
 
+def _is_number(value: Any) -> bool:
+    """A truth value is none, and a span of time is only of numpy's opinion."""
+    return isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_, np.timedelta64))
+
+
 def _text(key: str, value: Any) -> str:
     """``value`` as TOML on one line; ``key`` names it in complaints."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, str):
         return f'"{plain(key, value).translate(_ESCAPES)}"'
-    if isinstance(value, numbers.Integral):
-        return str(int(value))
-    if isinstance(value, numbers.Real):
-        return repr(float(value))
+    if _is_number(value):
+        return str(int(value)) if isinstance(value, numbers.Integral) else repr(float(value))
     if isinstance(value, os.PathLike):
         return _text(key, os.fspath(value))
     if isinstance(value, Mapping):
@@ -61,9 +64,18 @@ def _text(key: str, value: Any) -> str:
         array = np.asarray(value)
         if array.ndim > 1:
             raise InputError(f"an axis has one dimension, not {array.ndim}", key=key, value=f"array of shape {array.shape}", allowed="a one-dimensional array")
+        if array.dtype.kind in "mMcVS":
+            raise InputError(f"{array.dtype} is nothing that a spec holds", key=key, value=_short(value), allowed="an array of numbers or words")
         return _text(key, array.tolist())
     kind = type(value).__name__
     raise InputError(f"{kind} is nothing that a spec holds", key=key, value=_short(value), allowed="numbers, words, true or false, lists, ranges, numpy arrays, dicts")
+
+
+def _whole_text(key: str, value: Any) -> str:
+    try:
+        return _text(key, value)
+    except RecursionError:
+        raise InputError("this holds itself, or is nested too deep", key=key, value=_short(value), allowed="numbers, words, lists of them") from None
 
 
 def plain(key: str, text: str) -> str:
@@ -76,7 +88,10 @@ def plain(key: str, text: str) -> str:
 
 
 def _short(value: Any) -> str:
-    text = repr(value).encode(errors="replace").decode()
+    try:
+        text = repr(value).encode(errors="replace").decode()
+    except Exception:  # What a foreign object raises while it is told is no matter of the message.
+        text = f"<{type(value).__name__}>"
     return text if len(text) <= 60 else text[:59] + "…"
 
 
@@ -88,7 +103,7 @@ def _name(key: Any) -> str:
 
 def number(key: str, value: Any) -> float:
     """``value`` as a float."""
-    if isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_)):
+    if _is_number(value):
         try:
             return float(value)
         except OverflowError:
@@ -96,11 +111,20 @@ def number(key: str, value: Any) -> float:
     raise InputError("this is no number", key=key, value=_short(value), allowed="a number that a float holds")
 
 
-def whole(key: str, value: Any, most: int = 2**64 - 1) -> int:
-    """``value`` as a whole number from 0 to ``most``."""
-    if isinstance(value, numbers.Integral) and not isinstance(value, (bool, np.bool_)) and 0 <= int(value) <= most:
+def whole(key: str, value: Any, most: int = 2**64 - 1, least: int = 0) -> int:
+    """``value`` as a whole number from ``least`` to ``most``."""
+    if _is_number(value) and isinstance(value, numbers.Integral) and least <= int(value) <= most:
         return int(value)
-    raise InputError("this is no such number", key=key, value=_short(value), allowed=f"a whole number from 0 to {most}")
+    raise InputError("this is no such number", key=key, value=_short(value), allowed=f"a whole number from {least} to {most}")
+
+
+def flag(key: str, value: Any) -> bool:
+    """``value`` if it is true or false."""
+    if value is True or value is False:
+        return bool(value)
+    if isinstance(value, np.bool_) or _is_number(value) and value in (0, 1):
+        return bool(value)
+    raise InputError("this is neither true nor false", key=key, value=_short(value), allowed="True, False")
 
 
 def word(key: str, value: Any) -> str:
@@ -115,19 +139,25 @@ def given(read: Callable[[str, Any], _T], key: str, value: Any) -> _T | None:
     return None if value is None else read(key, value)
 
 
+def section(name: str, given: Any) -> Section | None:
+    """What is ``given`` as a section."""
+    if given is None or isinstance(given, Mapping):
+        return given
+    raise InputError("a section is a dict of its keys", key=name, value=_short(given), allowed=f"{name}=dict(…)")
+
+
 def document(sections: Mapping[str, Section | None]) -> str:
     """``sections`` as the text of a spec; None, as a section or a value, is not there."""
     lines = []
-    for name, section in sections.items():
-        if section is None:
+    for name, said in sections.items():
+        if name == "format" and not (said is None or isinstance(said, Mapping)):
+            lines.insert(0, f"format = {_whole_text(name, said)}")
             continue
-        if not isinstance(section, Mapping):
-            if name == "format":
-                lines.insert(0, f"format = {_text(name, section)}")
-                continue
-            raise InputError("a section is a dict of its keys", key=name, value=_short(section), allowed=f"{name}=dict(…)")
+        keys = section(name, said)
+        if keys is None:
+            continue
         lines.append(f"[{_name(name)}]")
-        lines += [f"{_name(key)} = {_text(f'{name}.{key}', value)}" for key, value in section.items() if value is not None]
+        lines += [f"{_name(key)} = {_whole_text(f'{name}.{key}', value)}" for key, value in keys.items() if value is not None]
     return "\n".join([*lines, ""]) if lines else ""
 
 
