@@ -13,6 +13,7 @@ use vibrissa::error::Error;
 use vibrissa::progress::Progress;
 
 use crate::error;
+use crate::fork::{self, Working};
 
 /// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -41,7 +42,9 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(N)) -> Result<T, Error> + Send + 'static,
     mut hear: impl FnMut(N) -> PyResult<bool>,
 ) -> PyResult<Ended<T>> {
-    let pool = threads.map(pool).transpose().map_err(|e| error::raise(py, e))?;
+    fork::check(py)?;
+    let pool = own_pool(threads).map_err(|e| error::raise(py, e))?;
+    let working = Working::new();
     let stop = Arc::new(AtomicBool::new(false));
     let (tell, news) = channel();
     let asked = Arc::clone(&stop);
@@ -56,6 +59,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
             Some(pool) => pool.install(work),
             None => work(),
         };
+        drop(working);
         let _ = tell.send(News::End(end));
     };
     let worker = Builder::new().stack_size(STACK).spawn(whole);
@@ -115,12 +119,39 @@ impl<M> Alone<'_, M> {
     }
 }
 
+/// Does `f`, which takes less than a moment, on the thread that asks; in a forked process on its own.
+///
+/// # Errors
+/// Threads that do not start; a process that cannot compute.
+pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T> {
+    if !fork::is_forked() {
+        return Ok(f());
+    }
+    fork::check(py)?;
+    let pool = own_pool(None).map_err(|e| error::raise(py, e))?;
+    Ok(match pool {
+        Some(pool) => pool.install(f),
+        None => f(),
+    })
+}
+
+/// Threads of their own for whoever says how many (0: all cores), and for forked processes; others share those of the library.
+fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
+    threads.or(fork::is_forked().then_some(0)).map(pool).transpose()
+}
+
+static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
+
+/// Leaves pools alone whose threads are those of another process.
+pub fn forget_pools() {
+    std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
+}
+
 /// `n` threads, the same for all who ask for as many.
 ///
 /// # Errors
 /// Threads that do not start.
 fn pool(n: usize) -> Result<Arc<ThreadPool>, Error> {
-    static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
     if let Some(pool) = pools.get(&n) {

@@ -4,6 +4,8 @@
 #[cfg(feature = "extension")]
 mod error;
 #[cfg(feature = "extension")]
+mod fork;
+#[cfg(feature = "extension")]
 mod held;
 #[cfg(feature = "extension")]
 mod job;

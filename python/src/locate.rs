@@ -66,20 +66,21 @@ impl Locator {
             let sequence = Mutex::new(Sequence::new(&locator, zero));
             Ok(Self { locator: Arc::new(locator), calibration, sequence, zero })
         };
-        made().map_err(|e| raise(py, e))
+        job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
     /// One reading: distance, sigma, status bits. With `follow` zero readings before it count.
     #[pyo3(signature = (drive, value, follow, /))]
     fn one(&self, py: Python<'_>, drive: f64, value: f64, follow: bool) -> PyResult<(f64, f64, u16)> {
         self.single(py)?;
-        let Located { distance, sigma, status } = match follow {
+        let answer = || match follow {
             true => {
                 let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
                 sequence.answer(&self.locator, drive, value)
             }
             false => Sequence::new(&self.locator, self.zero).answer(&self.locator, drive, value),
         };
+        let Located { distance, sigma, status } = job::here(py, answer)?;
         Ok((distance, sigma, bits(status)))
     }
 
@@ -180,8 +181,8 @@ impl Locator {
     }
 
     /// Signal expected of a tap at `a` mm by `drive`, on the side of `sign`; NaN where none is.
-    fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
-        self.locator.expected(a, drive, sign)
+    fn expected(&self, py: Python<'_>, a: f64, drive: f64, sign: f64) -> PyResult<f64> {
+        job::here(py, || self.locator.expected(a, drive, sign))
     }
 
     /// What answers readings as one file of C or Python.
@@ -194,7 +195,7 @@ impl Locator {
             let language = found.ok_or_else(wrong)?.1;
             Ok(Export::new(&self.locator, &self.calibration)?.text(language))
         };
-        made().map_err(|e| raise(py, e))
+        job::here(py, made)?.map_err(|e| raise(py, e))
     }
 }
 

@@ -6,6 +6,8 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
+    use crate::fork::forked;
+    #[pymodule_export]
     use crate::lab::{calibrate, simulate};
     #[pymodule_export]
     use crate::locate::Locator;

@@ -1,5 +1,6 @@
 //! A table: columns that Arrow, numpy and data frames read where they lie.
 
+use std::borrow::Cow;
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -12,10 +13,10 @@ use arrow_array::{
 use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use numpy::ndarray::ArrayView1;
-use numpy::{Element, PyArray1};
+use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyCapsule, PyList};
+use pyo3::types::{IntoPyDict, PyCapsule, PyIterator, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
 use vibrissa::sink::columns::{Columns, Values, Words};
@@ -38,11 +39,17 @@ impl Table {
     /// # Errors
     /// None of a whole table.
     pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
-        let arrays: Vec<ArrayRef> = columns.0.into_iter().map(array).collect();
+        Self::of_arrays(names, columns.0.into_iter().map(array).collect())
+            .map_err(|e| Error::Run(e.to_string()))
+    }
+
+    fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>) -> Result<Self, ArrowError> {
+        if names.len() != arrays.len() {
+            return Err(ArrowError::InvalidArgumentError("as many names as columns are needed".into()));
+        }
         let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
         let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
-        let batch = RecordBatch::try_new(Arc::new(schema), arrays).map_err(|e| Error::Run(e.to_string()))?;
-        Ok(Self { batch })
+        Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)? })
     }
 
     /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty.
@@ -53,10 +60,9 @@ impl Table {
         let text = std::str::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?;
         let mut lines = text.lines();
         let header = fields(lines.next().unwrap_or_default(), ',');
-        let mut cells: Vec<Vec<String>> = vec![Vec::new(); header.len()];
+        let mut cells: Vec<Vec<Cow<'_, str>>> = vec![Vec::new(); header.len()];
         for line in lines {
-            let row = fields(line, ',');
-            cells.iter_mut().zip(row).for_each(|(column, cell)| column.push(cell.into_owned()));
+            cells.iter_mut().zip(fields(line, ',')).for_each(|(column, cell)| column.push(cell));
         }
         let columns = header.iter().zip(&cells).map(|(name, cells)| column(name, cells)).collect();
         let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
@@ -76,8 +82,8 @@ impl Table {
 const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
 
 /// A column of a CSV table.
-fn column(name: &str, cells: &[String]) -> Values {
-    let number = |cell: &String| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
+fn column(name: &str, cells: &[Cow<'_, str>]) -> Values {
+    let number = |cell: &Cow<'_, str>| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
     let numbers = || cells.iter().map(number).collect::<Option<Vec<f64>>>();
     match (!OF_WORDS.contains(&name)).then(numbers).flatten() {
         Some(numbers) => Values::Numbers(numbers),
@@ -85,7 +91,7 @@ fn column(name: &str, cells: &[String]) -> Values {
             let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
             for cell in cells {
                 words.codes.push(*places.entry(cell).or_insert_with(|| {
-                    words.known.push(cell.clone());
+                    words.known.push(cell.to_string());
                     words.known.len() as u32 - 1
                 }));
             }
@@ -118,11 +124,35 @@ fn array(values: Values) -> ArrayRef {
                 Some(missing) if code > missing => code.cast_signed() - 1,
                 _ => code.cast_signed(),
             };
-            let codes: Vec<i32> = codes.into_iter().map(place).collect();
-            let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
-            let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
-            Arc::new(DictionaryArray::<Int32Type>::new(keys, Arc::new(StringArray::from(words))))
+            dictionary(codes.into_iter().map(place).collect(), words).expect("codes are places of words")
         }
+    }
+}
+
+/// A column of words by their places in `words`, −1 where there is none.
+fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowError> {
+    let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
+    let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
+    Ok(Arc::new(DictionaryArray::<Int32Type>::try_new(keys, Arc::new(StringArray::from(words)))?))
+}
+
+/// A column as [`Table::__getitem__`] and [`Table::codes`] give it.
+#[derive(FromPyObject)]
+enum Given<'py> {
+    Numbers(PyReadonlyArray1<'py, f64>),
+    Counts(PyReadonlyArray1<'py, i64>),
+    Words(PyReadonlyArray1<'py, i32>, Vec<String>),
+}
+
+impl Given<'_> {
+    fn array(self) -> Result<ArrayRef, ArrowError> {
+        Ok(match self {
+            Self::Numbers(x) => array(Values::Numbers(x.as_array().to_vec())),
+            Self::Counts(n) => {
+                array(Values::Counts(n.as_array().iter().map(|n| n.cast_unsigned()).collect()))
+            }
+            Self::Words(codes, words) => dictionary(codes.as_array().to_vec(), words)?,
+        })
     }
 }
 
@@ -147,8 +177,41 @@ impl Table {
         self.batch.num_rows()
     }
 
-    fn __contains__(&self, name: &str) -> bool {
-        self.batch.column_by_name(name).is_some()
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
+        name.extract::<&str>().is_ok_and(|name| self.batch.column_by_name(name).is_some())
+    }
+
+    /// Names of the columns, as of a dict.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.columns())?.try_iter()
+    }
+
+    /// Names of the columns: `dict(table)` has them all as numpy arrays.
+    fn keys(&self) -> Vec<String> {
+        self.columns()
+    }
+
+    /// A table of columns as they are read of another: of numbers (float64), of counts (int64), or codes (int32) with their words.
+    #[staticmethod]
+    fn _of_columns(py: Python<'_>, names: Vec<String>, columns: Vec<Given<'_>>) -> PyResult<Self> {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let arrays = columns.into_iter().map(Given::array).collect::<Result<_, _>>();
+        arrays.and_then(|arrays| Self::of_arrays(&names, arrays)).map_err(|e| failed(py, &e))
+    }
+
+    /// For pickle: by columns.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("vibrissa._frames")?.call_method1("reduced", (slf,))
+    }
+
+    /// Itself: it never changes.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    /// Itself: it never changes.
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -156,7 +219,11 @@ impl Table {
     }
 
     /// A column as a numpy array: of numbers without a copy and read-only, of words as an array of objects.
-    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let Ok(name) = name.extract::<&str>() else {
+            let what = format!("a table is asked for a column by its name, not for {}", name.repr()?);
+            return Err(PyKeyError::new_err(what));
+        };
         let (py, column) = (slf.py(), slf.get().at(name)?);
         if let Some(x) = column.as_any().downcast_ref::<PrimitiveArray<Float64Type>>() {
             return view(slf, x.values());

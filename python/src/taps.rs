@@ -156,7 +156,7 @@ impl Taps {
             let taps = vibrissa::api::Taps::new(spec.study.setup, &options)?;
             Ok(Self { taps: Arc::new(taps), threads: options.threads })
         };
-        made().map_err(|e| raise(py, e))
+        job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
     /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks; strain of the second gauge, azimuth
@@ -178,8 +178,8 @@ impl Taps {
     ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64)> {
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let mut found = [Told::default()];
-        let solved =
-            self.taps.solve(|_| Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive }, told, &mut found);
+        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive };
+        let solved = job::here(py, || self.taps.solve(|_| tap, told, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
         let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
             found;
@@ -222,7 +222,7 @@ impl Taps {
             Ok((strains, answers))
         };
         let (strains, answers) = if n <= FEW {
-            solve(&mut |_| true).map_err(|e| raise(py, e))?
+            job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
             let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
                 solve(&mut |done| {

@@ -71,6 +71,11 @@ def test_columns_have_names(tuples):
     with pytest.raises(KeyError, match="column of numbers"):
         tuples.codes("strain")
     assert "9 rows" in repr(tuples)
+    assert list(tuples) == tuples.keys() == tuples.columns and 3 not in tuples and None not in tuples
+    columns = dict(tuples)
+    assert list(columns) == tuples.columns and columns["strain"] is not None and len(columns["status"]) == 9
+    with pytest.raises(KeyError, match="by its name, not for 0"):
+        tuples[0]
 
 
 def test_a_table_without_rows_has_its_columns():

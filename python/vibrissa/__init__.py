@@ -20,6 +20,7 @@ import os as _os
 if "XDG_RUNTIME_DIR" not in _os.environ:
     _os.environ.setdefault("NODEVICE_SELECT", "1")
 
+from . import _native, _taps
 from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
 from ._errors import Error, InputError, Interrupted, RunError
 from ._lab import calibrate, simulate
@@ -34,3 +35,6 @@ __all__ = [
     "Step", "Sweep", "Table", "Tap", "Verification", "__version__", "axis", "calibrate", "chart", "devices", "optimise", "pareto",
     "samples", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
+
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=lambda: _native.forked(_taps.forget_solvers()))

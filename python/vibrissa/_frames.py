@@ -23,6 +23,18 @@ def words(codes: NDArray[np.int32], all_words: list[str]) -> NDArray[np.object_]
     return np.array([*all_words, None], dtype=object)[codes]
 
 
+def _of_columns(names: list[str], columns: list[Any]) -> Table:
+    from ._native import Table
+
+    return Table._of_columns(names, columns)
+
+
+def reduced(table: Table) -> tuple[Any, ...]:
+    """What :mod:`pickle` makes ``table`` of again."""
+    columns = [table.codes(name) if kind == "words" else table[name] for name, kind in zip(table.columns, table.kinds())]
+    return _of_columns, (table.columns, columns)
+
+
 def to_pandas(table: Table) -> pandas.DataFrame:
     """Columns of numbers are those of the table, not copies; words become categories."""
     import pandas as pd
@@ -61,7 +73,7 @@ def _column(column: Any) -> NDArray[Any]:
     return np.atleast_1d(np.asarray(column))
 
 
-def _of_columns(columns: Mapping[str, Any]) -> bytes:
+def _csv_of(columns: Mapping[str, Any]) -> bytes:
     arrays = {str(name): _column(column) for name, column in columns.items()}
     lengths = {len(a) for a in arrays.values()}
     if len(lengths) > 1 or any(a.ndim > 1 for a in arrays.values()):
@@ -75,7 +87,8 @@ def _of_columns(columns: Mapping[str, Any]) -> bytes:
 
 
 def csv(data: Any, what: str) -> tuple[str, bytes]:
-    """Name and bytes of a table of measurements: a path, a data frame (pandas, polars), or a mapping of names to columns."""
+    """Name and bytes of a table of measurements: a path, a data frame (pandas, polars), a mapping of names to columns, or what simulate gave."""
+    data = getattr(data, "measurements", data)
     if isinstance(data, (str, os.PathLike)):
         path = os.fspath(data)
         try:
@@ -85,14 +98,14 @@ def csv(data: Any, what: str) -> tuple[str, bytes]:
             why = e.strerror if isinstance(e, OSError) else "this is no path"
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
     if isinstance(data, Mapping):
-        return "data", _of_columns(data)
+        return "data", _csv_of(data)
     if hasattr(data, "to_csv"):
         return "data", data.apply(lambda column: column if column.dtype.kind in "biuf" else column.map(_line)).to_csv(index=False).encode()
     if hasattr(data, "write_csv"):
         return "data", data.write_csv().encode()
     if hasattr(data, "schema") and hasattr(data, "to_pylist"):
-        return "data", _of_columns({name: np.array(data[name].to_pylist(), dtype=object) for name in data.schema.names})
+        return "data", _csv_of({name: np.array(data[name].to_pylist(), dtype=object) for name in data.schema.names})
     if hasattr(data, "columns") and hasattr(data, "kinds"):
-        return "data", _of_columns({name: data[name] for name in data.columns})
+        return "data", _csv_of({name: data[name] for name in data.columns})
     kind = type(data).__name__
-    raise InputError(f"{kind} is no table", key="data", allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns")
+    raise InputError(f"{kind} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns, what simulate gave")

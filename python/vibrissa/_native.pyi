@@ -1,7 +1,7 @@
 """The native part of vibrissa; use the package."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy
@@ -24,7 +24,13 @@ class Table:
     def columns(self) -> list[str]:
         """Names of the columns."""
     def __len__(self) -> int: ...
-    def __contains__(self, name: str, /) -> bool: ...
+    def __contains__(self, name: object, /) -> bool: ...
+    def __iter__(self) -> Iterator[str]:
+        """Names of the columns, as of a dict."""
+    def keys(self) -> list[str]:
+        """Names of the columns: ``dict(table)`` has them all as numpy arrays."""
+    @staticmethod
+    def _of_columns(names: list[str], columns: list[Any]) -> Table: ...
     def __getitem__(self, name: str, /) -> NDArray[Any]:
         """A column as a numpy array: of numbers without a copy and read-only, of words as an array of objects."""
     def codes(self, name: str) -> tuple[NDArray[numpy.int32], list[str]]:
@@ -76,4 +82,5 @@ def simulate(path: str | None, text: str, added: object) -> tuple[Table, str]: .
 def verify(path: str | None, text: str, quick: bool, samples: int | None, seed: int, bound: float | None,
            progress: _Progress = None) -> tuple[Table, str, bool]: ...
 def devices() -> str: ...
+def forked(kept: object) -> None: ...
 def chart(path: str | None, text: str) -> str: ...

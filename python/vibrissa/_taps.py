@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native
 from ._errors import InputError
 from ._progress import Progress, shown
-from ._spec import _short, document
+from ._spec import _short, document, flag
 
 Number = Union[float, NDArray[np.float64]]
 
@@ -109,6 +109,13 @@ def _solver(model: dict[str, Any], displaced: bool) -> _native.Taps:
     return found
 
 
+def forget_solvers() -> object:
+    """What there was of them, for a forked process in which it cannot be used."""
+    global _solvers
+    old, _solvers = _solvers, {}
+    return old
+
+
 def number_array(name: str, value: Any, unit: str) -> NDArray[np.float64]:
     """``value`` as an array of float64; complaints name the argument."""
     if isinstance(value, np.ma.MaskedArray):
@@ -201,6 +208,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         raise InputError("a tap has one drive", key="delta", allowed="theta (degrees) or delta (mm), not both")
     else:
         name, drive = "theta", theta
+    full = flag("full", full)
     solver = _solver(model, name == "delta")
     upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:

@@ -132,12 +132,20 @@ impl Choice {
     }
 
     fn found(options: &RunOptions) -> Result<Self, Error> {
-        match options.backend.unwrap_or(BackendChoice::Auto) {
+        let asked = options.backend.unwrap_or(BackendChoice::Auto);
+        let wanted = asked == BackendChoice::Gpu || asked == BackendChoice::Auto && options.adapter.is_some();
+        if let Some(why) = gpu::forked().filter(|_| wanted) {
+            return Err(Error::Run(why.into()));
+        }
+        match asked {
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
             BackendChoice::Gpu => Ok(Self::among(options, &gpu::adapters())?.watched()),
             BackendChoice::Auto => {
                 let instead = |why: String| Self::instead(options, why);
-                if let Some(why) = cramped().filter(|_| options.adapter.is_none()) {
+                let why = || cramped().or(gpu::forked().map(str::to_owned));
+                if options.adapter.is_none()
+                    && let Some(why) = why()
+                {
                     return instead(why);
                 }
                 let adapters = match quietly(gpu::adapters) {

@@ -1,6 +1,7 @@
 //! Which adapters there are and which one to take.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::lie::Lie;
 use vibrissa_core::error::SolveError;
@@ -72,8 +73,23 @@ impl Adapter {
     }
 }
 
-/// All adapters that can compute, hardware first; empty where there is no driver.
+/// Process that has asked drivers for their adapters; 0 before.
+static ASKED_BY: AtomicU32 = AtomicU32::new(0);
+
+/// Why no driver is to be asked: this process was forked from one that had done so, whose drivers' threads it does not have.
+pub fn forked() -> Option<&'static str> {
+    let by = ASKED_BY.load(Ordering::Relaxed);
+    let why =
+        "this process was forked from one that had asked the GPU's driver; one that is spawned can use it";
+    (by != 0 && by != std::process::id()).then_some(why)
+}
+
+/// All adapters that can compute, hardware first; empty where there is no driver, or none to be [asked](forked).
 pub fn adapters() -> Vec<Adapter> {
+    if forked().is_some() {
+        return Vec::new();
+    }
+    ASKED_BY.store(std::process::id(), Ordering::Relaxed);
     let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = backends;

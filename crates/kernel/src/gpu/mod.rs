@@ -12,7 +12,7 @@ mod seal;
 pub mod shader;
 mod watched;
 
-pub use adapter::{Adapter, adapters, pick};
+pub use adapter::{Adapter, adapters, forked, pick};
 pub use check::Passed;
 pub use dispatch::Gpu;
 pub use fault::{Fault, Log, Told};
