@@ -195,3 +195,8 @@ def test_what_simulate_gave_is_located():
     np.testing.assert_array_equal(locator.table(measured)["distance_mm"], found.distance_mm)
     rows = np.column_stack([columns["theta_deg"], columns["strain"]])
     assert [one.distance_mm for one in locator.stream(rows)] == found.distance_mm.tolist()
+
+
+def test_tables_larger_than_memory_are_refused():
+    with pytest.raises(vibrissa.RunError, match="GB of memory"):
+        vibrissa.sweep(**{**TUPLE, "whisker": {**WHISKER, "D": vibrissa.axis(9, 11, steps=10**11)}}, output=dict(tuples=True), run=dict(backend="cpu"))
