@@ -3,7 +3,7 @@
 //! On a CPU they are solved in blocks, each from whisker to outcome on one core, so that what lies between stays in its cache: it is
 //! ten times as large as what is asked and told.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
@@ -12,6 +12,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::Rung;
+use crate::kernel::frames::{Framed, Framing};
 use crate::plan::CHUNK;
 use crate::scene::{RunOptions, Setup, Tuple};
 
@@ -22,6 +23,8 @@ const BLOCK: usize = 1024;
 pub struct Taps {
     setup: Setup,
     choice: Choice,
+    /// How taps are framed in lanes, where they are.
+    framing: Option<Framing>,
     /// Opened, and not in use just now.
     workers: Mutex<Vec<Worker>>,
     /// With the charts of the first, for all.
@@ -33,6 +36,7 @@ struct Worker {
     method: Method,
     designs: Vec<Design>,
     tasks: Vec<Task>,
+    framed: Framed,
 }
 
 impl Taps {
@@ -42,7 +46,8 @@ impl Taps {
     /// A backend that the machine does not have; a tolerance that it cannot keep.
     pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
         let choice = Choice::new(options)?;
-        Ok(Self { setup, choice, workers: Mutex::default(), rungs: OnceLock::new() })
+        let framing = Framing::new(&setup).filter(|_| choice.backend.adapter.is_none());
+        Ok(Self { setup, choice, framing, workers: Mutex::default(), rungs: OnceLock::new() })
     }
 
     /// What all taps share.
@@ -82,13 +87,77 @@ impl Taps {
         read: impl Fn(&Outcome) -> T + Sync,
         out: &mut [T],
     ) -> Result<(), Error> {
+        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), &read, out))
+    }
+
+    /// Solves as many taps as `out` has places, as [`Self::solve`], and writes their strains.
+    ///
+    /// # Errors
+    /// Threads or kernels that fail.
+    pub fn strains(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
+        match &self.framing {
+            Some(framing) => self.in_blocks(out, |at, out| self.lanes(framing, |i| tap(at + i), out)),
+            None => self.solve(tap, |outcome| outcome.strain, out),
+        }
+    }
+
+    /// Does `one` for each block of `out`, which it is told the begin of.
+    fn in_blocks<T: Send>(
+        &self,
+        out: &mut [T],
+        one: impl Fn(usize, &mut [T]) -> Result<(), Error> + Sync,
+    ) -> Result<(), Error> {
         let on_cpu = self.choice.backend.adapter.is_none();
         let size = if on_cpu { BLOCK } else { CHUNK as usize };
-        let one = |(at, out): (usize, &mut [T])| self.block(|i| tap(at * size + i), &read, out);
+        let one = |(k, out): (usize, &mut [T])| one(k * size, out);
         match on_cpu && out.len() > size {
             true => out.par_chunks_mut(size).enumerate().try_for_each(one),
             false => out.chunks_mut(size).enumerate().try_for_each(one),
         }
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Worker>> {
+        self.workers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Who does not work just now, or someone new.
+    fn worker(&self) -> Result<Worker, Error> {
+        let waiting = self.idle().pop();
+        let new = || {
+            Ok(Worker {
+                method: self.method()?,
+                designs: Vec::new(),
+                tasks: Vec::new(),
+                framed: Framed::default(),
+            })
+        };
+        waiting.map_or_else(new, Ok)
+    }
+
+    /// A block of strains whose taps are framed in lanes, but for those that are not.
+    fn lanes(
+        &self,
+        framing: &Framing,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let Worker { method, designs, tasks, mut framed } = self.worker()?;
+        let dimensions = |i: usize| {
+            let t = tap(i);
+            let upright = if t.direction().is_upright() { t.a } else { f64::NAN };
+            [t.D, t.d, t.L_a, t.x_ss, t.l, upright, t.drive]
+        };
+        framing.frame(out.len(), dimensions, &mut framed);
+        let mut evaluator = Evaluator::new(&self.setup, method);
+        let open = evaluator.strains(&framed, out)?;
+        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
+        if open.is_empty() {
+            return Ok(());
+        }
+        let mut others = vec![f64::NAN; open.len()];
+        self.block(|k| tap(open[k]), &|outcome: &Outcome| outcome.strain, &mut others)?;
+        open.iter().zip(others).for_each(|(&i, strain)| out[i] = strain);
+        Ok(())
     }
 
     fn block<T: Send>(
@@ -97,12 +166,7 @@ impl Taps {
         read: &(impl Fn(&Outcome) -> T + Sync),
         out: &mut [T],
     ) -> Result<(), Error> {
-        let idle = || self.workers.lock().unwrap_or_else(PoisonError::into_inner);
-        let waiting = idle().pop();
-        let Worker { method, mut designs, mut tasks } = match waiting {
-            Some(worker) => worker,
-            None => Worker { method: self.method()?, designs: Vec::new(), tasks: Vec::new() },
-        };
+        let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
         let places = || (0..out.len()).into_par_iter().with_min_len(BLOCK);
         places().map(|i| Design::new(&self.setup, tap(i))).collect_into_vec(&mut designs);
         let task = |i: usize| Task::of(i as u32, &designs[i].tuple);
@@ -110,7 +174,7 @@ impl Taps {
         let mut evaluator = Evaluator::new(&self.setup, method);
         let outcomes = evaluator.run(&designs, &tasks)?;
         out.par_iter_mut().with_min_len(BLOCK).zip(&outcomes).for_each(|(place, o)| *place = read(o));
-        idle().push(Worker { method: evaluator.into_method(), designs, tasks });
+        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
         Ok(())
     }
 }

@@ -213,9 +213,8 @@ impl Taps {
                 parts(n, one, go_on)?;
             } else {
                 strains.resize(n, f64::NAN);
-                let strain = |o: &Outcome| o.strain;
                 let one = |from: usize, more: usize| {
-                    taps.solve(|i| given.tap(from + i), strain, &mut strains[from..from + more])
+                    taps.strains(|i| given.tap(from + i), &mut strains[from..from + more])
                 };
                 parts(n, one, go_on)?;
             }
@@ -267,7 +266,7 @@ impl Taps {
         let (mut solutions, mut strains, start) = (Vec::new(), vec![0.0; n], Instant::now());
         for _ in 0..repeats {
             if engine {
-                self.taps.solve(|i| given.tap(i), |o| o.strain, &mut strains).map_err(|e| raise(py, e))?;
+                self.taps.strains(|i| given.tap(i), &mut strains).map_err(|e| raise(py, e))?;
                 continue;
             }
             for some in taps.chunks(PART) {

@@ -3,6 +3,7 @@
 mod guard;
 mod outcome;
 mod solve;
+mod strains;
 mod tilted;
 
 use std::sync::atomic::{AtomicBool, Ordering};

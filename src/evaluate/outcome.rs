@@ -4,6 +4,7 @@ use super::solve::{Plane, Solved};
 use super::{Outcome, Task};
 use crate::chart::beside;
 use crate::design::{Design, Shared, amount, radians};
+use crate::kernel::{Solution, Tap};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem, TiltedTap};
 use crate::scene::{Geometry, Setup, Side};
@@ -213,6 +214,22 @@ fn sign(setup: &Setup) -> f64 {
     }
 }
 
+/// A strain as the gauge shows it; 0 has no sign.
+fn signed(setup: &Setup, strain: f64) -> f64 {
+    sign(setup) * strain + 0.0
+}
+
+/// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
+fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
+    a <= x1 || arc <= x1
+}
+
+/// Strain of an upright tap of one gauge that begins at `x1`, mm, from its kernel's answer.
+pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solution: &Solution<f64>) -> f64 {
+    let arc = a * (1.0 + tap.moved(solution));
+    signed(setup, if off_gauge(x1, a, arc) { 0.0 } else { tap.strain(solution) })
+}
+
 /// Whether a tap lies in the domain.
 fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
     design.admits(setup.drive, task.a, task.drive) && task.direction.is_valid()
@@ -233,8 +250,7 @@ fn outcome(
     found: Found,
 ) -> Outcome {
     let mut status = Status::OK;
-    let x1 = shared.gauge[0];
-    let no_strain = task.a <= x1 || found.arc <= x1;
+    let no_strain = off_gauge(shared.gauge[0], task.a, found.arc);
     if no_strain {
         status |= Status::NO_STRAIN;
     }
@@ -261,7 +277,7 @@ fn outcome(
         Some(strain_2) => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
     };
     Outcome {
-        strain: sign(setup) * strain + 0.0,
+        strain: signed(setup, strain),
         strain_2: strain_2.map_or(f64::NAN, |strain_2| sign(setup) * strain_2 + 0.0),
         strain_linear: sign(setup) * linear + 0.0,
         deviation,

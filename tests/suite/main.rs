@@ -18,6 +18,7 @@ mod explore;
 mod export;
 mod flops;
 mod folders;
+mod framed;
 mod garbage;
 mod hard;
 mod hard_ends;

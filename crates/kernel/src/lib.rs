@@ -23,6 +23,7 @@
 pub mod chart;
 pub mod cpu;
 pub mod effects;
+pub mod frames;
 pub mod gpu;
 pub mod nodes;
 pub mod rule;

@@ -121,6 +121,18 @@ macro_rules! fields {
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
 fields!(Solution: force along arc strain error load sweeps base axial);
 
+impl Tap<f64> {
+    /// Strain that `s` says, positive as on the contact side.
+    pub fn strain(&self, s: &Solution<f64>) -> f64 {
+        self.strain + self.strain * s.strain
+    }
+
+    /// How far the contact has moved along the whisker: c/a − 1.
+    pub fn moved(&self, s: &Solution<f64>) -> f64 {
+        self.arc + s.arc
+    }
+}
+
 impl<T> Solution<T> {
     /// How many fields a kernel returns with and without `spatial` effects.
     pub const fn words(spatial: bool) -> usize {
@@ -305,7 +317,7 @@ impl Frame {
         let (cos, sin) = self.direction;
         let normal = (w * cos - h * sin) * self.unit;
         Response {
-            strain: t.strain + t.strain * s.strain,
+            strain: t.strain(s),
             deviation: s.strain,
             normal,
             tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
@@ -323,7 +335,7 @@ impl Frame {
 
     /// How far the contact has moved along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution<f64>) -> f64 {
-        self.tap.arc + s.arc
+        self.tap.moved(s)
     }
 }
 
