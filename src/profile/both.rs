@@ -12,7 +12,7 @@ use crate::status::Status;
 
 /// Largest |tilt| that is looked for, degrees.
 const STEEPEST: f64 = 85.0;
-/// Taps by which the slopes of the strains of one are told, that one included: on the way to it the first [`AIMING`] will do.
+/// Taps by which the slopes of the strains of one are told, that one included: on the way to it the first `AIMING` will do.
 pub const TAPS: usize = 5;
 /// See [`TAPS`].
 const AIMING: usize = 3;
