@@ -144,9 +144,6 @@ fn a_single_place_is_a_point() {
             }
             let chosen = choose(&noisy, None).unwrap();
             wrong += usize::from(chosen.kind != Kind::Point);
-            if chosen.kind != Kind::Point {
-                println!("{:?}", chosen.judged);
-            }
             let spot = choose(&noisy, Some(Kind::Point)).unwrap().curve;
             let (off, _) = spot.off([1.0, 2.0]);
             sum += (off / spot.deviation([1.0, 2.0])).powi(2);
@@ -156,7 +153,10 @@ fn a_single_place_is_a_point() {
             "{n} {long} {worse}: {wrong} of 40 no point, off by {:.2} deviations rms",
             (sum / 40.0).sqrt()
         );
-        assert!(wrong <= 1 && (0.7..2.1).contains(&(sum / 40.0).sqrt()), "{n} {long} {worse}: {wrong} {sum}");
+        assert!(
+            wrong <= most && (0.7..2.1).contains(&(sum / 40.0).sqrt()),
+            "{n} {long} {worse}: {wrong} {sum}"
+        );
     }
 }
 
@@ -170,4 +170,5 @@ fn short_lines_are_lines() {
         shorter += usize::from(of(8.0 * SIGMA) == Kind::Point);
     }
     println!("of lines 8 deviations long {shorter} of 40 are points");
+    assert!(shorter <= 4, "{shorter}");
 }

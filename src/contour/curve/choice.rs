@@ -13,8 +13,10 @@ const LOOKS: usize = 300;
 const TRIES: usize = 600;
 /// Standard deviation over the median distance from the middle of a normal distribution in the plane.
 const PLANE: f64 = 0.849_322;
-/// Length of the circle at the mean distance from the middle of a normal distribution in the plane, over its rms distance: π√π.
-const ROUND: f64 = 5.568_328;
+/// √(2πe): a normal density says as much as an even one over so many of its standard deviations.
+const ENTROPY: f64 = 4.132_731;
+/// Places by which the length of a curve is told.
+const PLACES: usize = 61;
 /// Passes in which outliers settle.
 const PASSES: usize = 12;
 /// Most groups that are left out one by one; more are joined.
@@ -46,7 +48,7 @@ pub enum Nothing {
 pub struct Judged {
     /// The kind.
     pub kind: Kind,
-    /// Mean loss of a point that was left out: −ln of the density that was foretold where it lies, mm.
+    /// Mean loss of a point that was left out: −ln of the density that was foretold where it lies, 1/mm².
     pub loss: f64,
     /// Root mean square distance of points that were left out, mm; outliers of the kind not counted.
     pub left_out_rms: f64,
@@ -117,17 +119,11 @@ fn spread(curve: &Curve, samples: &[Sample], free: f64) -> f64 {
     usual * median(&mut sizes) * room
 }
 
-/// The length of a circle through samples with these deciles.
-fn length(samples: &[Sample]) -> f64 {
-    /// Standard deviations between the first decile and the ninth.
-    const BETWEEN: f64 = 2.563;
-    let along = |k: usize| {
-        let mut all: Vec<f64> = samples.iter().map(|s| s.at[k]).collect();
-        all.sort_by(f64::total_cmp);
-        let last = all.len() - 1;
-        ROUND / BETWEEN * (all[last - last / 10] - all[last / 10])
-    };
-    along(0).hypot(along(1))
+/// Length of a curve along those of `samples` that are no outliers, mm; 0 of a point.
+fn length(curve: &Curve, samples: &[Sample], outliers: &[bool]) -> f64 {
+    let near: Vec<Sample> = samples.iter().zip(outliers).filter(|(_, o)| !**o).map(|(s, _)| *s).collect();
+    let places = curve.traced(&near, PLACES);
+    places.windows(2).map(|w| (w[1].0[0] - w[0].0[0]).hypot(w[1].0[1] - w[0].0[1])).sum()
 }
 
 /// The arc of a kind with the least median distance among those through a few of the points.
@@ -186,34 +182,35 @@ fn settle(
     Some((curve, scale, outliers))
 }
 
-/// Loss of a point that a curve has not seen. A curve does not say where along it a point lies, which one place does: that counts by the
-/// `length` of a curve among points that are so far apart, or so little known.
+/// Loss of a point that a curve has not seen. A curve does not say where along it a point lies: anywhere on its `length`, or on what the point is not
+/// known better than.
 fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> (f64, f64) {
-    let (d, across) = curve.off(s.at);
-    if let Curve::Point(spot) = curve {
-        let [xx, _, yy] = s.covariance.0;
-        let density = spot.density(s, scale) * length.max(ROUND * scale * (xx + yy).sqrt());
-        return (-((1.0 - ANYWHERE) * density + ANYWHERE / extent).ln(), d);
-    }
-    let variance = scale * scale * (s.covariance.of(across) + curve.deviation(s.at).powi(2));
-    let normal = (-0.5 * d * d / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
-    (-((1.0 - ANYWHERE) * normal + ANYWHERE / extent).ln(), d)
+    let (d, [x, y]) = curve.off(s.at);
+    let density = if let Curve::Point(spot) = curve {
+        spot.density(s, scale)
+    } else {
+        let variance = scale * scale * (s.covariance.of([x, y]) + curve.deviation(s.at).powi(2));
+        let along = length.max(ENTROPY * scale * s.covariance.of([-y, x]).sqrt());
+        (-0.5 * d * d / variance).exp() / (std::f64::consts::TAU * variance).sqrt() / along
+    };
+    (-((1.0 - ANYWHERE) * density + ANYWHERE / (extent * extent)).ln(), d)
 }
 
 /// Losses by group, and the sum of squares with what it is over.
 fn judged(
     samples: &[Sample],
     groups: &[Vec<usize>],
-    extent: (f64, f64),
-    (scale, outliers): (f64, &[bool]),
+    extent: f64,
+    (curve, scale, outliers): (&Curve, f64, &[bool]),
     unseen: &dyn Fn(usize) -> Option<Curve>,
 ) -> Option<(Vec<f64>, [f64; 2])> {
+    let size = (extent, length(curve, samples, outliers));
     let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
     for (g, group) in groups.iter().enumerate() {
         let curve = unseen(g)?;
         let mut sum = 0.0;
         for &i in group {
-            let (loss, d) = loss(&curve, scale, &samples[i], extent);
+            let (loss, d) = loss(&curve, scale, &samples[i], size);
             sum += samples[i].share * loss;
             if !outliers[i] {
                 squares[0] += samples[i].share * d * d;
@@ -226,7 +223,7 @@ fn judged(
 }
 
 /// One place.
-fn point(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64)) -> Option<Drawn> {
+fn point(samples: &[Sample], groups: &[Vec<usize>], extent: f64) -> Option<Drawn> {
     let draw = |_: &Curve, weights: &[f64]| Spot::fit(samples, weights).map(Curve::Point);
     let first = Curve::Point(Spot::middle(samples));
     let (curve, scale, outliers) = settle(samples, first, 1.0, &draw)?;
@@ -236,12 +233,12 @@ fn point(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64)) -> Optio
         groups[g].iter().for_each(|&i| left[i] = 0.0);
         draw(&curve, &left)
     };
-    let (losses, squares) = judged(samples, groups, extent, (scale, &outliers), &unseen)?;
+    let (losses, squares) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)?;
     Some(Drawn { kind: Kind::Point, curve, scale, outliers, losses, squares })
 }
 
 /// A line or a circle.
-fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), kind: Kind) -> Option<Drawn> {
+fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Option<Drawn> {
     let free = if kind == Kind::Line { 2.0 } else { 3.0 };
     let draw = |curve: &Curve, weights: &[f64]| match curve {
         Curve::Arc(arc) => arc.fit(samples, weights).map(Curve::Arc),
@@ -255,12 +252,12 @@ fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), kind: Kind
         groups[g].iter().for_each(|&i| left[i] = 0.0);
         draw(&curve, &left)
     };
-    let (losses, squares) = judged(samples, groups, extent, (scale, &outliers), &unseen)?;
+    let (losses, squares) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)?;
     Some(Drawn { kind, curve, scale, outliers, losses, squares })
 }
 
 /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
-fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), base: &Arc) -> Option<Drawn> {
+fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: f64, base: &Arc) -> Option<Drawn> {
     let flat = Smooth::beside(base, samples, groups.len())?;
     let mut best: Option<(f64, Drawn)> = None;
     for power in STIFFNESS {
@@ -279,7 +276,8 @@ fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: (f64, f64), base: &
         let all = weights(samples, &outliers);
         let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
         let unseen = |g: usize| Some(Curve::Smooth(unseen[g].clone()));
-        let Some((losses, squares)) = judged(samples, groups, extent, (scale, &outliers), &unseen) else {
+        let Some((losses, squares)) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)
+        else {
             continue;
         };
         let sum: f64 = losses.iter().sum();
@@ -310,7 +308,7 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         return Err(Nothing::OnePlace);
     }
     let groups = groups(samples);
-    let wide = (2.0 * extent.max(spread), length(samples).max(spread));
+    let wide = 2.0 * extent.max(spread);
     let mut all: Vec<Drawn> = Vec::new();
     if groups.len() >= 2 {
         all.extend(point(samples, &groups, wide));
