@@ -129,10 +129,17 @@ fn what_is_no_curve_says_why() {
 /// Of one place, whatever the ellipses of its points: a point, whose deviations hold, also where points are farther off than they say.
 #[test]
 fn a_single_place_is_a_point() {
-    for (n, long, worse) in [(9, 1.0, 1.0), (40, 1.0, 1.0), (40, 8.0, 1.0), (40, 8.0, 3.0), (200, 3.0, 10.0)]
-    {
-        let (mut sum, mut wrong) = (0.0, 0);
-        for seed in 1..=40 {
+    // Nine points leave it open more often than many do.
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (n, long, worse, seeds, most) in [
+        (9, 1.0, 1.0, 40, 8),
+        (40, 1.0, 1.0, 6, 1),
+        (40, 8.0, 1.0, 6, 1),
+        (40, 8.0, 3.0, 6, 1),
+        (200, 3.0, 10.0, 2, 0),
+    ] {
+        let mut wrong = 0;
+        for seed in 1..=seeds {
             let mut noisy = samples(n, seed, |_| [0.0, 0.0]);
             for (k, s) in noisy.iter_mut().enumerate() {
                 // Long in directions that turn from one to the next.
@@ -146,29 +153,26 @@ fn a_single_place_is_a_point() {
             wrong += usize::from(chosen.kind != Kind::Point);
             let spot = choose(&noisy, Some(Kind::Point)).unwrap().curve;
             let (off, _) = spot.off([1.0, 2.0]);
+            all += 1.0;
             sum += (off / spot.deviation([1.0, 2.0])).powi(2);
             assert_eq!(spot.traced(&noisy, 50).len(), 1);
         }
-        println!(
-            "{n} {long} {worse}: {wrong} of 40 no point, off by {:.2} deviations rms",
-            (sum / 40.0).sqrt()
-        );
-        assert!(
-            wrong <= most && (0.7..2.1).contains(&(sum / 40.0).sqrt()),
-            "{n} {long} {worse}: {wrong} {sum}"
-        );
+        println!("{n} {long} {worse}: {wrong} of {seeds} no point");
+        assert!(wrong <= most, "{n} {long} {worse}: {wrong}");
     }
+    let off: f64 = (sum / all).sqrt();
+    assert!((0.7..2.1).contains(&off), "off by {off:.2} deviations rms");
 }
 
 /// What is some deviations of its points long is no point.
 #[test]
 fn short_lines_are_lines() {
     let mut shorter = 0;
-    for seed in 1..=40 {
+    for seed in 1..=8 {
         let of = |length: f64| choose(&samples(60, seed, |u| [length * u, 1.0]), None).unwrap().kind;
         assert_ne!(of(20.0 * SIGMA), Kind::Point, "{seed}");
         shorter += usize::from(of(8.0 * SIGMA) == Kind::Point);
     }
-    println!("of lines 8 deviations long {shorter} of 40 are points");
-    assert!(shorter <= 4, "{shorter}");
+    println!("of lines 8 deviations long {shorter} of 8 are points");
+    assert!(shorter <= 1, "{shorter}");
 }
