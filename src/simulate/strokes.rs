@@ -38,6 +38,9 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let refuse = |key: &str, message: &str, allowed: &str| {
         Err(InputError::new(format!("a stroke slides along an object: {message}")).key(key).allowed(allowed))
     };
+    if rig.setup.gauge.second {
+        return refuse("gauge.second", "one gauge reads it, at upright edges", "false");
+    }
     if rig.setup.drive != Drive::Angle {
         return refuse("tap.drive", "the whisker must be turned", "theta (degrees after first touch)");
     }

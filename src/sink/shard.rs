@@ -61,7 +61,7 @@ impl Shard {
             return cannot("this is no array of which the part could be told");
         }
         // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
-        if count == 1 && !(min == max && min <= 1) {
+        if count == 1 {
             return cannot("one task alone does not say of how many parts it is one");
         }
         if (max - min) / step + 1 != count || (id - min) % step != 0 {
@@ -137,7 +137,7 @@ mod tests {
         assert!(of(["x", "1", "0", "0", "1"]).is_err());
         // Task 7 alone is no whole; nor is one of which it is not said where its array begins.
         assert!(of(["7", "1", "7", "7", "1"]).unwrap_err().contains("task 7 of 1"));
-        assert_eq!(of(["1", "1", "1", "1", "1"]), Ok(Shard::WHOLE));
+        assert!(of(["1", "1", "1", "1", "1"]).unwrap_err().contains("one task alone"));
         assert!(of(["3", "4", "", "4", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MIN"));
         assert!(of(["3", "4", "1", "", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MAX"));
         assert!(of(["3", "4", "1", "4", "0"]).is_err());

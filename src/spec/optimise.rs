@@ -300,6 +300,15 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
             return Err(item.error(message).allowed("0, or nothing"));
         }
     }
+    if let Some(robust) = &search.robust {
+        let leaning = [Column::Tilt, Column::Lean].map(|column| robust.sd[column as usize] > 0.0);
+        if let Some(why) = spec.study.setup.model.forbids(leaning) {
+            let item = sections.section("optimise").get("robust")?;
+            return Err(item
+                .error(why)
+                .allowed("no tilt and lean in it, or contact = \"frictionless\" in [model]"));
+        }
+    }
     let ends = |column: Column| {
         let v = search.variables.iter().find(|v| v.column == column);
         v.map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])

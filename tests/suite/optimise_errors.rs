@@ -142,3 +142,15 @@ fn a_search_that_is_not_there_cannot_be_resumed() {
     assert_eq!(plan["files"].as_array().map(Vec::len), Some(0));
     assert!(!desk.path("results").exists());
 }
+
+/// What friction does at a tilted edge no model says, whether the tilt is a key of the tap or of a tolerance (model §6).
+#[test]
+fn a_robust_tilt_needs_a_contact_that_has_a_model_there() {
+    let robust = "robust = { tilt = 5, samples = 8 }";
+    for model in ["contact = { coulomb = 0.3 }", "contact = \"stick\"\nsurface = true"] {
+        let text = spec("noise_strain = 10e-6", &[OBJECTIVE, VARIABLES, robust]) + "[model]\n" + model;
+        let error = refused(&text);
+        assert_eq!(error["key"], "optimise.robust", "{error}");
+        assert!(error["allowed"].as_str().is_some_and(|a| a.contains("frictionless")), "{error}");
+    }
+}
