@@ -1,6 +1,7 @@
 //! What the kernels compute, counted: the same generic code, run on numbers that note every operation.
 //!
-//! A crate of its own, compiled without optimisation: counting needs no speed, and nothing but the benchmark needs counting.
+//! A crate of its own, compiled with little optimisation: counting needs no speed, and nothing but the benchmark needs counting. (Not with none:
+//! generic functions of the standard library are shared with the crates behind it, and their loops then call them one by one.)
 
 use std::cell::Cell;
 use std::cmp::Ordering;
