@@ -148,7 +148,9 @@ fn a_search_that_is_not_there_cannot_be_resumed() {
 fn a_robust_tilt_needs_a_contact_that_has_a_model_there() {
     let robust = "robust = { tilt = 5, samples = 8 }";
     for model in ["contact = { coulomb = 0.3 }", "contact = \"stick\"\nsurface = true"] {
-        let text = spec("noise_strain = 10e-6", &[OBJECTIVE, VARIABLES, robust]) + "[model]\n" + model;
+        let text = spec("noise_strain = 10e-6", &[OBJECTIVE, VARIABLES, robust])
+            + "[model]\nextension = true\n"
+            + model;
         let error = refused(&text);
         assert_eq!(error["key"], "optimise.robust", "{error}");
         assert!(error["allowed"].as_str().is_some_and(|a| a.contains("frictionless")), "{error}");
