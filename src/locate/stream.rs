@@ -148,7 +148,8 @@ pub fn answer(
         let read = line.text.and_then(|t| lines.parse(t));
         let (drive, signal) = read.unwrap_or((f64::NAN, f64::NAN));
         let finite = drive.is_finite() && signal.is_finite();
-        let second = if two { line.text.map_or(f64::NAN, |t| lines.second(t)) } else { f64::NAN };
+        // Of a line that is no reading, no field is known to be the second signal.
+        let second = line.text.filter(|_| two && read.is_some()).map_or(f64::NAN, |t| lines.second(t));
         let is_zero = finite && locator.rests(drive);
         let mut zero = None;
         let found = if is_zero {

@@ -234,7 +234,12 @@ fn the_commands_take_two_signals() {
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!((lines[0], lines.len()), (header, 5));
     assert!(lines[1].ends_with("no_strain") && lines[2].ends_with(",ok"), "{out}");
-    assert!(lines[3].ends_with("bad_input") && lines[4].ends_with("bad_input"), "{out}");
+    for bad in &lines[3..] {
+        assert!(
+            bad.starts_with(",,,") && bad.ends_with("bad_input"),
+            "no field of a bad line is told as another: {out}"
+        );
+    }
     let paper = desk.pipe(
         &["locate", "cal/calibration.toml", "--quiet", "--estimator", "paper"],
         "theta_deg,strain_2,strain\n6,4e-3,2e-2\n",

@@ -222,11 +222,15 @@ fn judged(
     losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
 }
 
-/// One place.
-fn point(samples: &[Sample], groups: &[Vec<usize>], extent: f64) -> Option<Drawn> {
-    let draw = |_: &Curve, weights: &[f64]| Spot::fit(samples, weights).map(Curve::Point);
-    let first = Curve::Point(Spot::middle(samples));
-    let (curve, scale, outliers) = settle(samples, first, 1.0, &draw)?;
+/// What `draw` makes of the samples from `first` on, judged by what each group would be told without it.
+fn left_out(
+    samples: &[Sample],
+    groups: &[Vec<usize>],
+    extent: f64,
+    (kind, first, free): (Kind, Curve, f64),
+    draw: &dyn Fn(&Curve, &[f64]) -> Option<Curve>,
+) -> Option<Drawn> {
+    let (curve, scale, outliers) = settle(samples, first, free, draw)?;
     let all = weights(samples, &outliers);
     let unseen = |g: usize| {
         let mut left = all.clone();
@@ -234,7 +238,14 @@ fn point(samples: &[Sample], groups: &[Vec<usize>], extent: f64) -> Option<Drawn
         draw(&curve, &left)
     };
     let (losses, squares) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)?;
-    Some(Drawn { kind: Kind::Point, curve, scale, outliers, losses, squares })
+    Some(Drawn { kind, curve, scale, outliers, losses, squares })
+}
+
+/// One place.
+fn point(samples: &[Sample], groups: &[Vec<usize>], extent: f64) -> Option<Drawn> {
+    let draw = |_: &Curve, weights: &[f64]| Spot::fit(samples, weights).map(Curve::Point);
+    let first = Curve::Point(Spot::middle(samples));
+    left_out(samples, groups, extent, (Kind::Point, first, 1.0), &draw)
 }
 
 /// A line or a circle.
@@ -245,15 +256,7 @@ fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Op
         _ => None,
     };
     let first = Curve::Arc(start(samples, kind)?);
-    let (curve, scale, outliers) = settle(samples, first, free, &draw)?;
-    let all = weights(samples, &outliers);
-    let unseen = |g: usize| {
-        let mut left = all.clone();
-        groups[g].iter().for_each(|&i| left[i] = 0.0);
-        draw(&curve, &left)
-    };
-    let (losses, squares) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)?;
-    Some(Drawn { kind, curve, scale, outliers, losses, squares })
+    left_out(samples, groups, extent, (kind, first, free), &draw)
 }
 
 /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
