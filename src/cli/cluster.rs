@@ -128,9 +128,9 @@ fn flags(common: &super::args::Common, whole: &Path) -> Result<String, Error> {
 fn quoted(path: &Path) -> Result<String, Error> {
     let unusable = || {
         let error = InputError::new("a job script cannot name this path");
-        error.value(path.display()).allowed("paths of UTF-8 without line breaks")
+        error.value(path.display()).allowed("paths of UTF-8 without line breaks and backslashes")
     };
-    let text = path.to_str().filter(|text| !text.contains('\n')).ok_or_else(unusable)?;
+    let text = path.to_str().filter(|text| !text.contains(['\n', '\\'])).ok_or_else(unusable)?;
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
     Ok(if text.chars().all(plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', r"'\''")) })
 }

@@ -70,6 +70,9 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
              object by its radius. --contact surface puts them on its side",
         );
     }
+    if !trace.points.iter().any(|point| point.is_there()) {
+        warn("no row gives a point; the column status of points.csv says why");
+    }
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let settings = json!({
         "data": digest, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": Zero::json(&args.zero),

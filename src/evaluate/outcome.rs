@@ -224,9 +224,17 @@ fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
     a <= x1 || arc <= x1
 }
 
+/// Whether a contact is behind the clamp: equations can be met there, by no whisker.
+fn is_behind(arc: f64) -> bool {
+    arc <= 0.0
+}
+
 /// Strain of an upright tap of one gauge that begins at `x1`, mm, from its kernel's answer.
 pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solution: &Solution<f64>) -> f64 {
     let arc = a * (1.0 + tap.moved(solution));
+    if is_behind(arc) {
+        return f64::NAN;
+    }
     signed(setup, if off_gauge(x1, a, arc) { 0.0 } else { tap.strain(solution) })
 }
 
@@ -249,6 +257,9 @@ fn outcome(
     linear: f64,
     found: Found,
 ) -> Outcome {
+    if is_behind(found.arc) {
+        return unsolved(setup, shared, task, linear, Status::NOT_CONVERGED);
+    }
     let mut status = Status::OK;
     let no_strain = off_gauge(shared.gauge[0], task.a, found.arc);
     if no_strain {

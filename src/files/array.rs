@@ -2,44 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use crate::contour::point::Noise;
 use crate::contour::pose::Pose;
 use crate::error::InputError;
+use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
 
-/// The file. Lengths in mm, angles in degrees.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    whisker: Vec<One>,
-    #[serde(default = "usual")]
-    angle_noise: f64,
-    #[serde(default)]
-    base_noise: f64,
-}
+/// What the file may say.
+const KEYS: &str = "[[whisker]] name, calibration, x, y, z, heading, sense; angle_noise, base_noise";
+const ONE: [&str; 7] = ["name", "calibration", "x", "y", "z", "heading", "sense"];
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct One {
-    name: String,
-    calibration: PathBuf,
-    x: f64,
-    y: f64,
-    #[serde(default)]
-    z: f64,
-    heading: f64,
-    #[serde(default = "counterclockwise")]
-    sense: f64,
-}
-
-fn usual() -> f64 {
-    Noise::default().angle
-}
-
-fn counterclockwise() -> f64 {
-    1.0
-}
+const ANGLE: Domain = domain("≥ 0 degrees, one standard deviation", |v| v >= 0.0);
+const PLACE: Domain = domain("≥ 0 mm, one standard deviation", |v| v >= 0.0);
 
 /// A whisker and where it is mounted.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,59 +40,41 @@ impl Array {
     /// # Errors
     /// A file that is missing or says something else; two whiskers of one name.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let label = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| {
-            let what = match e.kind() {
-                std::io::ErrorKind::NotFound => "there is no such file of an array".to_owned(),
-                _ => format!("this file cannot be read: {e}"),
-            };
-            InputError::new(what).at(&label, None)
-        })?;
-        let line = |at: usize| 1 + text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
-        let written: Written = toml::from_str(&text).map_err(|e| {
-            InputError::new(e.message().to_owned())
-                .at(&label, e.span().map(|s| line(s.start)))
-                .allowed("[[whisker]] name, calibration, x, y, z, heading, sense; angle_noise, base_noise")
-        })?;
-        let fault = |key: &str, value: &dyn std::fmt::Display, message: &str, allowed: &str| {
-            InputError::new(message).at(&label, None).key(key).value(value).allowed(allowed)
-        };
-        for (key, x) in [("angle_noise", written.angle_noise), ("base_noise", written.base_noise)] {
-            if !(x >= 0.0 && x.is_finite()) {
-                return Err(fault(key, &x, "this is no standard deviation", "≥ 0"));
-            }
-        }
-        let mut mounts: Vec<Mount> = Vec::new();
-        for w in written.whisker {
-            if w.name.is_empty() || mounts.iter().any(|m| m.name == w.name) {
-                return Err(fault(
-                    "whisker.name",
-                    &w.name,
-                    "each whisker has a name of its own",
-                    "different names",
-                ));
-            }
-            if w.sense.abs() != 1.0 {
-                return Err(fault("whisker.sense", &w.sense, "this is no sense of rotation", "1 or -1"));
-            }
-            for (key, x) in [("x", w.x), ("y", w.y), ("z", w.z), ("heading", w.heading)] {
-                if !x.is_finite() {
-                    return Err(fault(
-                        &format!("whisker.{key}"),
-                        &x,
-                        "this must be a finite number",
-                        "mm, degrees",
-                    ));
+        spec::described(path, "array", |file| {
+            file.only(&["whisker", "angle_noise", "base_noise"], KEYS)?;
+            let angle = file.or("angle_noise", Noise::default().angle, |x| x.within(&ANGLE))?;
+            let base = file.or("base_noise", 0.0, |x| x.within(&PLACE))?;
+            let whiskers = file.needs("whisker", KEYS)?;
+            let base_folder = path.parent().unwrap_or(Path::new(""));
+            let mut mounts: Vec<Mount> = Vec::new();
+            for whisker in whiskers.tables(KEYS)? {
+                let mount = mount(&whisker, base_folder)?;
+                if mounts.iter().any(|m| m.name == mount.name) {
+                    let error = whisker.needs("name", KEYS)?.error("two whiskers have this name");
+                    return Err(error.allowed("different names"));
                 }
+                mounts.push(mount);
             }
-            let pose = Pose { base: [w.x, w.y, w.z], heading: w.heading.to_radians(), sense: w.sense };
-            let calibration = path.parent().unwrap_or(Path::new("")).join(w.calibration);
-            mounts.push(Mount { name: w.name, calibration, pose });
-        }
-        if mounts.is_empty() {
-            return Err(InputError::new("there is no whisker").at(&label, None).key("whisker"));
-        }
-        let noise = Noise { angle: written.angle_noise, base: written.base_noise, touch: None };
-        Ok(Self { mounts, noise })
+            if mounts.is_empty() {
+                return Err(whiskers.error("there is no whisker").allowed(KEYS));
+            }
+            Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
+        })
     }
+}
+
+fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
+    whisker.only(&ONE, KEYS)?;
+    let place = |key: &str| whisker.needs(key, KEYS)?.sensible("mm");
+    let heading = whisker.needs("heading", KEYS)?.sensible("degrees")?;
+    let z = whisker.or("z", 0.0, |z| z.sensible("mm"))?;
+    Ok(Mount {
+        name: whisker.needs("name", KEYS)?.text()?.to_owned(),
+        calibration: folder.join(whisker.needs("calibration", KEYS)?.text()?),
+        pose: Pose {
+            base: [place("x")?, place("y")?, z],
+            heading: heading.to_radians(),
+            sense: whisker.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))?,
+        },
+    })
 }

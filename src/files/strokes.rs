@@ -2,79 +2,31 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
-
 use crate::contour::pose::Pose;
 use crate::error::InputError;
 use crate::measure::text::{fields, number, separator};
 use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;
+use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, LENGTH, SENSE, domain};
 
-/// The file. Lengths in mm, angles in degrees.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Written {
-    object: Shape,
-    #[serde(default)]
-    start: Vec<Start>,
-    around: Option<Around>,
-    #[serde(default)]
-    touch_noise: f64,
-}
+/// What the file may say.
+const KEYS: &str =
+    "[object] shape = \"circle\" | \"box\" | \"curve\", [[start]] or [around], touch_noise (docs/contour.md)";
+const CIRCLE: &str = "shape, x, y, radius";
+const BOX: &str = "shape, x, y, width, height, turn";
+const CURVE: &str = "shape, file, closed";
+const START: &str = "x, y, heading, sense";
+const AROUND: &str = "starts, distance, sense, from, to";
 
-#[derive(Debug, Deserialize)]
-#[serde(tag = "shape", rename_all = "lowercase", deny_unknown_fields)]
+const TOUCH: Domain = domain("0 … 10 (degrees)", |v| (0.0..10.0).contains(&v));
+/// More strokes than an object is stroked by, so that a slip of the finger does not take all memory.
+const MOST_STARTS: u64 = 1_000_000;
+
+#[derive(Debug, Clone, Copy)]
 enum Shape {
-    Circle {
-        x: f64,
-        y: f64,
-        radius: f64,
-    },
-    Box {
-        x: f64,
-        y: f64,
-        width: f64,
-        height: f64,
-        #[serde(default)]
-        turn: f64,
-    },
-    Curve {
-        file: String,
-        #[serde(default)]
-        closed: bool,
-    },
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Start {
-    x: f64,
-    y: f64,
-    heading: f64,
-    #[serde(default = "counterclockwise")]
-    sense: f64,
-}
-
-/// Starts on a circle about the object, the whisker first square to the way to its centre.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Around {
-    starts: u32,
-    distance: f64,
-    #[serde(default = "counterclockwise")]
-    sense: f64,
-    #[serde(default)]
-    from: f64,
-    #[serde(default = "turn")]
-    to: f64,
-}
-
-fn counterclockwise() -> f64 {
-    1.0
-}
-
-fn turn() -> f64 {
-    360.0
+    Circle,
+    Box,
+    Curve,
 }
 
 impl Strokes {
@@ -83,66 +35,93 @@ impl Strokes {
     /// # Errors
     /// A file that is missing or says something else; an object that is none.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let label = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| unread(path, &e))?;
-        let line = |at: usize| 1 + text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
-        let written: Written = toml::from_str(&text).map_err(|e| {
-            InputError::new(e.message().to_owned())
-                .at(&label, e.span().map(|s| line(s.start)))
-                .allowed("[object] shape = \"circle\" | \"box\" | \"curve\", [[start]] or [around], touch_noise (docs/contour.md)")
-        })?;
-        let fault = |key: &str, value: f64, allowed: &str| {
-            InputError::new("this is out of range").at(&label, None).key(key).value(value).allowed(allowed)
-        };
-        let positive = |key: &str, value: f64| match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => Err(fault(key, value, "> 0 (mm)")),
-        };
-        let object = match written.object {
-            Shape::Circle { x, y, radius } => {
-                positive("object.radius", radius)?;
-                Object::Circle { centre: [x, y], radius }
+        spec::described(path, "object", |file| {
+            file.only(&["object", "start", "around", "touch_noise"], KEYS)?;
+            let touch_noise = file.or("touch_noise", 0.0, |x| x.within(&TOUCH))?;
+            let object = object(&file.needs("object", KEYS)?, path.parent().unwrap_or(Path::new("")))?;
+            let mut starts = Vec::new();
+            if let Some(list) = file.child("start") {
+                for start in list.tables(START)? {
+                    starts.push(self::start(&start)?);
+                }
             }
-            Shape::Box { x, y, width, height, turn } => {
-                positive("object.width", width)?;
-                positive("object.height", height)?;
-                Object::boxed([x, y], [width, height], turn.to_radians())
+            if let Some(table) = file.child("around") {
+                starts.extend(around(&table, object.centre())?);
             }
-            Shape::Curve { file, closed } => {
-                let path = path.parent().unwrap_or(Path::new("")).join(file);
-                Object::Curve(curve(&path, closed)?)
+            if starts.is_empty() {
+                let error = match file.needs("start", KEYS) {
+                    Ok(list) => list.error("there is no start"),
+                    Err(missing) => missing,
+                };
+                return Err(error
+                    .key("start")
+                    .allowed("[[start]] x, y, heading, or [around] starts, distance"));
             }
-        };
-        let mut starts = Vec::new();
-        for s in &written.start {
-            starts.push((s.x, s.y, s.heading, s.sense));
-        }
-        if let Some(a) = &written.around {
-            positive("around.distance", a.distance)?;
-            let [x, y] = object.centre();
-            for k in 0..a.starts {
-                let bearing = a.from + (a.to - a.from) * f64::from(k) / f64::from(a.starts);
-                let (sin, cos) = bearing.to_radians().sin_cos();
-                let heading = bearing + 180.0 - 90.0 * a.sense;
-                starts.push((x + a.distance * cos, y + a.distance * sin, heading, a.sense));
-            }
-        }
-        let mut poses = Vec::with_capacity(starts.len());
-        for (x, y, heading, sense) in starts {
-            if sense.abs() != 1.0 {
-                return Err(fault("sense", sense, "1 or -1"));
-            }
-            poses.push(Pose { base: [x, y, 0.0], heading: heading.to_radians(), sense });
-        }
-        if poses.is_empty() {
-            let error = InputError::new("there is no start").at(&label, None).key("start");
-            return Err(error.allowed("[[start]] x, y, heading, or [around] starts, distance"));
-        }
-        if !(written.touch_noise >= 0.0 && written.touch_noise < 10.0) {
-            return Err(fault("touch_noise", written.touch_noise, "0 … 10 (degrees)"));
-        }
-        Ok(Self { object, starts: poses, touch_noise: written.touch_noise })
+            Ok(Self { object, starts, touch_noise })
+        })
     }
+}
+
+/// Keys of a list for people.
+fn listed(keys: &'static str) -> Vec<&'static str> {
+    keys.split(", ").collect()
+}
+
+fn object(table: &Item<'_>, folder: &Path) -> Result<Object, InputError> {
+    let shapes = [("circle", Shape::Circle), ("box", Shape::Box), ("curve", Shape::Curve)];
+    if table.child("shape").is_none() {
+        table.only(&[&listed(BOX)[..], &listed(CIRCLE), &listed(CURVE)].concat(), KEYS)?;
+    }
+    let shape = table.needs("shape", KEYS)?.word(&shapes)?;
+    let number = |key: &str, what: &str| table.needs(key, what)?.sensible("mm");
+    let length = |key: &str, what: &str| table.needs(key, what)?.within(&LENGTH);
+    match shape {
+        Shape::Circle => {
+            table.only(&listed(CIRCLE), CIRCLE)?;
+            let centre = [number("x", CIRCLE)?, number("y", CIRCLE)?];
+            Ok(Object::Circle { centre, radius: length("radius", CIRCLE)? })
+        }
+        Shape::Box => {
+            table.only(&listed(BOX), BOX)?;
+            let turn = table.or("turn", 0.0, |turn| turn.sensible("degrees"))?;
+            let centre = [number("x", BOX)?, number("y", BOX)?];
+            Ok(Object::boxed(centre, [length("width", BOX)?, length("height", BOX)?], turn.to_radians()))
+        }
+        Shape::Curve => {
+            table.only(&listed(CURVE), CURVE)?;
+            let closed = table.or("closed", false, Item::flag)?;
+            Ok(Object::Curve(curve(&folder.join(table.needs("file", CURVE)?.text()?), closed)?))
+        }
+    }
+}
+
+fn start(table: &Item<'_>) -> Result<Pose, InputError> {
+    table.only(&listed(START), START)?;
+    let number = |key: &str, unit: &str| table.needs(key, START)?.sensible(unit);
+    let base = [number("x", "mm")?, number("y", "mm")?, 0.0];
+    let heading = number("heading", "degrees")?.to_radians();
+    Ok(Pose { base, heading, sense: table.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))? })
+}
+
+/// Starts on a circle about the object, the whisker first square to the way to its centre.
+fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
+    table.only(&listed(AROUND), AROUND)?;
+    let counted = table.needs("starts", AROUND)?;
+    let n = counted.whole(1)?;
+    if n > MOST_STARTS {
+        return Err(counted.error("so many strokes are not made").allowed(format!("1 … {MOST_STARTS}")));
+    }
+    let distance = table.needs("distance", AROUND)?.within(&LENGTH)?;
+    let sense = table.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))?;
+    let degrees = |key: &str, usual: f64| table.or(key, usual, |x| x.sensible("degrees"));
+    let (from, to) = (degrees("from", 0.0)?, degrees("to", 360.0)?);
+    let pose = |k: u64| {
+        let bearing = from + (to - from) * k as f64 / n as f64;
+        let (sin, cos) = bearing.to_radians().sin_cos();
+        let heading = (bearing + 180.0 - 90.0 * sense).to_radians();
+        Pose { base: [x + distance * cos, y + distance * sin, 0.0], heading, sense }
+    };
+    Ok((0..n).map(pose).collect())
 }
 
 fn unread(path: &Path, e: &std::io::Error) -> InputError {

@@ -242,14 +242,15 @@ impl Locator {
         if !drive.is_finite() || !signs.iter().all(|x| x.is_finite()) {
             return Err(Status::BAD_INPUT);
         }
-        if signs[0] == 0.0 {
+        if signs == [0.0; 2] {
             return Err(Status::NO_STRAIN);
         }
         let strains =
             if self.unit.is_strain() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
         let beyond = strains[0].hypot(strains[1]) > self.rig.setup.gauge.strain_limit;
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
-        if signs[0] < 0.0 || !side.admits(drive) {
+        // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
+        if signs[0] <= 0.0 || !side.admits(drive) {
             return Err(status | Status::OUTSIDE_CALIBRATION);
         }
         if signs[0] >= side.end_stop * (1.0 - crate::estimator::model::SAME) {

@@ -22,10 +22,12 @@ mod units;
 
 use std::path::{Path, PathBuf};
 
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
 use crate::scene::{Drive, Search, Setup, Spec, Study, Written};
+pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
+pub(crate) use reader::Item;
 use reader::{Document, Result};
 use schema::Sections;
 
@@ -178,6 +180,15 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     let tuples = sections.section("tuples").written("file");
     let curve = sections.section("model").written("material").and_then(|m| m.need("curve").ok());
     tuples.iter().chain(&curve).filter_map(|item| Some(base.join(item.text().ok()?))).collect()
+}
+
+/// What `read` makes of another file that users write as TOML, at `path`; `what` says what the file is.
+pub(crate) fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
+    let label = path.display().to_string();
+    let text = load(path, what).map_err(|e| InputError { file: Some(label.clone()), ..e })?;
+    let document = Document { file: &label, text: &text };
+    let table = DeTable::parse(&text).map_err(|e| syntax(&document, &e))?;
+    read(&Item::of(&document, &DeValue::Table(table.into_inner())))
 }
 
 /// Text of a file without byte order mark; `what` says what the file is.

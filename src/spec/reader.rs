@@ -11,11 +11,11 @@ use crate::error::InputError;
 use crate::scene::Written;
 
 /// Result of reading.
-pub(super) type Result<T> = std::result::Result<T, InputError>;
+pub(crate) type Result<T> = std::result::Result<T, InputError>;
 
 /// A text and the name of its file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     pub file: &'a str,
     pub text: &'a str,
 }
@@ -49,7 +49,7 @@ impl<'a> Document<'a> {
 
 /// A value, its dotted key and its place; a defaulted value has no place.
 #[derive(Debug, Clone)]
-pub(super) struct Item<'a> {
+pub(crate) struct Item<'a> {
     document: &'a Document<'a>,
     pub key: String,
     span: Option<Range<usize>>,
@@ -59,6 +59,11 @@ pub(super) struct Item<'a> {
 impl<'a> Item<'a> {
     pub fn written(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
         Self { document, key, span: Some(value.span()), value: value.get_ref() }
+    }
+
+    /// All of a document, a table.
+    pub fn of(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
+        Self { document, key: String::new(), span: Some(0..0), value }
     }
 
     pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
@@ -201,6 +206,11 @@ impl<'a> Item<'a> {
         }))
     }
 
+    /// The elements of a list such as `[[start]]`; `what` says what they are.
+    pub fn tables(&self, what: &str) -> Result<impl ExactSizeIterator<Item = Item<'a>> + use<'a>> {
+        self.elements().ok_or_else(|| self.wrong_type("a list of tables", what))
+    }
+
     /// Exactly `N` numbers in a list.
     pub fn numbers<const N: usize>(&self, allowed: &str) -> Result<[f64; N]> {
         let elements = self.elements().ok_or_else(|| self.wrong_type("a list of numbers", allowed))?;
@@ -211,21 +221,34 @@ impl<'a> Item<'a> {
             .map_err(|_| self.error(format!("{N} numbers are needed, not {count}")).allowed(allowed))
     }
 
+    fn dotted(&self, key: &str) -> String {
+        if self.key.is_empty() { key.to_owned() } else { format!("{}.{key}", self.key) }
+    }
+
     /// The value of a table's key.
     pub fn child(&self, key: &str) -> Option<Item<'a>> {
         let value = self.value.as_table()?.get(key)?;
         let span = self.span.is_some().then(|| value.span());
-        Some(Item {
-            document: self.document,
-            key: format!("{}.{key}", self.key),
-            span,
-            value: value.get_ref(),
-        })
+        Some(Item { document: self.document, key: self.dotted(key), span, value: value.get_ref() })
     }
 
     /// The value of a key that a table must have.
     pub fn need(&self, key: &str) -> Result<Item<'a>> {
         self.child(key).ok_or_else(|| self.error(format!("{key} is missing here")))
+    }
+
+    /// As [`Self::need`]; `what` says what the table is.
+    pub fn needs(&self, key: &str, what: &str) -> Result<Item<'a>> {
+        self.child(key).ok_or_else(|| {
+            let span = self.span.clone().filter(|_| !self.key.is_empty());
+            let error = self.document.error(span, format!("{key} is missing"));
+            error.key(self.dotted(key)).allowed(what)
+        })
+    }
+
+    /// What `read` makes of a key's value, or `usual` where it is not there.
+    pub fn or<T>(&self, key: &str, usual: T, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<T> {
+        self.child(key).as_ref().map_or(Ok(usual), read)
     }
 
     /// Refuses keys other than `known` in a table; `what` says what the table is.
@@ -237,8 +260,7 @@ impl<'a> Item<'a> {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
                 let message = format!("unknown key{}", schema::hint(name, known));
-                let error =
-                    self.document.error(Some(key.span()), message).key(format!("{}.{name}", self.key));
+                let error = self.document.error(Some(key.span()), message).key(self.dotted(name));
                 return Err(error.value(self.document.excerpt(value.span())).allowed(what));
             }
         }

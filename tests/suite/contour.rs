@@ -303,7 +303,7 @@ fn an_array_answers_in_one_frame() {
     desk.write("r.csv", "theta_deg,strain\n4,0.02\n");
     assert!(run(&[]).exits(2).stderr.contains("column whisker is missing"));
     desk.write("array.toml", array.replace("right", "left"));
-    assert!(run(&[]).exits(2).stderr.contains("name of its own"));
+    assert!(run(&[]).exits(2).stderr.contains("two whiskers have this name"));
     desk.write("array.toml", array.replace("heading", "heding"));
     assert!(run(&[]).exits(2).stderr.contains("array.toml:"));
 }
@@ -319,7 +319,18 @@ fn strokes_that_cannot_be_are_refused() {
     for (from, to, word) in [
         ("radius = 10", "radius = -1", "radius"),
         ("\"circle\"", "\"cube\"", "object.toml:2"),
-        ("starts = 12", "starts = 0", "no start"),
+        ("x = 0", "x = nan", "finite number"),
+        ("x = 0", "x = \"0\"", "object.x"),
+        ("radius", "raduis", "is radius meant"),
+        ("radius = 10", "", "radius is missing"),
+        ("[object]", "[[object]]", "a table"),
+        ("[around]", "[[around]]", "a table"),
+        ("[around]\nstarts = 12\ndistance = 36", "start = []", "there is no start"),
+        ("[around]\nstarts = 12\ndistance = 36", "[start]\nx = 1", "a list of tables"),
+        ("[around]\nstarts = 12\ndistance = 36", "[[start]]\nx = 1\ny = 1\nheading = inf", "start.heading"),
+        ("[around]\nstarts = 12\ndistance = 36", "", "start is missing"),
+        ("starts = 12", "starts = 0", "starts"),
+        ("starts = 12", "starts = 1e9", "1000000"),
         ("distance = 36", "distance = 90", "misses"),
     ] {
         desk.write("object.toml", CIRCLE.replace(from, to));

@@ -160,11 +160,13 @@ fn clear_away(target: &Path) -> io::Result<()> {
     let pending = target.join(PENDING);
     for entry in fs::read_dir(&pending)? {
         let name = entry?.file_name();
+        // A run.json of others is none of the result's.
+        let first = u32::from(name == RUN);
         let free = |n: u32| match n {
             0 => target.join(&name),
             _ => target.join(format!("{}-{n}", name.to_string_lossy())),
         };
-        let to = (0..=u32::MAX).map(free).find(|to| to.symlink_metadata().is_err());
+        let to = (first..=u32::MAX).map(free).find(|to| to.symlink_metadata().is_err());
         // A file that is open on NFS goes by itself, its folder with the next run.
         let _ = to.map(|to| fs::rename(pending.join(&name), to));
     }
@@ -270,6 +272,15 @@ mod tests {
             );
             assert_eq!([text("b.csv"), text(RUN)], ["new b.csv", "new run.json"]);
         }
+    }
+
+    #[test]
+    fn a_run_json_of_others_is_not_the_results() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join(PENDING)).unwrap();
+        fs::write(folder.path().join(PENDING).join(RUN), "theirs").unwrap();
+        recover(folder.path()).unwrap();
+        assert_eq!(texts(folder.path()), [("run.json-1".to_owned(), "theirs".to_owned())]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Limits in which one model becomes another, and where there is no answer at all.
 
 use super::*;
+use vibrissa::scene::Drive;
 use vibrissa::status::Status;
 
 #[test]
@@ -83,5 +84,17 @@ fn softening_materials_end_with_a_status_on_every_backend() {
         let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
         println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());
         assert!(ended >= 2 && solved >= 8, "{name}: {ended} at the limit, {solved} solved");
+    }
+}
+
+#[test]
+fn displaced_thin_tips_keep_their_branch_on_every_backend() {
+    let model = common::model(Material::Hooke(3.2));
+    for (pole_radius, side) in [(5.0, Side::Contact), (5.0, Side::Far), (0.0, Side::Contact)] {
+        let mut setup = setup(Model { surface: true, pole_radius, ..model }, side);
+        setup.drive = Drive::Displacement;
+        let tuples = grid(&[0.5, 1.0], &[40.0, 45.0, 50.0], &[2.0, 6.0, 9.0, 9.2, 9.6, 10.0, 10.5, 11.0]);
+        let exact = agree("displaced tip", &setup, &tuples);
+        assert!(exact.iter().filter(|o| o.status == Status::OK).count() >= 24);
     }
 }
