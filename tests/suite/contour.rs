@@ -201,7 +201,7 @@ fn bad_files_are_refused_with_file_line_and_column() {
     }
     desk.write("d.csv", format!("{head}{row}"));
     for (flag, value, word) in
-        [("--angle-noise", "-1", "standard deviation"), ("--truth", "none.toml", "no such file")]
+        [("--angle-noise", "-1", "standard deviation"), ("--truth", "none.toml", "no such object file")]
     {
         let ran =
             desk.run(&["contour", "d.csv", "--calibration", "cal.toml", &format!("{flag}={value}")]).exits(2);
@@ -321,11 +321,10 @@ fn strokes_that_cannot_be_are_refused() {
         ("\"circle\"", "\"cube\"", "object.toml:2"),
         ("x = 0", "x = nan", "finite number"),
         ("x = 0", "x = \"0\"", "object.x"),
-        ("radius", "raduis", "is radius meant"),
+        ("radius", "raduis", "did you mean radius"),
         ("radius = 10", "", "radius is missing"),
         ("[object]", "[[object]]", "a table"),
         ("[around]", "[[around]]", "a table"),
-        ("[around]\nstarts = 12\ndistance = 36", "start = []", "there is no start"),
         ("[around]\nstarts = 12\ndistance = 36", "[start]\nx = 1", "a list of tables"),
         ("[around]\nstarts = 12\ndistance = 36", "[[start]]\nx = 1\ny = 1\nheading = inf", "start.heading"),
         ("[around]\nstarts = 12\ndistance = 36", "", "start is missing"),
@@ -337,6 +336,8 @@ fn strokes_that_cannot_be_are_refused() {
         let ran = run(&[]).exits(2);
         assert!(ran.stderr.contains(word), "{to}: {}", ran.stderr);
     }
+    desk.write("object.toml", format!("start = []\n{}", CIRCLE.split("[around]").next().unwrap()));
+    assert!(run(&[]).exits(2).stderr.contains("there is no start"));
     desk.write("object.toml", CIRCLE);
     desk.write("spec.toml", prototype(4.0, &[SWEEP, "[model]\nextension = true\ncontact = \"stick\"\n"]));
     assert!(run(&[]).exits(2).stderr.contains("frictionless"));
