@@ -9,7 +9,7 @@ use serde_json::json;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
-use vibrissa::optimise::run::Design;
+use vibrissa::optimise::report::Design;
 use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};

@@ -1,6 +1,7 @@
 //! `best.toml`.
 
-use super::run::{Report, TOLERANCE};
+use super::report::Report;
+use super::run::TOLERANCE;
 use super::why::why;
 use super::write::key;
 use crate::error::Error;

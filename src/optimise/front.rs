@@ -13,7 +13,7 @@
 
 use super::global::{COLD, pick};
 use super::polish::{self, Radii};
-use super::run::Design;
+use super::report::Design;
 use super::score::Goal;
 use super::session::{Found, Halt, Session, Stage};
 use super::swarm;

@@ -19,6 +19,7 @@
 #[cfg(feature = "files")]
 pub mod best;
 pub mod blame;
+mod charted;
 pub mod evaluate;
 pub mod front;
 pub mod global;
@@ -28,7 +29,9 @@ pub mod normal;
 pub mod other;
 pub mod polish;
 pub mod quadratic;
+pub mod report;
 pub mod run;
+mod samples;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
@@ -37,5 +40,6 @@ pub mod variables;
 pub mod why;
 pub mod write;
 
-pub use run::{Report, Target, find, run, run_needed};
+pub use report::Report;
+pub use run::{Target, find, run, run_needed};
 pub use session::{Ended, Step, Watch};

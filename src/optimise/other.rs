@@ -1,7 +1,7 @@
 //! What the best design would be worth to another estimator: at its own drive, and at the drive that suits that estimator best.
 
 use super::evaluate::Scorer;
-use super::run::{Design, unit};
+use super::report::{Design, unit};
 use super::score::{Goal, Score};
 use crate::error::Error;
 use crate::evaluate::Method;

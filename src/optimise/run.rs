@@ -1,7 +1,7 @@
 //! A whole search: starts, ending, what is reported.
 
 use std::cell::OnceCell;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -9,31 +9,25 @@ use std::time::Instant;
 use serde_json::Value;
 
 use super::blame::{infeasible, shortfall};
-use super::evaluate::{Readers, Scorer};
+use super::charted::{readers, wanted};
+use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::journal::{GivesWay, Journal};
-use super::other::{self, Other};
-use super::score::{Goal, Limit, Score};
-use super::sensitivity::{self, Sensitivity};
-use super::session::{Ended, Found, Session, Stage, Step, Watch};
+use super::other;
+use super::report::{Design, Report, unit};
+use super::score::{Goal, Limit};
+use super::sensitivity;
+use super::session::{Ended, Found, Session, Stage, Watch};
 use super::variables::Variables;
 use super::write;
 use crate::backend::{Backend, Choice};
-use crate::chart::{
-    ranges::Wanted,
-    reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
-    rows::RowReader,
-};
 use crate::error::{Error, InputError};
 use crate::needed::{MOST, Needed, Row, Rows};
-use crate::plan::Layout;
 use crate::profile::both;
-use crate::scene::search::{Calibrated, Objective, Robust, Search};
-use crate::scene::{BackendChoice, Column, Model, Precision, RunOptions, Setup, Spec, Tuple};
+use crate::scene::search::{Objective, Search};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Setup, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
-use crate::sink::table::AtDrive;
-use crate::statistics::DriveRow;
 
 /// Strain tolerance of the polish.
 pub const TOLERANCE: f64 = 1e-10;
@@ -53,77 +47,6 @@ pub struct Target<'a> {
     pub resume: bool,
     /// Set from outside to end it with the best so far.
     pub stop: &'a AtomicBool,
-}
-
-/// A design with its figures in f64.
-#[derive(Debug, Clone, Copy)]
-pub struct Design {
-    /// Design and drive.
-    pub point: Tuple,
-    /// Its row of designs.csv, of the nominal whisker.
-    pub row: DriveRow,
-    /// Its score, with tolerances if there are any.
-    pub score: Score,
-    /// Unit of K in the tables.
-    pub unit: f64,
-}
-
-impl Design {
-    /// Its row of designs.csv.
-    pub fn at_drive(&self) -> AtDrive<'_> {
-        AtDrive {
-            design: &self.point,
-            direction: self.point.direction(),
-            drive: self.point.drive,
-            row: self.row.figures(),
-            unit: self.unit,
-        }
-    }
-}
-
-/// What a finished search tells.
-#[derive(Debug)]
-pub struct Report {
-    /// Files written.
-    pub files: Vec<PathBuf>,
-    /// Files of an older result that only `force` removed.
-    pub removed: Vec<PathBuf>,
-    /// The best design; of a front, the one that tells distance best.
-    pub best: Design,
-    /// Value of the objective.
-    pub value: f64,
-    /// Why it ended.
-    pub ended: Ended,
-    /// Starts made, each a swarm.
-    pub starts: u32,
-    /// Evaluations made, and how many of them an earlier part of the search made.
-    pub evaluations: u64,
-    /// Evaluations taken over with `--resume`.
-    pub replayed: u64,
-    /// Evaluations of an older, unfinished search that `force` discarded.
-    pub discarded: u64,
-    /// Taps of one evaluation.
-    pub taps_each: usize,
-    /// Seconds: all, and of the search alone.
-    pub seconds: [f64; 2],
-    /// Seconds of making charts; `None` where none was tried.
-    pub chart: Option<f64>,
-    /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
-    pub model_error: Option<(Value, String)>,
-    /// Variables that lie at a bound, and at which.
-    pub at_bounds: Vec<(Column, &'static str)>,
-    /// Limits that bind.
-    pub binding: Vec<Limit>,
-    /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.
-    pub other: Option<Other>,
-    /// Sensitivities.
-    pub sensitivity: Sensitivity,
-    /// The front, of a pareto search.
-    pub front: Option<Front>,
-    /// Backend of the swarm, and of the polish and the figures.
-    pub backends: [Backend; 2],
-    /// Best after each step.
-    pub history: Vec<Step>,
 }
 
 /// The goal that `objective` is.
@@ -198,67 +121,6 @@ pub fn run_needed(
 
 /// Seconds from which on a chart that did not come about was tried.
 const TRIED: f64 = 1e-3;
-
-/// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
-const SPREAD: f64 = 3.5;
-
-/// What the candidates of swarms are read from, where charts can and it pays.
-fn readers(
-    setup: &Setup,
-    layout: &Layout,
-    wanted: &Wanted,
-    choice: &Choice,
-    search: &Search,
-) -> Result<Readers, Error> {
-    let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
-    let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
-    let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
-    // A direction that is sampled has no chart.
-    let still = !search.robust.as_ref().is_some_and(Robust::tilts);
-    let Some((tolerance, directions)) =
-        choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
-    else {
-        return Ok(Readers::default());
-    };
-    let planar = layout.is_upright() && !setup.gauge.second;
-    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
-    let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
-    if own
-        && planar
-        && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)?
-    {
-        return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
-    }
-    let taps = Reader::towards(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
-    Ok(Readers { rows: None, taps })
-}
-
-/// What the numbers of candidates, and of whiskers sampled around them, can be.
-fn wanted(layout: &Layout, search: &Search, variables: &Variables) -> Wanted {
-    let drives = Wanted::of(layout).drive;
-    let range = |column: Column| {
-        let k = column as usize;
-        let variable = variables.list().iter().find(|v| v.column == column);
-        let [lo, hi] = match (variable, column) {
-            (Some(v), _) => [v.min, v.max],
-            (None, Column::Drive) => drives,
-            _ => [layout.design(0).to_array()[k]; 2],
-        };
-        let sd = search.robust.as_ref().map_or(0.0, |r| r.sd[k]);
-        // A drive or a length that is not positive is none.
-        let least = if column == Column::GaugePosition { 0.0 } else { 0.05 * lo };
-        [(lo - SPREAD * sd).max(least), hi + SPREAD * sd]
-    };
-    Wanted {
-        D: range(Column::BaseDiameter),
-        d: range(Column::TipDiameter),
-        L_a: range(Column::Length),
-        x_ss: range(Column::GaugePosition),
-        l: range(Column::GridLength),
-        drive: range(Column::Drive),
-    }
-}
 
 /// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
 ///
@@ -467,9 +329,4 @@ fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, 
         }
     }
     best.ok_or_else(|| Error::Run("the search ended before its first evaluation; nothing was written".into()))
-}
-
-/// Unit of K of a design in the tables.
-pub(super) fn unit(setup: &Setup, point: &Tuple) -> f64 {
-    crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }

@@ -1,6 +1,6 @@
 //! One sentence on what limits the best design.
 
-use super::run::Report;
+use super::report::Report;
 use super::score::Limit;
 use super::write::key;
 use crate::scene::search::{Objective, Search};

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::other::Other;
-use super::run::{Design, Report};
+use super::report::{Design, Report};
 use super::sensitivity::{PARAMETERS, Pair};
 use super::why::why;
 use crate::error::Error;
