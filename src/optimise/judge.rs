@@ -2,8 +2,9 @@
 
 use super::samples;
 use super::score::{Limit, Score};
+use super::whisker::{self, Read, Seen, continued, over};
 use crate::chart::lanes::Figures;
-use crate::design::{Design, amount};
+use crate::design::Design;
 use crate::estimate::Estimator;
 use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
@@ -13,9 +14,8 @@ use crate::profile::{
 };
 use crate::reduce::Spread;
 use crate::scene::search::{Calibrated, Robust, Search};
-use crate::scene::{COLUMNS, Column, Convention, Direction, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
-use crate::status::Status;
 
 /// What turns solved taps into scores.
 pub(super) struct Judge<'a> {
@@ -152,7 +152,7 @@ impl Judge<'_> {
         let nearest = self.distances.iter().copied().fold(figures.arc[0], f64::min);
         let [place, highest] = figures.peak;
         if row.complete() {
-            score.figures = self::figures(self, row, x2 - x1, tuple.L_a);
+            score.figures = whisker::figures(self, row, x2 - x1, tuple.L_a);
         }
         self.limits(
             &mut score,
@@ -179,7 +179,7 @@ impl Judge<'_> {
     }
 
     /// What the numbers of a whisker alone violate.
-    fn shape(&self, tuple: &Tuple) -> Score {
+    pub fn shape(&self, tuple: &Tuple) -> Score {
         let mut score = Score::NOTHING;
         let farthest = self.distances.iter().copied().fold(0.0, f64::max);
         score.set(Limit::Gauge, over((tuple.x_ss + tuple.l) / tuple.L_a - 1.0));
@@ -191,7 +191,7 @@ impl Judge<'_> {
     }
 
     /// What the taps of a whisker violate.
-    fn limits(&self, score: &mut Score, seen: &Seen) {
+    pub fn limits(&self, score: &mut Score, seen: &Seen) {
         let limits = &self.search.limits;
         score.set(Limit::Solved, if seen.unsolved > 0.0 { seen.unsolved } else { f64::NEG_INFINITY });
         score.set(Limit::NoStrain, seen.nearest - 1.0);
@@ -246,124 +246,12 @@ impl Judge<'_> {
 /// With what readings are turned into distances, where it is not the whisker's own.
 pub(super) struct Calibration<'a> {
     /// f.
-    estimator: Estimator<'a>,
+    pub estimator: Estimator<'a>,
     /// K̄, where f needs it.
     k: Option<f64>,
-    drive: f64,
+    pub drive: f64,
     /// The model's curve, where it stands in for f.
-    profile: Option<&'a Profile>,
+    pub profile: Option<&'a Profile>,
     /// K − 1 of the taps that it was made of, where these are other taps of the same whisker.
-    upright: Option<Spread>,
-}
-
-/// A slipped contact has its own limit; its tap is continued, so that figures change smoothly across it.
-fn continued(taps: &[Outcome]) -> Vec<Outcome> {
-    taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
-}
-
-/// What one whisker gives.
-struct Read {
-    score: Score,
-    k: Option<f64>,
-}
-
-impl Read {
-    fn new(
-        judge: &Judge<'_>,
-        design: &Design,
-        (taps, both): (&[Outcome], &[Option<Both>]),
-        told: Told<'_>,
-        other: Option<&Calibration<'_>>,
-    ) -> Self {
-        let setup = judge.setup;
-        let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
-        let mut score = judge.shape(&design.tuple);
-        let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;
-        let Some(shared) = design.shared.as_ref().filter(|_| valid && !score.outside()) else {
-            if !score.outside() {
-                score.set(Limit::Solved, 1.0);
-            }
-            return Self { score, k: None };
-        };
-        let taps = continued(taps);
-        let own = Estimator::new(setup, shared, judge.reach);
-        let mut row = judge.reduce(design, (&taps, both), told, other);
-        // K̄ and its spread are those of the calibration.
-        if let Some(spread) = other.and_then(|other| other.upright).filter(|_| row.complete()) {
-            row.deviation = spread;
-        }
-        if row.complete() {
-            score.figures = figures(judge, &row, own.k_unit, L_a);
-        }
-
-        let largest =
-            |f: &dyn Fn(&Outcome) -> f64| taps.iter().map(f).filter(|x| x.is_finite()).fold(0.0, f64::max);
-        let unsolved =
-            taps.iter().filter(|t| t.status.has(Status::NOT_CONVERGED | Status::MATERIAL_LIMIT)).count();
-        let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
-        let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
-        let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
-        let highest = match (told, other.and_then(|other| other.profile)) {
-            _ if !both.is_empty() => None,
-            (_, Some(profile)) => Some((1.0, profile.peak().1)),
-            (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
-            // What a whisker reads of its own tap has a distance.
-            (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
-        };
-        let peak = match told {
-            Told::Own(Some(profile)) => profile.peak().0,
-            _ => shared.theory.peak().0,
-        };
-        judge.limits(
-            &mut score,
-            &Seen {
-                nearest: shared.gauge[0] / nearest,
-                farthest: largest(&|t| t.arc) / L_a,
-                strain: largest(&Outcome::magnitude),
-                reading: largest(&|t| t.magnitude() / t.cosine()),
-                force: largest(&|t| t.normal_force),
-                unsolved: unsolved as f64 / taps.len() as f64,
-                highest,
-                peak,
-            },
-        );
-        Self { score, k: row.k }
-    }
-}
-
-/// What limits ask of the taps of a whisker.
-struct Seen {
-    /// Near end of the gauge over the nearest contact.
-    nearest: f64,
-    /// Farthest contact over L_a.
-    farthest: f64,
-    /// Largest |ε|.
-    strain: f64,
-    /// Largest K̄⁻¹ θ f(â) that is read: |ε|, of two gauges √(ε₁² + ε₂²)/cos β̂.
-    reading: f64,
-    /// Largest P, N.
-    force: f64,
-    /// Share of the taps that are not solved.
-    unsolved: f64,
-    /// K̄, and the largest strain of which the theory has a distance, where that matters.
-    highest: Option<(f64, f64)>,
-    /// Where the curve that distances are told by peaks, mm.
-    peak: f64,
-}
-
-/// Rounding of a sum of decimal numbers is no violation.
-fn over(value: f64) -> f64 {
-    if value <= 1e-12 { value.min(0.0) } else { value }
-}
-
-/// K_sd, total_rms_mm, weighted sum.
-fn figures(judge: &Judge<'_>, row: &DriveRow, gauge: f64, length: f64) -> [f64; 3] {
-    let unit = if judge.setup.estimate.convention == Convention::Elongation { gauge } else { 1.0 };
-    let sd = row.deviation.sd().unwrap_or(f64::NAN);
-    let total = row.total_rms().unwrap_or(f64::NAN);
-    let mean = 1.0 + row.deviation.mean().unwrap_or(f64::NAN);
-    let [by_sd, by_distance] = judge.search.weights;
-    // A weight of 0 leaves its term out, also where that has no value.
-    let term = |weight: f64, value: f64| if weight == 0.0 { 0.0 } else { weight * value };
-    [sd * unit, total, term(by_sd, sd / mean) + term(by_distance, total / length)]
+    pub upright: Option<Spread>,
 }

@@ -37,6 +37,7 @@ pub mod sensitivity;
 pub mod session;
 pub mod swarm;
 pub mod variables;
+mod whisker;
 pub mod why;
 pub mod write;
 
