@@ -8,13 +8,13 @@ use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::error::{Error, InputError};
 use vibrissa::files::Array;
 use vibrissa::locate::stream::Ask;
-use vibrissa::locate::{Calibration, Locator, locator::opener};
+use vibrissa::locate::{Calibration, SaidZero};
 use vibrissa::measure::{Data, Names};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
-use super::args::{Locate, Zero};
+use super::args::Locate;
 use super::reply::Reply;
 use super::say;
 
@@ -54,20 +54,18 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         (Vec::new(), Vec::new(), vec![array.to_owned(), readings.clone()]);
     for mount in &described.mounts {
         let calibration = Calibration::read(&mount.calibration, args.common.force)?;
-        let label = mount.calibration.display().to_string();
-        let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
+        whiskers.push(mount.open(&calibration, args.estimator, &options)?);
         calibration.rig.warnings.iter().for_each(|w| warn(w));
         sums.push(calibration.checksum);
         inputs.push(mount.calibration.clone());
-        whiskers.push(Mounted { name: mount.name.clone(), locator, pose: mount.pose });
     }
     let file = readings.display().to_string();
-    let zero = Zero::of(&args.zero, whiskers.iter().map(|w| &w.locator))?;
+    let zero = SaidZero::of(args.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
     let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, warn: &warn };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let asked = json!({
-        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": Zero::json(&args.zero),
+        "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()),
         "estimator": args.estimator.map(|e| e.name()),
     });
     let identity = hash(&asked.to_string());

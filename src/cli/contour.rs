@@ -1,31 +1,28 @@
 //! `vibrissa contour POSES.csv --calibration CAL.toml`.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::contour::curve::Curve;
+use vibrissa::contour::point::Noise;
 use vibrissa::contour::trace::{Asked, Trace};
-use vibrissa::contour::{point::Noise, write};
-use vibrissa::error::{Error, InputError};
+use vibrissa::contour::traced::{self, Traced};
+use vibrissa::contour::{truth::Edge, write};
+use vibrissa::error::Error;
 use vibrissa::figure::{self, Format, Style};
-use vibrissa::locate::stream::Ask;
-use vibrissa::locate::table::Readings;
-use vibrissa::locate::{Calibration, Locator, locator::opener};
+use vibrissa::locate::Calibration;
 use vibrissa::measure::{Data, Names};
+use vibrissa::progress::NEVER;
 use vibrissa::report::of_contour;
 use vibrissa::scene::RunOptions;
-use vibrissa::simulate::object::Object;
 use vibrissa::simulate::strokes::Strokes;
-use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
-use vibrissa::sink::run_json;
+use vibrissa::sink::folder::{Folder, Question};
 
-use super::args::{Contour, Zero};
+use super::args::Contour;
 use super::reply::Reply;
 use super::say;
-
-/// Places of the outline of a known object.
-const OUTLINE: usize = 400;
 
 /// Traces an object into `points.csv`, `curve.csv` and `contour.svg`.
 pub fn run(args: &Contour) -> Result<Reply, Error> {
@@ -37,7 +34,8 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
             say::warning(text)
         }
     };
-    let asked = asked(args)?;
+    let noise = Noise::said(args.angle_noise, args.base_noise, args.touch_noise)?;
+    let asked = Asked { noise, surface: args.contact, taps: args.taps, kind: args.curve };
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = Data::load(&args.data)?;
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
@@ -56,123 +54,42 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n);
         pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     }
-    let label = args.calibration.display().to_string();
-    let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
-    calibration.rig.warnings.iter().for_each(|w| warn(w));
-    let file = args.data.display().to_string();
-    let zero = Zero::of(&args.zero, [&locator])?;
-    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, warn: &warn };
-    let readings = Readings::of(&locator, &bytes, &ask, &write::ADDED)?;
-    let trace = Trace::new(&locator, &readings, &asked)?;
-    if !trace.on_surface && args.contact.is_none() && locator.rig.known {
-        warn(
-            "the model of the calibration has contact on the whisker's centreline, and so are the points: on a real whisker they are off the \
-             object by its radius. --contact surface puts them on its side",
-        );
-    }
-    if !trace.points.iter().any(|point| point.is_there()) {
-        warn("no row gives a point; the column status of points.csv says why");
-    }
-    let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
-    let settings = json!({
-        "data": digest, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": Zero::json(&args.zero),
-        "angle_noise_deg": args.angle_noise, "base_noise_mm": args.base_noise, "touch_noise_deg": args.touch_noise,
-        "contact": args.contact.map(|s| if s { "surface" } else { "centreline" }), "taps": args.taps,
-        "curve": args.curve.map(|k| k.word()), "truth": args.truth.as_ref().map(|p| p.display().to_string()),
-    });
+    let label = |path: &Path| path.display().to_string();
+    let known = args.truth.as_deref().map(label);
+    let question = traced::Question {
+        calibration: (&calibration, &label(&args.calibration)),
+        estimator: args.estimator,
+        data: (&bytes, &label(&args.data)),
+        columns: (&columns, args.columns.as_deref()),
+        zero: args.zero.as_ref(),
+        asked,
+        truth: truth.as_ref().map(|object| object as &dyn Edge).zip(known.as_deref()),
+    };
+    let traced = Traced::new(&question, &options, &warn, &NEVER)?;
     let mut inputs = vec![args.data.clone(), args.calibration.clone()];
     inputs.extend(args.truth.clone());
-    let question = Question { inputs, ..Question::new("contour", &stem, settings.clone()) };
+    let question = Question { inputs, ..Question::new("contour", &stem, traced.settings.clone()) };
     let mut folder = Folder::open(&out, question, &write::FILES, args.common.force)?;
-    let (points, curve) = (write::points(&trace, &readings), write::curve(&trace)?);
-    let kind = trace.curve.as_ref().map_or("", |c| c.kind.word());
-    let figure = of_contour(&points, &curve, kind, &truth.as_ref().map(outline).unwrap_or_default())?;
-    let mut files = vec![("points.csv", points), ("curve.csv", curve)];
+    let figure = of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?;
     let drawn = figure::files(&figure, &Style::default(), &[Format::Svg])?;
-    files.extend(drawn.into_iter().map(|(_, bytes)| ("contour.svg", bytes)));
-    for (name, bytes) in files {
+    let drawn = drawn.iter().map(|(_, bytes)| ("contour.svg", bytes));
+    for (name, bytes) in
+        [("points.csv", &traced.points), ("curve.csv", &traced.curve)].into_iter().chain(drawn)
+    {
         let mut file = folder.file(name)?;
-        file.write(&bytes)?;
+        file.write(bytes)?;
         file.close()?;
     }
-    let counts = write::counts(&trace, &readings);
-    let mut result = write::described(&trace);
-    result["estimator"] = locator.estimator.name().into();
-    if let Some(object) = &truth {
-        result["truth"] = compared(&trace, &readings, object)?;
-    }
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let identity = hash(&format!("{digest}\n{}\n{settings}", calibration.checksum));
-    let body = json!({
-        "calibration": { "file": label, "checksum": calibration.checksum },
-        "data": { "file": file, "hash": digest },
-        "settings": settings, "counts": counts, "result": result, "seconds": seconds,
-    });
-    folder.run_json(&run_json::document("contour", json!({ "name": stem, "hash": identity }), body))?;
+    folder.run_json(&traced.document(&stem, &seconds))?;
     let written = folder.finish()?;
-    let mut text = told(&trace, &counts, &result, locator.estimator.name());
+    let Traced { counts, result, .. } = &traced;
+    let mut text = told(&traced.trace, counts, result, traced.estimator);
     let _ =
         writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
+    let (counts, result) = (counts.clone(), result.clone());
     Ok(Reply { text, out: Some(out), files: written.files, counts, seconds, result, ..Reply::default() }
         .removing(&written.removed))
-}
-
-fn asked(args: &Contour) -> Result<Asked, InputError> {
-    let within = |key: &str, x: f64, unit: &str| match (0.0..1000.0).contains(&x) {
-        true => Ok(x),
-        false => Err(InputError::new("this is no standard deviation")
-            .key(key)
-            .value(x)
-            .allowed(format!("≥ 0 ({unit})"))),
-    };
-    let touch = args.touch_noise.map(|x| within("--touch-noise", x, "degrees")).transpose()?;
-    Ok(Asked {
-        noise: Noise {
-            angle: within("--angle-noise", args.angle_noise, "degrees")?,
-            base: within("--base-noise", args.base_noise, "mm")?,
-            touch,
-        },
-        surface: args.contact,
-        taps: args.taps,
-        kind: args.curve,
-    })
-}
-
-/// The edge of a known object.
-fn outline(object: &Object) -> Vec<[f64; 2]> {
-    (0..=OUTLINE).map(|k| object.at(object.length() * k as f64 / OUTLINE as f64).at).collect()
-}
-
-/// Distances of points from the object; where the data say what was touched (`true_x_mm`, `true_y_mm` by the readings of a stroke,
-/// `touch_x_mm`, `touch_y_mm` first), from these places.
-fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
-    let there: Vec<usize> =
-        (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.outliers[i]).collect();
-    let rms = |all: Vec<f64>| {
-        let known: Vec<f64> = all.into_iter().filter(|x| x.is_finite()).collect();
-        (known.iter().map(|x| x * x).sum::<f64>() / known.len() as f64).sqrt()
-    };
-    let points = rms(there.iter().map(|&i| object.distance(trace.points[i].at)).collect());
-    let places = |name: &str| -> Result<Option<[Vec<f64>; 2]>, InputError> {
-        let x = readings.numbers(&format!("{name}_x_mm"))?;
-        Ok(x.zip(readings.numbers(&format!("{name}_y_mm"))?).map(|(x, y)| [x, y]))
-    };
-    let (now, first) = (places("true")?, places("touch")?);
-    let apart = now.zip(first).map(|(now, first)| {
-        let one = |&i: &usize| {
-            let [x, y] = if trace.swept[i] { &now } else { &first };
-            let at = trace.points[i].at;
-            (at[0] - x[i]).hypot(at[1] - y[i])
-        };
-        rms(there.iter().map(one).collect())
-    });
-    let curve = trace.curve.as_ref().ok().map(|chosen| {
-        let traced = chosen.curve.traced(&trace.samples, OUTLINE / 2);
-        rms(traced.iter().map(|(at, ..)| object.distance(*at)).collect())
-    });
-    Ok(
-        json!({ "points_rms_mm": points, "places_rms_mm": apart, "curve_rms_mm": curve, "points": there.len() }),
-    )
 }
 
 fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

@@ -8,13 +8,13 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Calibration, Locator, locator::opener};
+use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
-use super::args::{Locate, Zero};
+use super::args::Locate;
 use super::interrupt;
 use super::patient::Patient;
 use super::reply::Reply;
@@ -58,7 +58,7 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
             say::warning(text)
         }
     };
-    let zero = Zero::of(&args.zero, [&locator])?;
+    let zero = SaidZero::of(args.zero.as_ref(), [&locator])?;
     let asked = Ask { columns: &columns, zero, label: None, keep: false, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&locator, &asked, start);
@@ -179,7 +179,7 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": Zero::json(&args.zero) });
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

@@ -3,10 +3,8 @@
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::error::{Error, InputError};
-use vibrissa::evaluate::Method;
-use vibrissa::locate::locator::opener;
-use vibrissa::scene::{BackendChoice, Geometry};
+use vibrissa::error::Error;
+use vibrissa::progress::{NEVER, Progress, Silent};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::{shape, spec};
@@ -25,13 +23,9 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
+    let file = || args.spec.display().to_string();
     let setup = &spec.study.setup;
-    if setup.model.geometry == Geometry::Linear {
-        let error =
-            InputError::new("linear theory has a deflection but no shape: its whisker would grow longer")
-                .at(args.spec.display().to_string(), None);
-        return Err(error.key("model.geometry").value("linear").allowed("exact").into());
-    }
+    shape::check(setup).map_err(|e| e.at(file(), None))?;
     let out = super::folder(options.out.as_ref(), &spec.name, "shape");
     if options.plan == Some(true) {
         let text = format!(
@@ -43,27 +37,23 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
         let result = json!({ "in_force": run_json::in_force(&spec) });
         return Ok(Reply { text, out: Some(out), result, ..Reply::default() });
     }
-    let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
-    let method = match options.backend {
-        Some(BackendChoice::Reference) => Method::Reference,
-        _ if free => Method::Reference,
-        _ => opener(&options)(&setup.model)?,
-    };
-    let by = if matches!(method, Method::Reference) { "reference" } else { "kernel" };
+    let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": args.nodes, "solved_by": by }));
     let mut folder = Folder::open(&out, question, &shape::FILES, options.force == Some(true))?;
-    let written = shape::write(&spec, method, args.nodes as usize, &mut folder).map_err(|e| match e {
-        Error::Input(e) => e.at(args.spec.display().to_string(), None).into(),
+    let steered = (&NEVER, &mut Silent as &mut dyn Progress);
+    let made = shape::tables(&spec, method, args.nodes as usize, steered).map_err(|e| match e {
+        Error::Input(e) => e.at(file(), None).into(),
         other => other,
     });
-    let counts = written?;
-    let counted = json!({ "taps": counts.taps, "shapes": counts.shapes });
+    let (counts, tables) = made?;
+    for (name, bytes) in tables {
+        let mut file = folder.file(name)?;
+        file.write(&bytes)?;
+        file.close()?;
+    }
+    let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let body = json!({
-        "in_force": run_json::in_force(&spec), "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings,
-        "solved_by": by, "counts": counted, "seconds": seconds,
-    });
-    folder.run_json(&run_json::document("shape", run_json::spec(&spec), body))?;
+    folder.run_json(&shape::document(&spec, by, &counted, &seconds))?;
     let written = folder.finish()?;
     let without = match counts.taps - counts.shapes {
         0 => String::new(),

@@ -1,7 +1,7 @@
 //! Taps and strokes become points on an object, and points a curve (docs/contour.md).
 //!
 //! [`pose`] is where a whisker stands, [`skin`] which place of it touches; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
-//! [`curve`] a line, a circle or a smooth curve of points.
+//! [`curve`] a line, a circle or a smooth curve of points; [`traced`] is all of it for a file of readings, and what is told of that.
 
 pub mod array;
 pub mod curve;
@@ -12,4 +12,6 @@ pub mod rows;
 pub mod skin;
 pub mod stroke;
 pub mod trace;
+pub mod traced;
+pub mod truth;
 pub mod write;

@@ -2,6 +2,7 @@
 
 use super::pose::Pose;
 use super::skin::Skin;
+use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::Reading;
 use crate::status::Status;
@@ -25,6 +26,27 @@ impl Default for Noise {
     /// 0.1° of heading, a base that is where it is said to be.
     fn default() -> Self {
         Self { angle: 0.1, base: 0.0, touch: None }
+    }
+}
+
+impl Noise {
+    /// What a user says of it.
+    ///
+    /// # Errors
+    /// A number that is no standard deviation.
+    pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
+        let within = |key: &str, x: f64, unit: &str| match (0.0..1000.0).contains(&x) {
+            true => Ok(x),
+            false => Err(InputError::new("this is no standard deviation")
+                .key(key)
+                .value(x)
+                .allowed(format!("≥ 0 ({unit})"))),
+        };
+        Ok(Self {
+            touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,
+            angle: within("--angle-noise", angle, "degrees")?,
+            base: within("--base-noise", base, "mm")?,
+        })
     }
 }
 

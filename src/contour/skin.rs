@@ -4,6 +4,10 @@ use crate::measure::Rig;
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 
+/// Which place of a whisker touches: words, whether it is on the surface, and what to say of them.
+pub const PLACES: [(&str, bool, &str); 2] =
+    [("surface", true, "its side"), ("centreline", false, "its axis")];
+
 /// What of a calibrated whisker a contact's place depends on. Lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skin {

@@ -1,11 +1,13 @@
 //! From rows to points, and to the curve through them.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point};
 use super::rows::{Placed, placed};
 use super::skin::Skin;
 use super::stroke::{FEWEST, swept};
-use crate::error::InputError;
+use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{Reading, Readings};
 use crate::scene::Drive;
@@ -68,8 +70,17 @@ impl Trace {
     /// Of `readings` that `locator` has answered.
     ///
     /// # Errors
-    /// As [`placed`]; strokes of an object that is moved.
-    pub fn new(locator: &Locator, readings: &Readings, asked: &Asked) -> Result<Self, InputError> {
+    /// As [`placed`]; strokes of an object that is moved; [`SolveError::Stopped`] once `stop` is set.
+    pub fn new(
+        locator: &Locator,
+        readings: &Readings,
+        asked: &Asked,
+        stop: &AtomicBool,
+    ) -> Result<Self, Error> {
+        let go_on = || match stop.load(Ordering::Relaxed) {
+            true => Err(SolveError::Stopped),
+            false => Ok(()),
+        };
         let places = placed(readings)?;
         let n = places.len();
         let skin = Skin::new(&locator.rig, asked.surface);
@@ -80,7 +91,8 @@ impl Trace {
             return Err(error
                 .at(readings.file.clone(), Some(1))
                 .key("stroke")
-                .allowed("theta_deg; or --taps"));
+                .allowed("theta_deg; or --taps")
+                .into());
         }
         let tap = |i: usize| -> Point {
             let reading = &readings.rows[i];
@@ -95,6 +107,7 @@ impl Trace {
         let mut strokes = Vec::new();
         if with_strokes {
             for (number, rows) in members(&places, &readings.rows) {
+                go_on()?;
                 let of: Vec<&Reading> = rows.iter().map(|&i| &readings.rows[i]).collect();
                 let pose = &places[rows[0]].pose;
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
@@ -122,6 +135,7 @@ impl Trace {
                 strokes.push(followed);
             }
         }
+        go_on()?;
         let used: Vec<usize> = (0..n).filter(|&i| points[i].is_there() && !outliers[i]).collect();
         let sample = |&i: &usize| Sample {
             at: points[i].at,

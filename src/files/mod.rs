@@ -3,6 +3,7 @@
 mod array;
 mod calibration;
 mod model_error;
+mod mounted;
 mod rig;
 mod settle;
 mod strokes;

@@ -3,6 +3,7 @@
 //! A tap that is solved gives the force (P, T) and the place c of its contact; from there the rod is an initial value problem with
 //! nothing unknown (model §3), integrated to the clamp in fixed steps. Beyond the contact the whisker is straight.
 
+mod asked;
 mod table;
 
 use glam::{DVec2, DVec3};
@@ -12,7 +13,8 @@ use crate::evaluate::{Outcome, Task};
 use crate::physics::section::SectionLaw;
 use crate::physics::taper::Taper;
 use crate::scene::{Drive, Geometry, Model, Setup};
-pub use table::{COLUMNS, CONTACTS, FILES, MOST_TAPS, write};
+pub use asked::{check, document, method};
+pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, Tables, tables};
 
 /// Runge–Kutta steps between two nodes.
 const STEPS: usize = 8;

@@ -1,15 +1,17 @@
 //! `shape.csv` and `contacts.csv`.
 
+use std::sync::atomic::AtomicBool;
+
 use glam::DVec3;
+use serde_json::{Value, json};
 
 use super::{Node, Shape, shape};
 use crate::design::Design;
 use crate::error::{Error, InputError};
-use crate::evaluate::Method;
-use crate::evaluate::{Evaluator, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::progress::Progress;
 use crate::scene::{Column, DirectionColumns, Setup, Space, Spec, Tuple};
 use crate::sink::csv::Text;
-use crate::sink::folder::Folder;
 use crate::sink::table::Field;
 use crate::status::Status;
 
@@ -17,6 +19,8 @@ use crate::status::Status;
 pub const FILES: [&str; 2] = ["shape.csv", "contacts.csv"];
 /// Taps of which shapes are written at most.
 pub const MOST_TAPS: u64 = 10_000;
+/// Taps between two tellings of how far the work is.
+const PART: usize = 256;
 
 /// Columns of `shape.csv`, those of the pole's direction and z where the spec says tilt or lean; the place of the drive is told by its
 /// name.
@@ -79,17 +83,37 @@ pub struct Counts {
     pub shapes: usize,
 }
 
-/// Writes both tables of the taps of `spec`, each with `nodes` sections from clamp to contact.
+impl Counts {
+    /// For run.json and `--json`.
+    pub fn described(&self) -> Value {
+        json!({ "taps": self.taps, "shapes": self.shapes })
+    }
+}
+
+/// Both tables, under the names of [`FILES`].
+pub type Tables = [(&'static str, Vec<u8>); 2];
+
+/// Both tables of the taps of `spec`, each with `nodes` sections from clamp to contact; `progress` is told of taps solved.
 ///
 /// # Errors
-/// Too many taps; a backend or a file that fails.
-pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> Result<Counts, Error> {
+/// Too many taps; a backend that fails; [`SolveError::Stopped`](crate::error::SolveError::Stopped) once `stop` is set.
+pub fn tables(
+    spec: &Spec,
+    method: Method,
+    nodes: usize,
+    (stop, progress): (&AtomicBool, &mut dyn Progress),
+) -> Result<(Counts, Tables), Error> {
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
     let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
     let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    let outcomes = Evaluator::new(setup, method).run(&designs, &tasks)?;
+    let mut evaluator = Evaluator::new(setup, method).stopping(stop);
+    let mut outcomes = Vec::with_capacity(tasks.len());
+    for some in tasks.chunks(PART) {
+        outcomes.extend(evaluator.run(&designs, some)?);
+        progress.at(outcomes.len() as u64, tasks.len() as u64);
+    }
     let (mut nodes_text, mut contacts) = (header(&COLUMNS, setup)?, header(&CONTACTS, setup)?);
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
     let failed = |e: csv::Error| Error::Run(e.to_string());
@@ -102,12 +126,8 @@ pub fn write(spec: &Spec, method: Method, nodes: usize, folder: &mut Folder) -> 
         }
         contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref())).map_err(failed)?;
     }
-    for (name, text) in FILES.into_iter().zip([nodes_text, contacts]) {
-        let mut file = folder.file(name)?;
-        file.write(&text.into_bytes())?;
-        file.close()?;
-    }
-    Ok(counts)
+    let [shape, of_contact] = FILES;
+    Ok((counts, [(shape, nodes_text.into_bytes()), (of_contact, contacts.into_bytes())]))
 }
 
 fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {

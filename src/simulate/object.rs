@@ -4,6 +4,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::contour::truth::Edge;
+
 /// A place on a smooth edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
@@ -212,6 +214,16 @@ impl Object {
             (w[0] - s * d[0]).hypot(w[1] - s * d[1])
         };
         (0..parts).map(segment).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Edge for Object {
+    fn off(&self, at: [f64; 2]) -> f64 {
+        self.distance(at)
+    }
+
+    fn along(&self, steps: usize) -> Vec<[f64; 2]> {
+        (0..=steps).map(|k| self.at(self.length() * k as f64 / steps as f64).at).collect()
     }
 }
 

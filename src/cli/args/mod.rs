@@ -4,7 +4,6 @@ mod common;
 mod design;
 mod rig;
 mod show;
-mod zero;
 
 use clap::{Parser, Subcommand};
 
@@ -13,7 +12,6 @@ pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
 pub use rig::{Calibrate, Contour, Locate, Simulate};
 pub use show::{Bench, Explore, Report, Shape, Verify};
-pub use zero::Zero;
 
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args as Flags;
 use vibrissa::contour::curve::Kind;
+use vibrissa::contour::skin::PLACES;
 use vibrissa::export::Language;
+use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
 
 use super::common::{Common, words};
-use super::zero::Zero;
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
@@ -70,7 +71,7 @@ pub struct Locate {
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
     /// must be in the state of the calibration: tared as its signal was, or with their zero; X,Y of two signals
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
-    pub zero: Option<Zero>,
+    pub zero: Option<SaidZero>,
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
@@ -104,7 +105,7 @@ pub struct Contour {
     #[arg(long, value_name = "DEG")]
     pub touch_noise: Option<f64>,
     /// Which place of the whisker touches [default: as the calibration's model has it]
-    #[arg(long, value_parser = words([("surface", true, "its side"), ("centreline", false, "its axis")]), value_name = "PLACE")]
+    #[arg(long, value_parser = words(PLACES), value_name = "PLACE")]
     pub contact: Option<bool>,
     /// Take each row as a tap, whatever its stroke
     #[arg(long)]
@@ -118,7 +119,7 @@ pub struct Contour {
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; X,Y of two
     /// signals
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
-    pub zero: Option<Zero>,
+    pub zero: Option<SaidZero>,
     /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
