@@ -41,7 +41,7 @@ pub fn input(py: Python<'_>, e: &InputError) -> PyErr {
 }
 
 /// `text` with flags of the command line as keywords: `--zero-every` is `zero_every` here.
-fn keywords(text: &str) -> String {
+pub fn keywords(text: &str) -> String {
     let mut parts = text.split("--");
     let mut out = parts.next().unwrap_or_default().to_owned();
     for part in parts {

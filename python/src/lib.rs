@@ -2,6 +2,10 @@
 //! comes back as columns, JSON text and exceptions. Words, defaults and documentation are Python's, in `vibrissa/`.
 
 #[cfg(feature = "extension")]
+mod array;
+#[cfg(feature = "extension")]
+mod contour;
+#[cfg(feature = "extension")]
 mod error;
 #[cfg(feature = "extension")]
 mod fork;
@@ -19,6 +23,8 @@ mod machine;
 mod module;
 #[cfg(feature = "extension")]
 mod search;
+#[cfg(feature = "extension")]
+mod shape;
 #[cfg(feature = "extension")]
 mod spec;
 #[cfg(feature = "extension")]

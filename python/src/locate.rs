@@ -18,7 +18,7 @@ use crate::table::Table;
 use crate::taps::bits;
 
 /// The estimator of this name.
-fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {
+pub fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {
     let Some(name) = name else { return Ok(None) };
     let known = || ALL.map(|e| e.name()).join(", ");
     let wrong =

@@ -6,6 +6,10 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
+    use crate::array::Array;
+    #[pymodule_export]
+    use crate::contour::contour;
+    #[pymodule_export]
     use crate::fork::forked;
     #[pymodule_export]
     use crate::lab::{calibrate, simulate};
@@ -15,6 +19,8 @@ mod _native {
     use crate::machine::{chart, devices, verify};
     #[pymodule_export]
     use crate::search::{optimise, tap};
+    #[pymodule_export]
+    use crate::shape::shape;
     #[pymodule_export]
     use crate::sweep::sweep;
     #[pymodule_export]

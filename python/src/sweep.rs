@@ -18,7 +18,7 @@ use vibrissa::{files, spec};
 
 use crate::held::Given;
 use crate::job::{self, Ahead};
-use crate::spec::asked;
+use crate::spec::{Asked, asked};
 use crate::table::Table;
 use crate::taps;
 
@@ -41,8 +41,43 @@ pub fn settle(spec: &mut Spec, label: &str, choice: &Choice) -> Result<Option<f6
     let options = spec.run.clone();
     files::settle(spec, &options, &choice.backend, Path::new(""));
     files::settle_model_error(spec, bound);
-    spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+    leave_files(spec);
     Ok(bound)
+}
+
+/// Leaves the values that say where files go out of those in force.
+pub fn leave_files(spec: &mut Spec) {
+    spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+}
+
+/// Taps one by one: how many, and their columns.
+pub type Listed<'py> = (usize, Vec<PyReadonlyArray1<'py, f64>>);
+
+/// The spec that was `asked`, or that of the taps `listed`.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn read(py: Python<'_>, asked: &Asked, listed: Option<Listed<'_>>) -> PyResult<Spec> {
+    let listed = listed.map(|(n, columns)| {
+        let given = Given::new(py, n, columns)?;
+        let tuples: Vec<Tuple> = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
+        Ok::<_, PyErr>((tuples, given.leaning(n), given.directions()))
+    });
+    let read = |listed| match listed {
+        None => asked.read(spec::parse),
+        Some((tuples, leaning, directions)) => {
+            let mut spec = taps::shared(asked)?;
+            taps::refuse(&spec.study.setup.model, leaning)?;
+            spec.study.setup.directions = directions;
+            let kind = spec.study.setup.drive;
+            spec.study.space = Space::List(tuples);
+            let of_tuples =
+                |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));
+            spec.in_force.retain(|(key, ..)| !of_tuples(key));
+            Ok(spec)
+        }
+    };
+    read(listed.transpose()?).map_err(|e| crate::error::raise(py, e))
 }
 
 /// Sweeps the spec in `path` with the sections of `text` over it, or, with `listed`, these taps. The tables by name, None for one that was
@@ -55,31 +90,11 @@ pub fn sweep<'py>(
     path: Option<PathBuf>,
     text: String,
     name: &str,
-    listed: Option<(usize, Vec<PyReadonlyArray1<'py, f64>>)>,
+    listed: Option<Listed<'py>>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Vec<(&'static str, Option<Table>)>, String)> {
     let asked = asked(py, path, text, name)?;
-    let listed = listed.map(|(n, columns)| {
-        let given = Given::new(py, n, columns)?;
-        let tuples: Vec<Tuple> = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
-        Ok::<_, PyErr>((tuples, given.leaning(n), given.directions()))
-    });
-    let listed = listed.transpose()?;
-    let read = || match listed {
-        None => asked.read(spec::parse),
-        Some((tuples, leaning, directions)) => {
-            let mut spec = taps::shared(&asked)?;
-            taps::refuse(&spec.study.setup.model, leaning)?;
-            spec.study.setup.directions = directions;
-            let kind = spec.study.setup.drive;
-            spec.study.space = Space::List(tuples);
-            let of_tuples =
-                |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));
-            spec.in_force.retain(|(key, ..)| !of_tuples(key));
-            Ok(spec)
-        }
-    };
-    let mut spec = read().map_err(|e| crate::error::raise(py, e))?;
+    let mut spec = read(py, &asked, listed)?;
     let threads = spec.run.threads;
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
         let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;

@@ -40,26 +40,36 @@ impl Array {
     /// # Errors
     /// A file that is missing or says something else; two whiskers of one name.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        spec::described(path, "array", |file| {
-            file.only(&["whisker", "angle_noise", "base_noise"], KEYS)?;
-            let angle = file.or("angle_noise", Noise::default().angle, |x| x.within(&ANGLE))?;
-            let base = file.or("base_noise", 0.0, |x| x.within(&PLACE))?;
-            let whiskers = file.needs("whisker", KEYS)?;
-            let base_folder = path.parent().unwrap_or(Path::new(""));
-            let mut mounts: Vec<Mount> = Vec::new();
-            for whisker in whiskers.tables(KEYS)? {
-                let mount = mount(&whisker, base_folder)?;
-                if mounts.iter().any(|m| m.name == mount.name) {
-                    let error = whisker.needs("name", KEYS)?.error("two whiskers have this name");
-                    return Err(error.allowed("different names"));
-                }
-                mounts.push(mount);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        spec::described(path, "array", |file| Self::of(file, folder))
+    }
+
+    /// As [`Self::read`], from a `text` that `label` names; calibrations are relative to `folder`.
+    ///
+    /// # Errors
+    /// A text that says something else; two whiskers of one name.
+    pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
+        spec::described_by(label, text, |file| Self::of(file, folder))
+    }
+
+    fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
+        file.only(&["whisker", "angle_noise", "base_noise"], KEYS)?;
+        let angle = file.or("angle_noise", Noise::default().angle, |x| x.within(&ANGLE))?;
+        let base = file.or("base_noise", 0.0, |x| x.within(&PLACE))?;
+        let whiskers = file.needs("whisker", KEYS)?;
+        let mut mounts: Vec<Mount> = Vec::new();
+        for whisker in whiskers.tables(KEYS)? {
+            let mount = mount(&whisker, folder)?;
+            if mounts.iter().any(|m| m.name == mount.name) {
+                let error = whisker.needs("name", KEYS)?.error("two whiskers have this name");
+                return Err(error.allowed("different names"));
             }
-            if mounts.is_empty() {
-                return Err(whiskers.error("there is no whisker").allowed(KEYS));
-            }
-            Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
-        })
+            mounts.push(mount);
+        }
+        if mounts.is_empty() {
+            return Err(whiskers.error("there is no whisker").allowed(KEYS));
+        }
+        Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
     }
 }
 

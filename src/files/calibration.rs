@@ -110,19 +110,26 @@ impl Calibration {
     /// # Errors
     /// A file that is missing, of another format, edited, or contradictory.
     pub fn read(path: &Path, trust: bool) -> Result<Self, InputError> {
+        Self::parse(&path.display().to_string(), &Self::load(path)?, trust)
+    }
+
+    /// Text of the file at `path`.
+    ///
+    /// # Errors
+    /// A file that is missing, or is none.
+    pub fn load(path: &Path) -> Result<String, InputError> {
         let label = path.display().to_string();
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
             return Err(error.at(&label, None).allowed(path.join("calibration.toml").display().to_string()));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        std::fs::read_to_string(path).map_err(|e| {
             let what = match e.kind() {
                 std::io::ErrorKind::NotFound => "there is no such calibration file".to_owned(),
                 _ => format!("this calibration file cannot be read: {e}"),
             };
             InputError::new(what).at(&label, None)
-        })?;
-        Self::parse(&label, &text, trust)
+        })
     }
 
     /// As [`Self::read`], from `text`.

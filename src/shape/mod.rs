@@ -14,7 +14,7 @@ use crate::physics::section::SectionLaw;
 use crate::physics::taper::Taper;
 use crate::scene::{Drive, Geometry, Model, Setup};
 pub use asked::{check, document, method};
-pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, Tables, tables};
+pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, Tables, rows, tables};
 
 /// Runge–Kutta steps between two nodes.
 const STEPS: usize = 8;

@@ -146,6 +146,22 @@ fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
     Ok(text)
 }
 
+/// Rows of `shape.csv` of all taps of `space`, at most; `room` for so many.
+///
+/// # Errors
+/// Too many taps; more rows than there is room for.
+pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
+    // Two more from contact to tip.
+    let rows = tuples(space)?.len() as u64 * (nodes as u64 + 2);
+    match rows <= room {
+        true => Ok(rows),
+        false => Err(InputError::new("there is no memory for so many sections")
+            .key("nodes")
+            .value(nodes)
+            .allowed(format!("{room} sections of all taps"))),
+    }
+}
+
 fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     let many = |n: u64| {
         InputError::new("these are too many taps to look at")

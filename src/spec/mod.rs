@@ -186,8 +186,18 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
 pub(crate) fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
     let label = path.display().to_string();
     let text = load(path, what).map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let document = Document { file: &label, text: &text };
-    let table = DeTable::parse(&text).map_err(|e| syntax(&document, &e))?;
+    described_by(&label, &text, read)
+}
+
+/// As [`described`], of a `text` that `label` names.
+pub(crate) fn described_by<T>(
+    label: &str,
+    text: &str,
+    read: impl FnOnce(&Item<'_>) -> Result<T>,
+) -> Result<T> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let table = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
     read(&Item::of(&document, &DeValue::Table(table.into_inner())))
 }
 

@@ -1,0 +1,129 @@
+//! `vibrissa.Array`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use vibrissa::contour::array::{Mounted, answer};
+use vibrissa::contour::point::Noise;
+use vibrissa::error::{Error, InputError};
+use vibrissa::files;
+use vibrissa::locate::{Calibration, SaidZero, stream};
+use vibrissa::measure::Names;
+use vibrissa::scene::RunOptions;
+
+use crate::contour::{Told, zero};
+use crate::error::keywords;
+use crate::job::{self, Far};
+use crate::locate::estimator;
+use crate::table::Table;
+
+/// Points of readings of several calibrated whiskers, in one frame.
+#[pyclass(frozen, module = "vibrissa._native")]
+pub struct Array {
+    whiskers: Arc<Vec<Mounted>>,
+    noise: Noise,
+    zero: [Option<f64>; 2],
+    calibrations: Vec<(String, String)>,
+    warnings: Vec<String>,
+}
+
+#[pymethods]
+impl Array {
+    /// Of the `text` of a file that `label` names, whose calibrations are relative to `folder`; where one of them is `known`, its name and
+    /// text are taken in place of its file. `noise` (of angle and base) goes before what the text says.
+    #[new]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        label: String,
+        text: String,
+        folder: PathBuf,
+        known: Vec<Option<(String, String)>>,
+        noise: (Option<f64>, Option<f64>),
+        estimator: Option<String>,
+        zero: Option<Vec<f64>>,
+        trust: bool,
+    ) -> PyResult<Self> {
+        let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+            let asked = self::estimator(estimator)?;
+            let zero = self::zero(zero)?;
+            let array = files::Array::parse(&label, &text, &folder)?;
+            let said = Noise::said(
+                noise.0.unwrap_or(array.noise.angle),
+                noise.1.unwrap_or(array.noise.base),
+                array.noise.touch,
+            )?;
+            let (mut whiskers, mut calibrations, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
+            let mut known = known.into_iter();
+            for mut mount in array.mounts {
+                let (name, text) = match known.next().flatten() {
+                    Some(known) => known,
+                    None => {
+                        let path = &mount.calibration;
+                        let missing = |e: InputError| InputError {
+                            key: e.key.or(Some("whisker.calibration".into())),
+                            ..e
+                        };
+                        (path.display().to_string(), Calibration::load(path).map_err(missing)?)
+                    }
+                };
+                mount.calibration = PathBuf::from(&name);
+                let calibration = Calibration::parse(&name, &text, trust)?;
+                whiskers.push(mount.open(&calibration, asked, &RunOptions::default())?);
+                warnings.extend(calibration.rig.warnings.iter().map(|text| keywords(text)));
+                calibrations.push((name, text));
+            }
+            let zero = SaidZero::of(zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
+            Ok(Self { whiskers: Arc::new(whiskers), noise: said, zero, calibrations, warnings })
+        };
+        let (array, interrupt) = job::run(py, None, work, job::shown(None))?;
+        interrupt.map_or(Ok(array), Err)
+    }
+
+    /// Readings of a CSV table: located.csv, and what should be known of them.
+    fn locate(
+        &self,
+        py: Python<'_>,
+        label: String,
+        bytes: Vec<u8>,
+        columns: Option<String>,
+    ) -> PyResult<(Table, Vec<String>)> {
+        let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
+        let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+            let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+            let told = Told::default();
+            let warn = |text: &str| told.push(text);
+            let ask = stream::Ask { columns: &columns, zero, label: Some(&label), keep: true, warn: &warn };
+            let answered = answer(&whiskers, &bytes, &ask, &noise)?;
+            Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_texts()))
+        };
+        let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+        interrupt.map_or(Ok(found), Err)
+    }
+
+    /// Names of the whiskers.
+    #[getter]
+    fn names(&self) -> Vec<&str> {
+        self.whiskers.iter().map(|w| w.name.as_str()).collect()
+    }
+
+    /// Names of their estimators.
+    #[getter]
+    fn estimators(&self) -> Vec<&'static str> {
+        self.whiskers.iter().map(|w| w.locator.estimator.name()).collect()
+    }
+
+    /// Names and texts of their calibrations.
+    #[getter]
+    fn calibrations(&self) -> Vec<(String, String)> {
+        self.calibrations.clone()
+    }
+
+    /// What should be known of the calibrations.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+}
