@@ -22,7 +22,7 @@ def all_of_it(backend="cpu"):
     locator = vibrissa.calibrate(measured, whisker=ONE["whisker"], gauge=ONE["gauge"]).locator()
     return [vibrissa.strain(MANY, 4, 50, 5, 2, 30, 4.0).tolist(), vibrissa.strain(MANY[:100], 4, 50, 5, 2, 30, 4.0).tolist(),
             vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0), vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, backend="auto") > 0,
-            swept.designs["K_sd"].tolist(), locator.locate(4.0, 0.02), locator.locate(measured).distance_mm.tolist(), vibrissa.tap(**{**ONE, "tap": dict(a=[21, 30])}).optimum]
+            vibrissa.shape(**ONE, nodes=3).shape["y_mm"].tolist(), swept.designs["K_sd"].tolist(), locator.locate(4.0, 0.02), locator.locate(measured).distance_mm.tolist(), vibrissa.tap(**{**ONE, "tap": dict(a=[21, 30])}).optimum]
 
 def child(f):
     sys.stdout.flush()

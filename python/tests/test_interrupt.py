@@ -21,6 +21,7 @@ LONG = {
              "model=dict(contact=dict(coulomb=0.3), extension=True, surface=True))",
     "tap": "vibrissa.tap(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=vibrissa.axis(21, 48, steps=100000)))",
     "tap by the reference": "vibrissa.tap(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), tap=dict(a=vibrissa.axis(21, 48, steps=100)), run=dict(backend='reference'))",
+    "shape": "vibrissa.shape(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=vibrissa.axis(21, 48, steps=100), theta=vibrissa.axis(1, 10, steps=100)))",
     "verify": "vibrissa.verify(samples=1000, run=dict(backend='cpu'))",
 }
 RUN = """
@@ -63,7 +64,7 @@ def test_ctrl_c(name, backend, precision):
     assert said.startswith("stopped") and seconds < 2.0, (seconds, said)
 
 
-@pytest.mark.parametrize("name", ["chart", "tap", "tap by the reference"])
+@pytest.mark.parametrize("name", ["chart", "shape", "tap", "tap by the reference"])
 def test_work_ends_with_its_call(name):
     seconds, said = interrupted(LONG[name], ends=True)
     assert said.startswith("stopped") and seconds < 2.0, (seconds, said)

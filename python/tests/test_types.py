@@ -13,7 +13,7 @@ import pytest
 import vibrissa
 from vibrissa import _native, _taps
 
-COMMANDS = ["calibrate", "chart", "devices", "optimise", "pareto", "simulate", "strain", "sweep", "tap", "verify"]
+COMMANDS = ["calibrate", "chart", "contour", "devices", "optimise", "pareto", "shape", "simulate", "strain", "sweep", "tap", "verify"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -23,7 +23,7 @@ def test_help_says_what_there_is_to_know(name):
     parameters = [p for p in inspect.signature(function).parameters if p not in ("spec", "sections", "model")]
     missing = [p for p in parameters if p not in text]
     assert not missing, f"help of {name} does not name {missing}"
-    if name in ("sweep", "strain"):
+    if name in ("sweep", "strain", "contour", "shape"):
         for word in ("Args:", "Returns:", "Raises:", "Source:", "mm", "degrees", "InputError"):
             assert word in text, f"{name}: {word}"
 

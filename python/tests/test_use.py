@@ -87,3 +87,28 @@ def test_figures_of_the_other_results(root):
     search = vibrissa.optimise(root / "sweeps/design.toml", run=CPU, optimise=dict(budget=dict(evaluations=300)))
     np.testing.assert_array_equal(search.plot().get_lines()[0].get_ydata(), search.history["total_rms_mm"])
     plt.close("all")
+
+
+def test_figures_to_scale(root):
+    rig = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=1e-5), model=dict(surface=True, pole_radius=2))
+    bent = vibrissa.shape(**rig, tap=dict(a=[30], theta=[1, 4, 10]))
+    contacts = {line.get_label(): line for line in bent.plot().get_lines()}
+    assert contacts["contact"].get_xdata()[0] == bent.contacts["contact_x_mm"][0] and bent.plot().get_aspect() == 1.0
+    strain = bent.plot("strain", taps=[2]).get_lines()
+    np.testing.assert_array_equal(strain[0].get_ydata(), bent.shape["strain"][bent.shape["tap"] == 2])
+    assert [line.get_label() for line in bent.plot("strain").get_lines()] == ["θ = 1°", "θ = 4°", "θ = 10°"]
+    calibration = vibrissa.calibrate(vibrissa.simulate(**rig, tap=dict(a=range(21, 49, 3), theta=[2, 4, 8]), repeats=3), **rig)
+    taps = vibrissa.simulate(**rig, tap=dict(a=range(22, 46, 2), theta=4)).measurements
+    poses = dict(base_x_mm=np.arange(len(taps)) * 3.0, base_y_mm=np.where(np.arange(len(taps)) == 5, 3, 0) - taps["a_mm"], heading_deg=np.full(len(taps), 90.0))
+    traced = vibrissa.contour({**poses, "theta_deg": taps["theta_deg"], "strain": taps["strain"]}, calibration)
+    lines = {line.get_label(): line for line in traced.plot("where").get_lines()}
+    np.testing.assert_array_equal(lines["line"].get_ydata(), traced.curve["y_mm"])
+    np.testing.assert_array_equal(lines["outliers"].get_xdata(), traced.points["x_mm"][[5]])
+    assert len(lines["points"].get_xdata()) == len(taps) - 1 and len(lines["motor's axis"].get_xdata()) == len(taps)
+    none = vibrissa.contour({key: np.asarray(column)[:2] for key, column in {**poses, "theta_deg": taps["theta_deg"], "strain": taps["strain"]}.items()}, calibration)
+    assert none.kind == "" and len(none.curve) == 0 and "three points" in none.result["curve"]["why"] and none.plot()
+    for call, key in ((lambda: traced.plot("far"), "kind"), (lambda: bent.plot("beauty"), "kind"), (lambda: bent.plot(taps=7), "taps"), (lambda: bent.plot(taps="all"), "taps")):
+        with pytest.raises(vibrissa.InputError) as caught:
+            call()
+        assert caught.value.key == key and caught.value.allowed
+    plt.close("all")

@@ -22,18 +22,20 @@ if "XDG_RUNTIME_DIR" not in _os.environ:
 
 from . import _native, _taps
 from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
+from ._contour import Array, contour
 from ._errors import Error, InputError, Interrupted, RunError
 from ._lab import calibrate, simulate
 from ._locate import Located, Locator
 from ._native import Table, __version__
-from ._results import BestTap, Calibration, Search, Simulation, Sweep, Verification
+from ._results import BestTap, Calibration, Contour, Search, Shapes, Simulation, Sweep, Verification
+from ._shape import shape
 from ._spec import axis, samples
 from ._taps import Status, Tap, status_words, strain
 
 __all__ = [
-    "BestTap", "Calibration", "Error", "InputError", "Interrupted", "Located", "Locator", "RunError", "Search", "Simulation", "Status",
-    "Step", "Sweep", "Table", "Tap", "Verification", "__version__", "axis", "calibrate", "chart", "devices", "optimise", "pareto",
-    "samples", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
+    "Array", "BestTap", "Calibration", "Contour", "Error", "InputError", "Interrupted", "Located", "Locator", "RunError", "Search", "Shapes",
+    "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "__version__", "axis", "calibrate", "chart", "contour",
+    "devices", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
 
 if hasattr(_os, "register_at_fork"):

@@ -43,16 +43,7 @@ class Locator:
 
     def __init__(self, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None,
                  zero: float | None = None, trust: bool = False) -> None:
-        if isinstance(calibration, Calibration):
-            label, text = "calibration.toml", calibration.text
-        else:
-            label, data = csv(calibration, "calibration") if isinstance(calibration, (str, os.PathLike)) else ("", b"")
-            if not label:
-                raise InputError("this is no calibration", key="calibration", allowed="a path, or what calibrate gave")
-            try:
-                text = data.decode()
-            except UnicodeDecodeError:
-                raise InputError("this is no calibration: it is not UTF-8 text", file=label) from None
+        label, text = calibration_text(calibration)
         self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust)))
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
@@ -159,6 +150,19 @@ class Locator:
         if only is None:
             raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._native.drive} of each reading")
         return only
+
+
+def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple[str, str]:
+    """Name and text of a calibration."""
+    if isinstance(calibration, Calibration):
+        return "calibration.toml", calibration.text
+    if not isinstance(calibration, (str, os.PathLike)):
+        raise InputError("this is no calibration", key="calibration", value=_short(calibration), allowed="a path, or what calibrate gave")
+    label, data = csv(calibration, "calibration")
+    try:
+        return label, data.decode()
+    except UnicodeDecodeError:
+        raise InputError("this is no calibration: it is not UTF-8 text", key="calibration", file=label) from None
 
 
 def roles(columns: dict[str, str] | str | None) -> str | None:

@@ -204,3 +204,64 @@ class Simulation(_Result):
     def to_pandas(self) -> Any:
         """``measurements`` as a DataFrame."""
         return self.measurements.to_pandas()
+
+
+class Contour(_Result):
+    """Result of :func:`vibrissa.contour`.
+
+    Attributes:
+        points: a row is a row of the data: its own columns, zero, distance ± σ, x, y, z, the ellipse of one standard deviation (half axes, mm;
+            direction of the longer, degrees), how far off the curve, status.
+        curve: a row is a place on the curve: length, x, y (mm), direction (degrees), standard deviation across it (mm); none without a curve.
+        kind: ``"point"``, ``"line"``, ``"circle"``, ``"smooth"``, or "" without a curve.
+        result: the curve in numbers, every kind with what it was judged by, each stroke; with ``truth`` distances from the object.
+        outline: x, y along the object that ``truth`` names, mm; else None.
+        run: ``settings``, ``counts``, ``result``.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.points, self.curve = named["points"], named["curve"]
+        self.outline: Table | None = named.get("outline")
+        self.result: dict[str, Any] = self.run["result"]
+        self.kind: str = self.result["curve"]["kind"] or ""
+
+    def plot(self, kind: str = "closer", ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+        """Points with ellipses, the curve with its band, both of two standard deviations; needs matplotlib.
+
+        Args:
+            kind: ``"closer"``, or ``"where"``: with the motor's axes.
+            ax: where to draw; a new figure by default.
+        """
+        from ._drawings import contour
+
+        return contour(self, kind, ax)
+
+
+class Shapes(_Result):
+    """Result of :func:`vibrissa.shape`.
+
+    Attributes:
+        shape: a row is a section of a tap: arc length from the clamp, x, y (z where the spec tilts), mm, turn against the contact and direction,
+            degrees, strain of the touching side. The motor's axis is the origin, x along the whisker at first touch.
+        contacts: a row is a tap: gauge, strain, forces, where contact and pole are, status.
+        run: values in force, counts, what solved it.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.shape, self.contacts = named["shape"], named["contacts"]
+
+    def plot(self, kind: str = "whisker", ax: matplotlib.axes.Axes | None = None, taps: Any = None) -> matplotlib.axes.Axes:
+        """Bent whiskers; needs matplotlib.
+
+        Args:
+            kind: ``"whisker"`` (to scale, with gauge, contact and pole), or ``"strain"`` (along the whisker).
+            ax: where to draw; a new figure by default.
+            taps: numbers of the taps to show; four of them by default.
+        """
+        from ._drawings import shapes
+
+        return shapes(self, kind, taps, ax)

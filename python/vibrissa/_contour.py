@@ -1,0 +1,180 @@
+"""Objects that whiskers touch: points and curves, and points of several whiskers in one frame."""
+
+from __future__ import annotations
+
+import os
+import types
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import Any, Union
+
+import numpy as np
+
+from . import _native
+from ._errors import InputError
+from ._frames import csv
+from ._locate import calibration_text, roles
+from ._results import Calibration, Contour
+from ._spec import Section, _name, _short, _whole_text, flag, given, number, section, whole, word
+
+# As many as a machine may have.
+_MOST_THREADS = 2**16
+
+
+def _zero(zero: Any) -> list[float] | None:
+    """What a sensor shows without contact: of one signal, or of two."""
+    if zero is None:
+        return None
+    return [number("zero", x) for x in (zero if isinstance(zero, (list, tuple, np.ndarray)) and np.ndim(zero) == 1 else [zero])]
+
+
+def _path(key: str, path: Any) -> str:
+    try:
+        os.fsencode(path)
+        return os.fsdecode(path)
+    except (TypeError, UnicodeError):
+        raise InputError("this is no path", key=key, value=_short(path), allowed="str or os.PathLike") from None
+
+
+def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None, angle_noise: float = 0.1,
+            base_noise: float = 0.0, touch_noise: float | None = None, contact: str | None = None, taps: bool = False,
+            curve: str | None = None, truth: str | os.PathLike[str] | None = None, zero: float | tuple[float, float] | None = None,
+            columns: dict[str, str] | str | None = None, threads: int | None = None, trust: bool = False) -> Contour:
+    """Traces an object from taps and strokes of a calibrated whisker at several base poses: points with their ellipses, and a curve.
+
+    A row of ``data`` is a reading: the motor's axis ``base_x_mm``, ``base_y_mm`` (``base_z_mm`` is passed on), ``heading_deg``, the direction
+    of the undeflected whisker at first touch, counterclockwise from +x (and ``contact_deg``, which is added to it), perhaps ``sense`` (1:
+    it turns counterclockwise, the default; -1) and ``stroke`` (number of the sweep); then those of :meth:`Locator.table`: ``theta_deg``
+    since first touch (or ``delta_mm``) and the signal. Rows with drive 0 are zero readings.
+
+    Args:
+        data: DataFrame (pandas, polars), pyarrow Table, dict of columns, or path of a CSV file.
+        calibration: what :func:`calibrate` gave, or the path of a calibration.toml.
+        estimator: ``"paper"``, ``"timoshenko"``, ``"exact"``, ``"curve"`` or ``"table"``; the one that won by default.
+        angle_noise: standard deviation of the heading at first touch, degrees.
+        base_noise: standard deviation of each coordinate of the base, mm.
+        touch_noise: standard deviation of the motor's angle at which a touch is noticed, degrees; None: 0 for a tap, 0.5 for a stroke,
+            which finds its touch itself.
+        contact: which place of the whisker touches, ``"surface"`` or ``"centreline"``; as the calibration's model has it by default.
+        taps: each row is a tap, whatever its stroke.
+        curve: ``"point"``, ``"line"``, ``"circle"`` or ``"smooth"``; by default the one that tells best where points lie that were left out.
+        truth: path of the object as ``vibrissa simulate --object`` has it: ``run`` says how far from it the points are.
+        zero: what the sensor shows without contact, in the unit of the signal, where no row says it; two numbers of two signals.
+        columns: columns of readings under other names, ``dict(theta="angle", reading="ch3")``.
+        threads: as many; all cores by default.
+        trust: use a calibration that was edited by hand.
+
+    Returns:
+        :class:`Contour`: tables ``points`` and ``curve``, ``run``.
+
+    Raises:
+        InputError: data without poses or that do not fit the calibration, with ``key``, ``value``, ``allowed`` and, of a file, its line.
+
+    Source: docs/contour.md.
+    """
+    label, table = csv(data, "data")
+    said = types.SimpleNamespace(
+        estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise), base_noise=number("base_noise", base_noise),
+        touch_noise=given(number, "touch_noise", touch_noise), contact=given(word, "contact", contact), taps=flag("taps", taps),
+        curve=given(word, "curve", curve), truth=given(_path, "truth", truth), zero=_zero(zero), columns=roles(columns),
+        trust=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
+    tables, run, told = _native.contour(label, table, calibration_text(calibration), said)
+    for text in told:
+        warnings.warn(text, stacklevel=2)
+    return Contour(tables, run)
+
+
+Whiskers = Union[str, "os.PathLike[str]", Iterable[Section]]
+
+
+def _text(whiskers: Iterable[Section]) -> tuple[str, list[tuple[str, str] | None]]:
+    """Whiskers as the text of a file, and the calibrations among them that are in no file."""
+    lines: list[str] = []
+    known: list[tuple[str, str] | None] = []
+    for said in whiskers:
+        whisker = section("whisker", said) or {}
+        lines.append("[[whisker]]")
+        known.append(None)
+        for key, value in whisker.items():
+            if key == "calibration" and isinstance(value, Calibration):
+                value, known[-1] = "calibration.toml", calibration_text(value)
+            if value is not None:
+                lines.append(f"{_name(key)} = {_whole_text(f'whisker.{key}', value)}")
+    return "\n".join([*lines, ""]), known
+
+
+class Array:
+    """Several calibrated whiskers, whose readings become points in one frame, as ``vibrissa locate --array`` tells them.
+
+    Args:
+        array: path of an array.toml, or a list of dicts with its keys: ``name``, ``calibration`` (a path, or what :func:`calibrate` gave),
+            ``x``, ``y``, ``z`` of the motor's axis, mm (z is 0 by default), ``heading`` of the undeflected whisker with its motor at 0,
+            degrees, ``sense`` (1, counterclockwise, by default; -1).
+        angle_noise: standard deviation of the heading, degrees; goes before what the file says, 0.1 if neither says it.
+        base_noise: standard deviation of each coordinate of the base, mm; likewise, 0.
+        estimator: of every whisker; by default that which won in each one's calibration.
+        zero: what every sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too, each whisker's own.
+        trust: use calibrations that were edited by hand.
+
+    Raises:
+        InputError: a key or a file that cannot be used, with ``key``, ``value`` and ``allowed``.
+
+    Source: docs/contour.md §6.
+    """
+
+    def __init__(self, array: Whiskers, *, angle_noise: float | None = None, base_noise: float | None = None, estimator: str | None = None,
+                 zero: float | tuple[float, float] | None = None, trust: bool = False) -> None:
+        if isinstance(array, (str, os.PathLike)):
+            label, data = csv(array, "array")
+            known: list[tuple[str, str] | None] = []
+            try:
+                text, folder = data.decode(), os.path.dirname(label)
+            except UnicodeDecodeError:
+                raise InputError("this is no array: it is not UTF-8 text", key="array", file=label) from None
+        else:
+            if isinstance(array, (Mapping, bytes)) or not isinstance(array, Iterable):
+                raise InputError("this is no array", key="array", value=_short(array), allowed="a path, or a list of dicts")
+            label, folder = "array.keywords", ""
+            text, known = _text(array)
+        noise = given(number, "angle_noise", angle_noise), given(number, "base_noise", base_noise)
+        self.__setstate__((label, text, folder, known, noise, given(word, "estimator", estimator), _zero(zero), flag("trust", trust)))
+        for warning in self._native.warnings:
+            warnings.warn(warning, stacklevel=2)
+
+    def __setstate__(self, args: tuple[Any, ...]) -> None:
+        self._native = _native.Array(*args)
+        # What was read of files goes along.
+        self._args = (*args[:3], self._native.calibrations, *args[4:])
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self._args
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the whiskers."""
+        return self._native.names
+
+    @property
+    def estimators(self) -> dict[str, str]:
+        """Name of the estimator of each whisker."""
+        return dict(zip(self._native.names, self._native.estimators))
+
+    def __repr__(self) -> str:
+        return f"<Array of {', '.join(f'{name} by {estimator}' for name, estimator in self.estimators.items())}>"
+
+    def locate(self, data: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
+        """Points of readings as ``located.csv``: their own columns, distance_mm, sigma_mm, x_mm, y_mm, z_mm and their sigmas, status.
+
+        Args:
+            data: a path, a DataFrame, a dict of columns, with ``whisker`` (its name), ``contact_deg`` where the motor was not at 0 at first
+                touch, degrees, and drive and signal as of :meth:`Locator.table`.
+            columns: columns of readings under other names, ``dict(theta="angle", reading="ch3")``.
+
+        Raises:
+            InputError: a whisker that is not there, readings that do not fit a calibration.
+        """
+        label, table = csv(data, "data")
+        found, told = self._native.locate(label, table, roles(columns))
+        for text in told:
+            warnings.warn(text, stacklevel=2)
+        return found

@@ -1,0 +1,46 @@
+"""The shape of tapped whiskers, with the sections of a spec as keywords."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import _native
+from ._commands import _listed, _name, _warn
+from ._progress import Progress, shown
+from ._results import Shapes
+from ._spec import Section, Spec, resolve, whole
+
+# As `shape --nodes`.
+_NODES = (3, 10_001)
+
+
+def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+          model: Section | None = None, estimate: Section | None = None, output: Section | None = None, run: Section | None = None,
+          tuples: Any = None, name: str | None = None, nodes: int = 101, progress: Progress = None) -> Shapes:
+    """The bent whisker of each tap, section by section: where it lies, which way it points, how strained its touching side is.
+
+    Args:
+        spec, whisker, gauge, tap, model, estimate, output, run, tuples, name, progress: as of :func:`sweep`; 10 000 taps at most, of an exact
+            model. Solved by the reference unless ``run`` names a ``backend``, a ``precision`` or an ``adapter``.
+        nodes: sections from clamp to contact, 3 to 10 001; two more from there to the tip.
+
+    Returns:
+        :class:`Shapes`: tables ``shape`` and ``contacts``, ``run``; mm, degrees, N. A tap without a shape has no sections; its
+        ``status`` in ``contacts`` says why.
+
+    Raises:
+        InputError: linear theory, which has no shape; too many taps, or sections for which there is no memory.
+
+    Source: docs/model.md §3, §6.
+    """
+    sections: dict[str, Section | None] = {
+        "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
+    listed = _listed(tuples, sections)
+    if listed is None:
+        sections["tuples"] = tuples
+    path, text = resolve(spec, sections)
+    least, most = _NODES
+    with shown(progress) as tell:
+        result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
+    _warn(result.run)
+    return result
