@@ -79,4 +79,4 @@ def part(done, total):
 vibrissa.strain(np.linspace(9, 11, 3_000_000), 4, 50, 5, 2, 30, 4.0, precision="f64", progress=part)
 print(len(all_of_it()))
 """)
-    assert lines == ["[True, True, True, True]", "8"], lines
+    assert lines == ["[True, True, True, True]", "9"], lines

@@ -198,6 +198,17 @@ def test_what_cannot_be_is_named(desk, tmp_path):
         assert e.key == key and "--" not in str(e) and (e.allowed or e.file), str(e)
 
 
+def test_what_should_be_known_is_a_warning(desk):
+    desk, calibration = desk
+    plain = {**RIG, "model": {}}
+    on_axis = vibrissa.calibrate(vibrissa.simulate(**plain, tap=OFTEN), **plain)
+    taps = dict(base_x_mm=[0.0, 1.0], base_y_mm=[0.0, 0.0], heading_deg=[90.0, 90.0], theta_deg=[4.0, 4.0], strain=[0.02, 0.021])
+    with pytest.warns(UserWarning, match="contact surface puts them"):
+        vibrissa.contour(taps, on_axis)
+    with pytest.warns(UserWarning, match="no row gives a point"):
+        vibrissa.contour({**taps, "strain": [np.nan, np.nan]}, calibration)
+
+
 def test_the_lock_is_released(desk):
     """Threads trace at once, to the same points."""
     desk, calibration = desk
