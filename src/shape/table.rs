@@ -1,13 +1,13 @@
 //! `shape.csv` and `contacts.csv`.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::{Node, Shape, shape};
 use crate::design::Design;
-use crate::error::{Error, InputError};
+use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::progress::Progress;
 use crate::scene::{Column, DirectionColumns, Setup, Space, Spec, Tuple};
@@ -96,7 +96,7 @@ pub type Tables = [(&'static str, Vec<u8>); 2];
 /// Both tables of the taps of `spec`, each with `nodes` sections from clamp to contact; `progress` is told of taps solved.
 ///
 /// # Errors
-/// Too many taps; a backend that fails; [`SolveError::Stopped`](crate::error::SolveError::Stopped) once `stop` is set.
+/// Too many taps; a backend that fails; [`SolveError::Stopped`] once `stop` is set.
 pub fn tables(
     spec: &Spec,
     method: Method,
@@ -118,6 +118,9 @@ pub fn tables(
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
     let failed = |e: csv::Error| Error::Run(e.to_string());
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
+        if stop.load(Ordering::Relaxed) {
+            return Err(SolveError::Stopped.into());
+        }
         let bent = shape(setup, design, task, outcome, nodes);
         counts.shapes += usize::from(bent.is_some());
         let of = |s: &Shape| s.nodes.clone();
