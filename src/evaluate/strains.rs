@@ -4,6 +4,7 @@ use super::outcome::strain;
 use super::{Evaluator, Method};
 use crate::error::SolveError;
 use crate::kernel::{self, Effects, frames::Framed};
+use crate::scene::Contact;
 
 impl Evaluator<'_> {
     /// Strains of `framed`, to the bits of [`Self::run`], and the places of those left out: taps that are not framed, and those of which the kernel
@@ -23,7 +24,8 @@ impl Evaluator<'_> {
                 &self.taps
             }
         };
-        let effects = Effects::new(&self.setup.model, self.setup.gauge.side, false);
+        let model = &self.setup.model;
+        let effects = Effects::new(model, self.setup.gauge.side, model.contact == Contact::Stick);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, taps, &mut self.solutions)?;
         for ((&i, tap), solution) in those.iter().zip(taps).zip(&self.solutions) {
             if solution.within(*tolerance) && !solution.unsure() {

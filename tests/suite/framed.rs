@@ -1,7 +1,10 @@
 //! Strains of taps that are framed in lanes are those of taps solved one after the other, to the last bit.
 
-use vibrissa::api::{BackendChoice, Contact, Drive, Material, Model, RunOptions, Setup, Side, Taps, Tuple};
+use vibrissa::api::{BackendChoice, Contact, Drive, Material, RunOptions, Setup, Side, Taps, Tuple};
+use vibrissa::design::{Design, amount};
 use vibrissa::kernel::frames::{Framed, Framing};
+use vibrissa::kernel::tap::{Ask, Frame, Tap};
+use vibrissa::physics::onset::Grip;
 use vibrissa::scene::Precision;
 use vibrissa::scene::sampler::Sampler;
 
@@ -28,35 +31,101 @@ fn tap(i: u32) -> Tuple {
     Tuple { D, d, L_a, x_ss, l, a, drive, tilt, lean }
 }
 
+/// The same with whiskers, gauges and contacts at the ends of the domain: cylinders, sharp tips, gauges from the clamp on, contacts on the gauge, beside it
+/// and at the tip.
+#[allow(non_snake_case)]
+fn hard(i: u32) -> Tuple {
+    let t = tap(i);
+    let x2 = t.x_ss + t.l;
+    match i % 10 {
+        0 => Tuple { d: t.D, ..t },
+        1 => Tuple { d: 1e-9 * t.D, ..t },
+        2 => Tuple { d: 5e-4 * t.D, a: t.L_a * (1.0 - 1e-6), ..t },
+        3 => Tuple { d: 3.0 * t.D, ..t },
+        4 => Tuple { a: t.x_ss + 0.5 * t.l, ..t },
+        5 => Tuple { a: x2 * (1.0 + 1e-9), ..t },
+        6 => Tuple { a: t.L_a, ..t },
+        7 => Tuple { x_ss: if i.is_multiple_of(20) { 0.0 } else { 1e-4 }, ..t },
+        8 => Tuple { l: t.L_a - t.x_ss, ..t },
+        _ => Tuple { d: 1e-17 * t.D, a: t.L_a, ..t },
+    }
+}
+
 fn setups() -> Vec<(&'static str, Setup)> {
-    let of = |model: Model| Setup { model, ..Setup::default() };
-    let far = Setup::default();
-    let gauge = vibrissa::scene::Gauge { side: Side::Far, ..far.gauge };
-    let surface = Model { surface: true, pole_radius: 2.0, ..Model::default() };
+    let plain = Setup::default;
+    let displaced = |setup: Setup| Setup { drive: Drive::Displacement, ..setup };
+    let practical = || plain().surface().shear().extension();
+    let law = || plain().material(Material::NeoHookean(3.2)).shear();
+    let turned = vec![
+        ("plain", plain()),
+        ("far side", plain().side(Side::Far)),
+        ("shear, extension", plain().shear().extension()),
+        ("pole", plain().pole_radius(1.5)),
+        ("law", law().pole_radius(3.0)),
+        ("surface", plain().surface().pole_radius(2.0)),
+        ("practical", practical().material(Material::NeoHookean(3.2))),
+        ("far side, practical", practical().side(Side::Far).pole_radius(0.5)),
+        ("hub", plain().hub(10.0)),
+        ("hub, surface", plain().surface().hub(20.0).shear()),
+        ("no friction", plain().contact(Contact::Coulomb(0.0)).extension()),
+        ("stick", plain().contact(Contact::Stick).extension()),
+        ("stick, practical", practical().contact(Contact::Stick).hub(3.0).pole_radius(1.0)),
+    ];
+    let moved = vec![
+        ("displaced", displaced(plain().hub(5.0))),
+        ("displaced, pole", displaced(plain().pole_radius(2.0).extension())),
+        ("displaced, surface", displaced(plain().surface().pole_radius(2.0))),
+        ("displaced, stick", displaced(practical().contact(Contact::Stick))),
+    ];
+    turned.into_iter().chain(moved).collect()
+}
+
+/// What is framed one after the other.
+fn others() -> Vec<(&'static str, Setup)> {
+    let plain = Setup::default();
+    let gauge = vibrissa::scene::Gauge { second: true, ..plain.gauge };
     vec![
-        ("plain", Setup::default()),
-        ("far side", Setup { gauge, ..far }),
-        ("shear, extension", of(Model { shear: true, extension: true, ..Model::default() })),
-        ("pole", of(Model { pole_radius: 1.5, ..Model::default() })),
-        (
-            "law",
-            of(Model {
-                material: Material::NeoHookean(3.2),
-                shear: true,
-                pole_radius: 3.0,
-                ..Model::default()
-            }),
-        ),
-        ("surface", of(surface)),
-        ("friction", of(Model { contact: Contact::Coulomb(0.2), extension: true, ..Model::default() })),
-        ("hub", Setup { hub: 10.0, ..Setup::default() }),
-        ("displaced", Setup { drive: Drive::Displacement, ..Setup::default() }),
+        ("friction", plain.clone().contact(Contact::Coulomb(0.2)).extension()),
+        ("two gauges", Setup { gauge, ..plain.clone() }),
+        ("linear", plain.linear()),
     ]
+}
+
+fn dimensions(t: &Tuple) -> [f64; 7] {
+    [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, t.drive]
+}
+
+fn alone(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
+    let design = Design::new(setup, *t);
+    let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+    let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
+    let grip = if model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
+    let ask = Ask { model, side, curve, peak, a: t.a, amount: amount(setup.drive, t.drive), grip };
+    Frame::new(&ask).map(|frame| *frame.tap())
+}
+
+#[test]
+fn every_number_of_a_framed_tap_is_that_of_a_tap_framed_alone() {
+    let mut framed = Framed::default();
+    for (name, setup) in setups() {
+        let framing = Framing::new(&setup).unwrap();
+        let n = 30_000;
+        let each = |i: usize| if i.is_multiple_of(2) { tap(i as u32) } else { hard(i as u32 / 2) };
+        framing.frame(n, |i| dimensions(&each(i)), &mut framed);
+        for i in (0..n).filter(|&i| framed.whole[i]) {
+            let expected = alone(&setup, &each(i)).unwrap_or_else(|| panic!("{name}: {:?}", each(i)));
+            let bits = |t: &Tap<f64>| t.map(f64::to_bits).values();
+            let found = &framed.taps[i];
+            assert_eq!(bits(found), bits(&expected), "{name}: {:?}: {found:?} {expected:?}", each(i));
+        }
+        let whole = framed.whole.iter().filter(|whole| **whole).count();
+        assert!(whole > n / 8, "{name}: {whole} of {n}");
+    }
 }
 
 #[test]
 fn strains_have_the_bits_of_outcomes() {
-    for (name, setup) in setups() {
+    for (name, setup) in setups().into_iter().chain(others()) {
         for precision in [Precision::F32, Precision::F64] {
             let options = RunOptions {
                 backend: Some(BackendChoice::Cpu),
@@ -64,8 +133,12 @@ fn strains_have_the_bits_of_outcomes() {
                 ..RunOptions::default()
             };
             let taps = Taps::new(setup.clone(), &options).unwrap();
-            // The reference, which some of these are left to, is slow.
-            let n = if ["plain", "far side", "pole"].contains(&name) { TAPS } else { TAPS / 10 } as usize;
+            // The reference, which some of these are left to, is slow, with friction most of all.
+            let n = match name {
+                "plain" | "far side" | "pole" => TAPS,
+                "friction" | "stick" | "stick, practical" | "displaced, stick" => TAPS / 100,
+                _ => TAPS / 20,
+            } as usize;
             let [mut expected, mut found] = [vec![0.0; n], vec![0.0; n]];
             taps.solve(|i| tap(i as u32), |o| o.strain, &mut expected).unwrap();
             taps.strains(|i| tap(i as u32), &mut found).unwrap();
@@ -86,16 +159,16 @@ fn strains_have_the_bits_of_outcomes() {
 fn most_taps_of_a_search_are_framed_in_lanes() {
     let mut framed = Framed::default();
     for (name, setup) in setups() {
-        let Some(framing) = Framing::new(&setup) else {
-            assert!(["surface", "friction", "hub", "displaced"].contains(&name), "{name}");
-            continue;
-        };
+        let framing = Framing::new(&setup).unwrap();
         let inside = |i: usize| {
             let t = tap(3 * i as u32 + 2);
-            [t.D, t.d, t.L_a, t.x_ss, t.l, 25.0 + 0.4 * t.a, t.drive]
+            dimensions(&Tuple { x_ss: 3.0 + 0.3 * t.x_ss, a: 25.0 + 0.4 * t.a, ..t })
         };
         framing.frame(1001, inside, &mut framed);
         let whole = framed.whole.iter().filter(|whole| **whole).count();
         assert!(framed.taps.len() == 1001 && whole > 990, "{name}: {whole}");
+    }
+    for (name, setup) in others() {
+        assert!(Framing::new(&setup).is_none(), "{name}");
     }
 }

@@ -1,31 +1,40 @@
-//! Taps of whiskers of their own, framed in lanes: what [`Frame`](crate::tap::Frame) makes of one after the other, to the same bits. Only
-//! where that takes few operations, and for taps in the middle of the domain; others are left to it.
+//! Taps of whiskers of their own, framed in lanes: the formulas of [`Frame`](crate::tap::Frame), and its bits. Only for taps in the middle of the
+//! domain, whose weight is surely 1; others are left to it.
 
 use std::array::from_fn;
 
 use crate::cpu::Pack;
+use crate::pose::Pose;
 use crate::tap::Tap;
-use vibrissa_core::physics::{linear::shear_length2, taper::Taper};
-use vibrissa_core::scene::{Contact, Drive, Geometry, Model, Setup};
+use vibrissa_core::physics::{onset::Grip, taper::Taper};
+use vibrissa_core::scene::{Contact, Drive, Geometry, Model, Setup, Side};
 
 /// Taps that go through the same arithmetic.
 const LANES: usize = 4;
 
 type Lanes = Pack<f64, LANES, false>;
 
-/// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees).
+/// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees) or the displacement (mm).
 pub const DIMENSIONS: usize = 7;
 
 /// Least share of the largest linear strain at which the weight of an error is surely 1, with something to spare for rounding.
 const SURE: f64 = 1.001e-3;
 
+/// Lengths (mm) and drives between which no formula of the linear strain over- or underflows.
+const SIZES: [f64; 2] = [1e-20, 1e20];
+
+/// D(a)/D, which is 1 − τa, between which the linear strain has as many digits as [`SURE`] spares.
+const RESTS: [f64; 2] = [1e-6, 1e6];
+
 /// What taps of a setup share that are framed in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Framing {
-    /// Poisson's ratio, where the rod shears.
-    shear: Option<f64>,
-    /// Radius of the pole, mm.
-    pole: f64,
+    model: Model,
+    side: Side,
+    drive: Drive,
+    /// r₀, mm; 0 for a displaced object.
+    hub: f64,
+    grip: Grip,
 }
 
 /// Taps framed in lanes.
@@ -40,19 +49,18 @@ pub struct Framed {
 }
 
 impl Framing {
-    /// Of taps of `setup`; `None` where the onset takes more than these few operations: friction, contact on the surface, a hub, a displaced object,
-    /// a second gauge.
+    /// Of taps of `setup`; `None` where it is not known beforehand what holds a contact, where a second gauge asks for the plane of bending, and where
+    /// no kernel is asked.
     pub fn new(setup: &Setup) -> Option<Self> {
-        // Without friction no force along the whisker stretches it; the law is the kernel's.
-        let Model { geometry, shear, extension: _, surface, pole_radius, nu, contact, material: _ } =
-            setup.model;
-        let few = geometry == Geometry::Exact
-            && matches!(contact, Contact::Frictionless | Contact::Coulomb(0.0))
-            && !surface
-            && !setup.gauge.second
-            && setup.drive == Drive::Angle
-            && setup.hub == 0.0;
-        few.then_some(Self { shear: shear.then_some(nu), pole: pole_radius })
+        let Setup { model, drive, .. } = *setup;
+        let hub = if drive == Drive::Displacement { 0.0 } else { setup.hub };
+        let grip = match model.contact {
+            Contact::Frictionless | Contact::Coulomb(0.0) => Grip::Slide(0.0),
+            Contact::Stick => Grip::Stick,
+            Contact::Coulomb(_) => return None,
+        };
+        let known = model.geometry == Geometry::Exact && !setup.gauge.second && hub < SIZES[1];
+        known.then_some(Self { model, side: setup.gauge.side, drive, hub, grip })
     }
 
     /// Frames `n` taps with dimensions `of`.
@@ -99,95 +107,65 @@ impl Framing {
         }
     }
 
-    /// Frames the taps of one pack. Operations and their order are those of `Design`, `Frame` and `Groups` where α, H, μ and ζ are 0, so that
-    /// every bit is theirs.
+    /// Frames the taps of one pack.
     #[inline(always)]
     #[allow(non_snake_case)]
-    fn some(
-        &self,
-        [D, d, L_a, x1, l, a, theta]: [Lanes; DIMENSIONS],
-        taps: &mut [Tap<f64>],
-        whole: &mut [bool],
-    ) {
-        let [zero, one] = [0.0, 1.0].map(Lanes::of);
-        let of = Lanes::of;
-        let tau = (D - d) / (D * L_a);
-        let tan = (D - d) / (of(2.0) * L_a);
-        let cos = one / (one + tan * tan).sqrt();
-        let x2 = x1 + l * cos;
-        let taper = tau * a;
-        let v = one - taper;
-        let [near, far, width] = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
-        let radius = of(0.5) * D / a;
-        let shear = match self.shear {
-            Some(nu) => {
-                let taper = |i: usize| Taper { D: D.0[i], tau: tau.0[i], tan_alpha: tan.0[i] };
-                Pack(from_fn(|i| shear_length2(&taper(i), nu))) / (of(3.0) * a * a)
-            }
-            None => zero,
+    fn some(&self, dimensions: [Lanes; DIMENSIONS], taps: &mut [Tap<f64>], whole: &mut [bool]) {
+        let [D, d, L_a, x_ss, l, a, drive] = dimensions;
+        let Self { model, side, drive: kind, hub, grip } = self;
+        let (side, hub, grip) = (*side, *hub, *grip);
+        let taper = Taper::new(D, d, L_a);
+        let gauge = taper.gauge(x_ss, l);
+        let amount = match kind {
+            Drive::Angle => Pack(drive.0.map(f64::to_radians)),
+            Drive::Displacement => drive,
         };
-        let angle = Pack(theta.0.map(f64::to_radians));
-        let pole = if self.pole == 0.0 { zero } else { of(self.pole) / a };
+        let (tap, _) = Pose { model, side, drive: *kind, hub, taper, gauge, a, amount, grip }.tap();
+        let sure = self.are_sure(&dimensions, gauge, &tap);
+        for i in 0..LANES {
+            whole[i] = sure.0[i] > 0.0;
+            taps[i] = tap.map(|x| x.0[i]);
+        }
+    }
 
-        let psi = (one + of(2.0) * v) / (of(6.0) * v * v);
-        let bare = one / (of(6.0) * v * v);
-        let eta = if self.shear.is_some() { bare - shear / v } else { bare };
-        let square = one + pole * pole;
-        let across = square * psi - eta;
-        let right = angle * square;
-        let pull = pole * eta;
-        let det = across - pole * pull;
-        let force = right / det;
-        let arc = if self.pole == 0.0 { zero } else { (zero - pull * right) / det };
+    /// 1 for taps in the middle of the domain whose θ f (or δ g) is surely a thousandth of its largest value, else 0.
+    ///
+    /// f is C (u − τ) n(u) w(u), n = b₁ (1 − x1 u) + b₂ (1 − x2 u) = s − t u, and less where the contact is on the gauge; w = 1 + r₀ u, or u. As
+    /// s − τ t = 2, it is nowhere above (C/t) w(1/x1).
+    #[inline(always)]
+    #[allow(non_snake_case)]
+    fn are_sure(&self, dimensions: &[Lanes; DIMENSIONS], [x1, x2]: [Lanes; 2], tap: &Tap<Lanes>) -> Lanes {
+        let of = Lanes::of;
+        let [zero, one, least, most, hub] = [0.0, 1.0, SIZES[0], SIZES[1], self.hub].map(of);
+        let [D, d, L_a, x_ss, l, a, drive] = *dimensions;
+        let Tap { taper, rest: v, near, far, .. } = *tap;
         let [b1, b2] = [near, far].map(|end| one / (taper * end + v));
-        let lever = of(0.5) * b1 * b2 * (near * b1 + far * b2);
-        let strain = radius * (force * lever);
-
-        // θ f ≥ 10⁻³ θ f_max, the curve being (u − τ)(s − t u) but for a factor.
-        let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
-        let (here, most) = (of(4.0) * t * v * (s * a - t), s * a - taper * t);
-        let most = of(SURE) * most * most;
-        // What is no number fails the first of these.
-        let mut fine = one;
-        for positive in [&strain, &across, &det, &near, &v, &theta, &a, &l, &L_a, &d, &D] {
-            fine = zero.if_less(*positive, fine, zero);
+        let (t, n) = (x1 * b1 + x2 * b2, b1 * near + b2 * far);
+        let (here, highest) = match self.drive {
+            Drive::Angle if self.hub == 0.0 => (one, one),
+            Drive::Angle => ((a + hub) * x1, (x1 + hub) * a),
+            Drive::Displacement => (x1, a),
+        };
+        let largest = if self.drive == Drive::Angle { of(90.0) } else { most };
+        // What is no number fails.
+        let mut sure = x_ss.if_less(zero, zero, one);
+        for size in [D, d, L_a, l, a, drive] {
+            sure = least.if_less(size, sure, zero);
         }
         for (small, large) in [
-            (&zero, &far),
-            (&zero, &x1),
-            (&most, &here),
-            (&(x1 + l), &L_a),
-            (&a, &L_a),
-            (&theta, &of(89.0)),
-            (&strain, &of(f64::MAX)),
-            (&(D + d + L_a), &of(f64::MAX)),
+            (D, most),
+            (d, most),
+            (L_a, most),
+            (drive, largest),
+            (x_ss + l, L_a),
+            (a, L_a),
+            (zero, far),
+            (of(RESTS[0]), v),
+            (v, of(RESTS[1])),
+            (of(SURE) * a * highest, v * n * t * here),
         ] {
-            fine = large.if_less(*small, zero, fine);
+            sure = small.if_less(large, sure, zero);
         }
-        for i in 0..LANES {
-            let at = |x: Lanes| x.0[i];
-            whole[i] = at(fine) > 0.0;
-            taps[i] = Tap {
-                taper: at(taper),
-                rest: at(v),
-                angle: at(angle),
-                hub: 0.0,
-                near: at(near),
-                far: at(far),
-                width: at(width),
-                shear: at(shear),
-                weight: 1.0,
-                radius: at(radius),
-                contact_radius: 0.0,
-                slope: 0.0,
-                pole_x: 1.0,
-                pole_y: at(pole),
-                ratio: 0.0,
-                force: at(force),
-                along: 0.0,
-                arc: at(arc),
-                strain: at(strain),
-            };
-        }
+        sure
     }
 }

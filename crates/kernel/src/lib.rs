@@ -26,6 +26,7 @@ pub mod effects;
 pub mod frames;
 pub mod gpu;
 pub mod nodes;
+pub mod pose;
 pub mod rule;
 pub mod smooth;
 pub mod tap;

@@ -5,10 +5,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::pose::Pose;
 use super::rule::limits::{EDGE, HOPELESS};
-use vibrissa_core::physics::linear::{StrainCurve, shear_length2};
-use vibrissa_core::physics::onset::{Grip, Groups, direction};
-use vibrissa_core::scene::{Drive, Model, Side};
+use vibrissa_core::physics::linear::StrainCurve;
+use vibrissa_core::physics::onset::Grip;
+use vibrissa_core::scene::{Model, Side};
 
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -236,73 +237,22 @@ pub struct Ask<'a> {
 impl Frame {
     /// The tap `ask`; `None` where the contact would be at or beyond the virtual apex.
     pub fn new(ask: &Ask<'_>) -> Option<Self> {
-        let (a, curve, model) = (ask.a, ask.curve, ask.model);
-        let bare = bare(curve, a);
-        if bare.rest <= 0.0 {
+        let Ask { model, side, curve, peak, a, amount, grip } = *ask;
+        let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
+        let (tap, touch) = Pose { model, side, drive, hub, taper, gauge, a, amount, grip }.tap();
+        if tap.rest <= 0.0 {
             return None;
         }
-        let radius = 0.5 * curve.taper.D / a;
-        let slope = if model.surface { curve.taper.tan_alpha } else { 0.0 };
-        let shear = if model.shear { shear_length2(&curve.taper, model.nu) / (3.0 * a * a) } else { 0.0 };
-        let quarter = 0.25 * radius * radius;
-        let mut groups = Groups {
-            taper: bare.taper,
-            rest: bare.rest,
-            angle: ask.amount,
-            hub: curve.hub / a,
-            pull: 0.0,
-            radius,
-            slope,
-            surface: model.surface,
-            pole: model.pole_radius / a,
-            shear,
-            stretch: if model.extension { quarter } else { 0.0 },
-            axial_strain: if model.extension { quarter } else { 0.0 },
-            gauge: [bare.near, bare.far, bare.width],
-            side: if ask.side == Side::Far { -1.0 } else { 1.0 },
-        };
-        let (pole_x, pole_y) = groups.pole_centre();
-        if curve.drive == Drive::Displacement {
-            // The object's path seen from the clamp: an angle and a growing distance.
-            let delta = ask.amount / a;
-            groups.angle = (pole_x * delta).atan2(pole_x * pole_x + pole_y * (pole_y - delta));
-            groups.pull = 0.5 * delta * delta - pole_y * delta;
-        }
-        let onset = groups.onset(ask.grip);
-        let drive = ask.amount * curve.value(a);
-        let least = 1e-3 * ask.amount * ask.peak;
-        let tap = Tap {
-            angle: groups.angle,
-            hub: groups.hub,
-            shear,
-            weight: if drive > 0.0 { drive / drive.max(least) } else { 0.0 },
-            radius,
-            contact_radius: if model.surface { radius * bare.rest } else { 0.0 },
-            slope,
-            pole_x,
-            pole_y,
-            ratio: match ask.grip {
-                Grip::Slide(friction) => groups.force_ratio(friction),
-                Grip::Stick => 0.0,
-            },
-            force: onset.across,
-            along: onset.along,
-            arc: onset.arc,
-            // Of a contact before the gauge only force and arc are read.
-            strain: if bare.near > 0.0 { onset.strain } else { 1.0 },
-            ..bare
-        };
-        Some(Self::with(ask, tap, slope))
-    }
-
-    fn with(ask: &Ask<'_>, tap: Tap<f64>, slope: f64) -> Self {
-        let diameter = ask.curve.taper.D;
-        let stiffness = ask.model.material.e0() * std::f64::consts::PI * diameter.powi(4) / 64.0;
-        let friction = match ask.grip {
+        let linear = amount * curve.value(a);
+        let least = 1e-3 * amount * peak;
+        let weight = if linear > 0.0 { linear / linear.max(least) } else { 0.0 };
+        let stiffness = model.material.e0() * std::f64::consts::PI * taper.D.powi(4) / 64.0;
+        let friction = match grip {
             Grip::Slide(friction) => Some(friction),
             Grip::Stick => None,
         };
-        Self { tap, a: ask.a, unit: stiffness / (ask.a * ask.a), direction: direction(slope), friction }
+        let tap = Tap { weight, ..tap };
+        Some(Self { tap, a, unit: stiffness / (a * a), direction: touch.direction, friction })
     }
 
     /// The dimensionless tap.
@@ -336,19 +286,5 @@ impl Frame {
     /// How far the contact has moved along the whisker: c/a − 1.
     pub fn moved(&self, s: &Solution<f64>) -> f64 {
         self.tap.moved(s)
-    }
-}
-
-/// What linear and exact taps share.
-fn bare(curve: &StrainCurve, a: f64) -> Tap<f64> {
-    let [x1, x2] = curve.gauge;
-    let taper = curve.taper.tau * a;
-    Tap {
-        taper,
-        rest: 1.0 - taper,
-        near: (a - x1) / a,
-        far: (a - x2) / a,
-        width: (x2 - x1) / a,
-        ..Tap::default()
     }
 }

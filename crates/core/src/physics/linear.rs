@@ -9,6 +9,7 @@
 
 use std::f64::consts::PI;
 
+use super::number::Number;
 use super::taper::Taper;
 use crate::scene::model::Drive;
 
@@ -28,9 +29,10 @@ pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
 }
 
 /// Shear length² S = 3 E D²/(16 k G), mm², with k = 6(1+ν)/(7+6ν), G = E/(2(1+ν)); E cancels.
-pub fn shear_length2(taper: &Taper, nu: f64) -> f64 {
+#[inline(always)]
+pub fn shear_length2<T: Number>(taper: &Taper<T>, nu: f64) -> T {
     let k = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu);
-    3.0 * taper.D * taper.D * 2.0 * (1.0 + nu) / (16.0 * k)
+    T::of(3.0) * taper.D * taper.D * T::of(2.0) * T::of(1.0 + nu) / T::of(16.0 * k)
 }
 
 /// Strain of a gauge per unit of drive as a function of the contact distance a: f (1/rad), or g = f/a (1/mm) for a

@@ -4,6 +4,7 @@ pub mod chebyshev;
 pub mod fit;
 pub mod inverse;
 pub mod linear;
+pub mod number;
 pub mod onset;
 pub mod pole;
 pub mod rod;

@@ -10,35 +10,33 @@
 //! - W a₁ + H a₀ + x (Y₀ + X₀ tan α) + Y₀ H f = θ (X₀² + Y₀²)
 //! - (X₀ − Y₀ tan α) x + X₀ H f + Y₀ (W b₁ + H b₀) = ζ
 
-/// Dimensionless numbers of a tap; lengths in units of the contact distance.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Groups {
+use super::number::Number;
+
+/// Dimensionless numbers of a tap, or of several in lanes; lengths in units of the contact distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Groups<T = f64> {
     /// τa.
-    pub taper: f64,
+    pub taper: T,
     /// 1 − τa.
-    pub rest: f64,
+    pub rest: T,
     /// Tap angle θ, rad.
-    pub angle: f64,
+    pub angle: T,
     /// r₀; 0 for a displaced object.
-    pub hub: f64,
+    pub hub: T,
     /// ζ: half the growth of the squared distance to the pole; 0 for a tap angle.
-    pub pull: f64,
+    pub pull: T,
     /// Base radius.
-    pub radius: f64,
-    /// tan α for contact on the surface, else 0.
-    pub slope: f64,
-    /// Contact on the surface.
-    pub surface: bool,
+    pub radius: T,
+    /// tan α, for contact on the surface.
+    pub slope: Option<T>,
     /// Radius of the pole.
-    pub pole: f64,
-    /// EI₀/(k G A₀); 0 without shear.
-    pub shear: f64,
-    /// EI₀/(E A₀) where the centreline stretches, else 0.
-    pub stretch: f64,
-    /// EI₀/(E A₀): gauge strain of a unit axial force, 0 where N is taken as 0 in the section law.
-    pub axial_strain: f64,
+    pub pole: T,
+    /// EI₀/(k G A₀), with shear.
+    pub shear: Option<T>,
+    /// EI₀/(E A₀), where the centreline stretches: also the gauge strain of a unit axial force, which without is not in the section law.
+    pub stretch: Option<T>,
     /// 1 − x1, 1 − x2, and x2 − x1.
-    pub gauge: [f64; 3],
+    pub gauge: [T; 3],
     /// +1 for a gauge on the contact side, −1 on the far side.
     pub side: f64,
 }
@@ -52,93 +50,122 @@ pub enum Grip {
     Stick,
 }
 
+/// Where the contact is before the tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch<T = f64> {
+    /// Radius of the whisker there, for contact on the surface, else 0.
+    pub radius: T,
+    /// tan α, likewise.
+    pub slope: T,
+    /// cos α and sin α, likewise; else 1 and 0.
+    pub direction: (T, T),
+    /// Pole centre from the motor's axis, (X₀, Y₀).
+    pub pole: (T, T),
+}
+
 /// The first-order solution.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Onset {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Onset<T = f64> {
     /// W.
-    pub across: f64,
+    pub across: T,
     /// H.
-    pub along: f64,
+    pub along: T,
     /// x = c − 1.
-    pub arc: f64,
+    pub arc: T,
+    /// H/W of a sliding contact, 0 of one that sticks.
+    pub ratio: T,
     /// Unsigned gauge strain.
-    pub strain: f64,
+    pub strain: T,
 }
 
 /// cos α and sin α of a slope.
-pub fn direction(slope: f64) -> (f64, f64) {
-    if slope == 0.0 {
-        return (1.0, slope);
-    }
-    let c = 1.0 / slope.hypot(1.0);
+#[inline(always)]
+pub fn direction<T: Number>(slope: T) -> (T, T) {
+    let c = T::of(1.0) / slope.each(T::of(1.0), f64::hypot);
     (c, slope * c)
 }
 
-impl Groups {
-    /// Pole centre from the motor's axis before the tap, (X₀, Y₀).
-    pub fn pole_centre(&self) -> (f64, f64) {
-        let (cos, sin) = direction(self.slope);
-        let (radius, pole) =
-            if self.surface { (self.radius * self.rest, self.pole) } else { (0.0, self.pole) };
-        (1.0 + pole * sin + self.hub, radius + pole * cos)
+impl<T: Number> Groups<T> {
+    /// Where the contact is before the tap.
+    #[inline(always)]
+    pub fn touch(&self) -> Touch<T> {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let (radius, slope, (cos, sin)) = match self.slope {
+            Some(slope) => (self.radius * self.rest, slope, direction(slope)),
+            None => (zero, zero, (one, zero)),
+        };
+        let pole = (one + self.pole * sin + self.hub, radius + self.pole * cos);
+        Touch { radius, slope, direction: (cos, sin), pole }
     }
 
-    /// H/W of a sliding contact.
-    pub fn force_ratio(&self, friction: f64) -> f64 {
-        let (cos, sin) = direction(self.slope);
-        (-sin + friction * cos) / (cos + friction * sin)
+    /// H/W of a contact at `touch` that slides.
+    #[inline(always)]
+    fn force_ratio(&self, touch: &Touch<T>, friction: f64) -> T {
+        let ((cos, sin), friction) = (touch.direction, T::of(friction));
+        if self.slope.is_none() { friction } else { (friction * cos - sin) / (cos + friction * sin) }
     }
 
-    /// The first-order solution for the contact `grip`.
-    pub fn onset(&self, grip: Grip) -> Onset {
-        let v = self.rest;
-        let (x0, y0) = self.pole_centre();
-        let contact_radius = if self.surface { self.radius * v } else { 0.0 };
-        let (psi1, psi0) =
-            ((1.0 + 2.0 * v) / (6.0 * v * v), contact_radius * (1.0 + v + v * v) / (3.0 * v.powi(3)));
-        let (eta1, eta0) =
-            (1.0 / (6.0 * v * v) - self.shear / v, contact_radius * (2.0 + v) / (6.0 * v.powi(3)));
-        let f = self.stretch / v;
+    /// The first-order solution for the contact `grip` at `touch`.
+    #[inline(always)]
+    pub fn onset(&self, touch: &Touch<T>, grip: Grip) -> Onset<T> {
+        let [zero, one, two, three, six] = [0.0, 1.0, 2.0, 3.0, 6.0].map(T::of);
+        let (v, contact_radius, (x0, y0)) = (self.rest, touch.radius, touch.pole);
+        let (psi1, bare) = ((one + two * v) / (six * v * v), one / (six * v * v));
+        let eta1 = self.shear.map_or(bare, |shear| bare - shear / v);
+        let (psi0, eta0) = match self.slope {
+            Some(_) => {
+                let cube = v * v * v;
+                (
+                    contact_radius * (one + v + v * v) / (three * cube),
+                    contact_radius * (two + v) / (six * cube),
+                )
+            }
+            None => (zero, zero),
+        };
+        let f = self.stretch.map_or(zero, |stretch| stretch / v);
         let square = x0 * x0 + y0 * y0;
         let turn = square - self.hub * x0;
         let (a1, a0) = (turn * psi1 - x0 * eta1, turn * psi0 - x0 * eta0);
         let (b1, b0) = (eta1 + self.hub * psi1, eta0 + self.hub * psi0);
         let (right, zeta) = (self.angle * square, self.pull);
-        let (across, along, arc) = match grip {
+        let (across, along, arc, ratio) = match grip {
             Grip::Slide(friction) => {
-                let ratio = self.force_ratio(friction);
-                let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * self.slope);
-                let (m21, m22) = (ratio * x0 * f + y0 * (b1 + ratio * b0), x0 - y0 * self.slope);
+                let ratio = self.force_ratio(touch, friction);
+                let (m11, m12) = (a1 + ratio * (a0 + y0 * f), y0 + x0 * touch.slope);
+                let (m21, m22) = (ratio * x0 * f + y0 * (b1 + ratio * b0), x0 - y0 * touch.slope);
                 let det = m11 * m22 - m12 * m21;
                 let across = (right * m22 - m12 * zeta) / det;
-                (across, ratio * across, (m11 * zeta - m21 * right) / det)
+                (across, ratio * across, (m11 * zeta - m21 * right) / det, ratio)
             }
             Grip::Stick => {
                 let (m11, m12) = (a1, a0 + y0 * f);
                 let (m21, m22) = (y0 * b1, x0 * f + y0 * b0);
                 let det = m11 * m22 - m12 * m21;
-                ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det, 0.0)
+                ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det, zero, zero)
             }
         };
-        let [lever, section, area] = self.gauge_means(0.0);
-        let strain = self.radius * (across * lever + along * contact_radius * section)
-            + self.side * self.axial_strain * along * area;
-        Onset { across, along, arc, strain }
+        let [lever, section, area] = self.gauge_means();
+        let bending = self.radius * (across * lever + along * contact_radius * section);
+        let axial = |stretch: T| T::of(self.side) * stretch * along * area;
+        let strain = self.stretch.map_or(bending, |stretch| bending + axial(stretch));
+        Onset { across, along, arc, ratio, strain }
     }
 
-    /// Means over the gauge, for a contact at 1 + `x`, of (c − s)₊/(1 − τs)³, 1/(1 − τs)³ and 1/(1 − τs)², the last two
-    /// over the bent part.
-    pub fn gauge_means(&self, x: f64) -> [f64; 3] {
+    /// Means over the gauge of (1 − s)₊/(1 − τs)³, 1/(1 − τs)³ and 1/(1 − τs)², the last two over the bent part.
+    #[inline(always)]
+    fn gauge_means(&self) -> [T; 3] {
+        let [zero, half, one] = [0.0, 0.5, 1.0].map(T::of);
         let [near, far, width] = self.gauge;
-        let (c1, c2) = (near + x, far + x);
-        let g2 = self.rest - self.taper * x;
-        let b1 = 1.0 / (self.taper * near + self.rest);
-        if c2 >= 0.0 {
-            let b2 = 1.0 / (self.taper * far + self.rest);
-            return [0.5 * b1 * b2 * (c1 * b1 + c2 * b2), 0.5 * b1 * b2 * (b1 + b2), b1 * b2];
+        let [b1, b2] = [near, far].map(|end| one / (self.taper * end + self.rest));
+        let clear = [half * b1 * b2 * (near * b1 + far * b2), half * b1 * b2 * (b1 + b2), b1 * b2];
+        if zero.all_at_most(far) {
+            return clear;
         }
-        let bent = c1.max(0.0) / width;
-        let end = 1.0 / g2;
-        [0.5 * bent * c1.max(0.0) * b1 * b1 * end, 0.5 * bent * b1 * end * (b1 + end), bent * b1 * end]
+        // The contact is on the gauge.
+        let beyond = zero.if_less(near, near, zero);
+        let (bent, end) = (beyond / width, one / self.rest);
+        let ends =
+            [half * bent * beyond * b1 * b1 * end, half * bent * b1 * end * (b1 + end), bent * b1 * end];
+        std::array::from_fn(|k| far.if_less(zero, ends[k], clear[k]))
     }
 }

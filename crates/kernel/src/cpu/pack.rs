@@ -3,6 +3,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use vibrissa_core::physics::number::Number;
+
 /// f32 or f64.
 pub trait Scalar: Copy + PartialOrd + Send + Sync + 'static {
     /// Largest relative error of one rounding.
@@ -181,5 +183,29 @@ impl<T: Scalar, const L: usize, const FMA: bool> Neg for Pack<T, L, FMA> {
     #[inline(always)]
     fn neg(self) -> Self {
         Self::of(0.0) - self
+    }
+}
+
+/// Closed forms of several taps: no operation is fused.
+impl<const L: usize> Number for Pack<f64, L, false> {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Self::of(x)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn each(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        self.map2(o, f)
+    }
+    #[inline(always)]
+    fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
+        self.if_less(o, yes, no)
+    }
+    #[inline(always)]
+    fn all_at_most(self, o: Self) -> bool {
+        self.all_at_most(o)
     }
 }
