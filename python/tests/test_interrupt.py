@@ -39,6 +39,16 @@ except KeyboardInterrupt as stop:
 """
 
 
+def promptly(call, **how):
+    """What is said within two seconds of the signal. A machine that something else keeps busy is asked three times."""
+    for _ in range(3):
+        seconds, said = interrupted(call, **how)
+        if seconds < 2.0:
+            break
+    assert seconds < 2.0, (seconds, said)
+    return said
+
+
 def interrupted(call, after=2.0, ends=False):
     """Seconds from the signal to the answer, and what is said. With ``ends`` work then does not go on."""
     process = subprocess.Popen([sys.executable, "-c", RUN.format(call=call)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -60,22 +70,19 @@ def interrupted(call, after=2.0, ends=False):
 @pytest.mark.parametrize("name, backend, precision", [
     ("sweep", "cpu", "f64"), ("sweep", "auto", "f32"), *((name, "cpu", "f32") for name in ("reference", "strain", "verify"))])
 def test_ctrl_c(name, backend, precision):
-    seconds, said = interrupted(LONG[name].format(backend=backend, precision=precision))
-    assert said.startswith("stopped") and seconds < 2.0, (seconds, said)
+    assert promptly(LONG[name].format(backend=backend, precision=precision)).startswith("stopped")
 
 
 @pytest.mark.parametrize("name", ["chart", "shape", "tap", "tap by the reference"])
 def test_work_ends_with_its_call(name):
-    seconds, said = interrupted(LONG[name], ends=True)
-    assert said.startswith("stopped") and seconds < 2.0, (seconds, said)
+    assert promptly(LONG[name], ends=True).startswith("stopped")
 
 
 def test_a_search_keeps_the_best_so_far(root):
     # Whiskers that are calibrated as another one have no charts: their taps are solved.
     solved = dict(D=0.05, x_ss=0.3, samples=128, calibrated="nominal")
     call = f"vibrissa.optimise({str(root / 'sweeps/robust.toml')!r}, optimise=dict(robust={solved}), run=dict(backend='cpu'))"
-    seconds, said = interrupted(call, after=4.0)
-    assert seconds < 2.0 and float(said.split()[1]) > 0, (seconds, said)
+    assert float(promptly(call, after=4.0).split()[1]) > 0
 
 
 def test_a_callback_ends_a_search(root):
