@@ -4,7 +4,6 @@
 //! round after round. An argument names the models to measure.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use vibrissa::api::{BackendChoice, Drive, Material, RunOptions, Setup, Taps, Tuple};
 use vibrissa::design::{Design, amount};
@@ -68,14 +67,23 @@ fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
 }
 
-/// CPU seconds of this thread; seconds on the wall where the system does not tell.
+/// CPU seconds of this thread.
+#[cfg(unix)]
+fn now() -> f64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the place is valid for the call.
+    unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) };
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// Seconds on the wall: this system tells no others.
+#[cfg(not(unix))]
+fn now() -> f64 {
+    static BEGUN: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
+    BEGUN.elapsed().as_secs_f64()
+}
+
 fn spent(work: impl FnOnce()) -> f64 {
-    let begun = Instant::now();
-    let now = || {
-        let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-        let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
-        nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-    };
     let before = now();
     work();
     now() - before
