@@ -4,8 +4,11 @@
 //! and the best round of each counts: what disturbs the machine disturbs all alike. Beside it poles that are not upright and a second gauge, in CPU seconds
 //! of one thread, each round relative to the upright pole of the same round: the median.
 
+mod clock;
+
 use std::time::Instant;
 
+use clock::spent;
 use rayon::prelude::*;
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::{Design, amount};
@@ -169,13 +172,6 @@ fn measured(place: &Place, scenes: &[Setup]) -> Vec<Ready> {
     all
 }
 
-/// CPU seconds of this thread; seconds on the wall where the system does not tell.
-fn spent(begun: Instant) -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
-    nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |ns| ns * 1e-9)
-}
-
 /// Taps against one of [`POLES`], ready to be solved and read again and again.
 struct Pole {
     setup: Setup,
@@ -212,16 +208,11 @@ impl Pole {
 
     /// CPU seconds of solving and of reading all taps; NaN where there is no chart.
     fn run(&self, place: &Place) -> [f64; 2] {
-        let begun = Instant::now();
         let method = place.method(&self.setup.model).expect("the backend opens");
         let mut evaluator = Evaluator::new(&self.setup, method);
-        let before = spent(begun);
-        drop(evaluator.run(&self.designs, &self.tasks).expect("the backend answers"));
-        let solved = spent(begun) - before;
-        let Some(reader) = &self.reader else { return [solved, f64::NAN] };
-        let before = spent(begun);
-        drop(reader.read(&self.setup, &self.designs, &self.tasks));
-        [solved, spent(begun) - before]
+        let solved = spent(|| drop(evaluator.run(&self.designs, &self.tasks).expect("the backend answers")));
+        let read = |reader: &Reader| spent(|| drop(reader.read(&self.setup, &self.designs, &self.tasks)));
+        [solved, self.reader.as_ref().map_or(f64::NAN, read)]
     }
 }
 

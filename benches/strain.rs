@@ -3,8 +3,11 @@
 //! 10⁶ random taps, each of a whisker of its own, on one thread, in its CPU seconds. The kernel's taps were framed beforehand. Every model takes both in turn,
 //! round after round. An argument names the models to measure.
 
+mod clock;
+
 use std::hint::black_box;
 
+use clock::spent;
 use vibrissa::api::{BackendChoice, Drive, Material, RunOptions, Setup, Taps, Tuple};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::Method;
@@ -65,28 +68,6 @@ fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
     let (amount, grip) = (amount(setup.drive, t.drive), Grip::Slide(0.0));
     Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
-}
-
-/// CPU seconds of this thread.
-#[cfg(unix)]
-fn now() -> f64 {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the place is valid for the call.
-    unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut time) };
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
-/// Seconds on the wall: this system tells no others.
-#[cfg(not(unix))]
-fn now() -> f64 {
-    static BEGUN: std::sync::LazyLock<std::time::Instant> = std::sync::LazyLock::new(std::time::Instant::now);
-    BEGUN.elapsed().as_secs_f64()
-}
-
-fn spent(work: impl FnOnce()) -> f64 {
-    let before = now();
-    work();
-    now() - before
 }
 
 /// Least and median.
