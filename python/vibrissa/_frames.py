@@ -37,7 +37,10 @@ def reduced(table: Table) -> tuple[Any, ...]:
 
 def to_pandas(table: Table) -> pandas.DataFrame:
     """Columns of numbers are those of the table, not copies; words become categories."""
-    import pandas as pd
+    try:
+        import pandas as pd
+    except ImportError:
+        raise ImportError("to_pandas needs pandas (pip install pandas); table[\"name\"] is a numpy array without it") from None
 
     columns: dict[str, Any] = {}
     for name, kind in zip(table.columns, table.kinds()):

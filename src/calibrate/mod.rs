@@ -41,6 +41,7 @@ use crate::measure::group::Groups;
 use crate::measure::text::plain;
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
+use crate::simulate;
 use prepare::Prepared;
 
 /// What a user may say about a calibration.
@@ -102,6 +103,9 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         second::check(data)?;
     } else {
         ignored.extend(data.beside.names());
+    }
+    if simulate::BESIDE.iter().all(|name| ignored.iter().any(|n| n == name)) {
+        ignored.retain(|name| !simulate::BESIDE.contains(&name.as_str()));
     }
     if !ignored.is_empty() {
         let mut text = format!("{}: ignored columns {}", data.file, ignored.join(", "));

@@ -20,6 +20,9 @@ use crate::status::Status;
 /// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
 
+/// Columns of a table beside what a rig records.
+pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
+
 /// Most rows of one table: random numbers of a row are told by its number.
 pub const MOST_ROWS: u64 = u32::MAX as u64;
 
@@ -298,7 +301,7 @@ fn columns(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Vec<&'static str> 
     columns.extend(shown.lean.then_some("lean_deg"));
     columns.extend([rig.setup.drive.column(), unit.column()]);
     columns.extend(rig.setup.gauge.second.then(|| unit.second()));
-    columns.extend(["repeat", "source", "fault", "status"]);
+    columns.extend(BESIDE);
     columns
 }
 
