@@ -222,3 +222,17 @@ def test_the_lock_is_released(desk):
     [t.join() for t in threads]
     for x in found[1:]:
         np.testing.assert_array_equal(x, found[0])
+
+
+@pytest.mark.parametrize("kind", [dict, pd.DataFrame, pl.DataFrame])
+def test_a_frame_has_no_comments(kind, desk):
+    _, calibration = desk
+    words = ["#1", "a, b", "#3\nand more", ' "#4"', "5", None]
+    taps = dict(theta_deg=[4.0] * 6, strain=[0.02] * 6)
+    pose = dict(base_x_mm=[0.0] * 6, base_y_mm=[1.0 * i for i in range(6)], heading_deg=[90.0] * 6)
+    for name in ("run", "#run", "ru\nn"):
+        located = calibration.locator().table(kind({name: words, **taps}))
+        assert len(located) == 6 and set(located["distance_mm"]) == {located["distance_mm"][0]}, (name, located.to_pandas())
+        assert len(vibrissa.contour(kind({name: words, **pose, **taps}), calibration, curve="line").points) == 6
+    mounted = vibrissa.Array([dict(name="#1", calibration=calibration, x=0, y=0, heading=0)])
+    assert list(mounted.locate(kind(dict(whisker=["#1", "#1"], theta_deg=[4.0, 4.0], strain=[0.02, 0.03])))["whisker"]) == ["#1", "#1"]

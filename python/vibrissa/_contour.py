@@ -17,8 +17,8 @@ from ._locate import calibration_text, roles
 from ._results import Calibration, Contour
 from ._spec import Section, _name, _short, _whole_text, flag, given, number, section, whole, word
 
-# As many as a machine may have.
-_MOST_THREADS = 2**16
+# As [run] threads.
+_MOST_THREADS = 4096
 
 
 def _zero(zero: Any) -> list[float] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Mapping
+from csv import QUOTE_MINIMAL, QUOTE_NONNUMERIC
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,7 +60,13 @@ def _cell(value: Any) -> str:
     text = repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
     # A row is a line.
     text = " ".join(text.splitlines())
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"') else text
+    # What begins with # would be a comment at the begin of a line.
+    quoted = any(c in text for c in ',"') or _is_comment(text)
+    return '"' + text.replace('"', '""') + '"' if quoted else text
+
+
+def _is_comment(value: Any) -> bool:
+    return isinstance(value, str) and value.lstrip().startswith("#")
 
 
 def _line(value: Any) -> Any:
@@ -103,9 +110,14 @@ def csv(data: Any, what: str) -> tuple[str, bytes]:
     if isinstance(data, Mapping):
         return "data", _csv_of(data)
     if hasattr(data, "to_csv"):
-        return "data", data.apply(lambda column: column if column.dtype.kind in "biuf" else column.map(_line)).to_csv(index=False).encode()
+        kept = data.apply(lambda column: column if column.dtype.kind in "biuf" else column.map(_line))
+        kept.columns = [_line(str(name)) for name in data.columns]
+        comments = len(kept.columns) > 0 and (_is_comment(kept.columns[0]) or any(map(_is_comment, kept.iloc[:, 0])))
+        return "data", kept.to_csv(index=False, quoting=QUOTE_NONNUMERIC if comments else QUOTE_MINIMAL).encode()
     if hasattr(data, "write_csv"):
-        return "data", data.write_csv().encode()
+        if all(t.is_numeric() for t in data.dtypes) and not any(_is_comment(n) or n != _line(n) for n in data.columns):
+            return "data", data.write_csv().encode()
+        return "data", _csv_of({name: np.array(data[name].to_list(), dtype=object) for name in data.columns})
     if hasattr(data, "schema") and hasattr(data, "to_pylist"):
         return "data", _csv_of({name: np.array(data[name].to_pylist(), dtype=object) for name in data.schema.names})
     if hasattr(data, "columns") and hasattr(data, "kinds"):

@@ -10,6 +10,9 @@ use crate::status::Status;
 /// Half width of central differences over the drive, relative.
 const STEP: f64 = 1e-3;
 
+/// Largest standard deviation, degrees or mm, that says anything.
+pub const MOST_NOISE: f64 = 1000.0;
+
 /// What is not certain beside the signal: one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -35,12 +38,12 @@ impl Noise {
     /// # Errors
     /// A number that is no standard deviation.
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
-        let within = |key: &str, x: f64, unit: &str| match (0.0..1000.0).contains(&x) {
+        let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
             false => Err(InputError::new("this is no standard deviation")
                 .key(key)
                 .value(x)
-                .allowed(format!("≥ 0 ({unit})"))),
+                .allowed(format!("0 … {MOST_NOISE} ({unit})"))),
         };
         Ok(Self {
             touch: touch.map(|x| within("--touch-noise", x, "degrees")).transpose()?,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contour::point::Noise;
+use crate::contour::point::{MOST_NOISE, Noise};
 use crate::contour::pose::Pose;
 use crate::error::InputError;
 use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
@@ -11,8 +11,9 @@ use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
 const KEYS: &str = "[[whisker]] name, calibration, x, y, z, heading, sense; angle_noise, base_noise";
 const ONE: [&str; 7] = ["name", "calibration", "x", "y", "z", "heading", "sense"];
 
-const ANGLE: Domain = domain("≥ 0 degrees, one standard deviation", |v| v >= 0.0);
-const PLACE: Domain = domain("≥ 0 mm, one standard deviation", |v| v >= 0.0);
+const ANGLE: Domain =
+    domain("0 … 1000 degrees, one standard deviation", |v| (0.0..=MOST_NOISE).contains(&v));
+const PLACE: Domain = domain("0 … 1000 mm, one standard deviation", |v| (0.0..=MOST_NOISE).contains(&v));
 
 /// A whisker and where it is mounted.
 #[derive(Debug, Clone, PartialEq)]

@@ -56,6 +56,11 @@ impl<'a, R: Read> Source<'a, R> {
         }
         self.held = self.read()?;
         let at = |e: InputError| e.at(self.label(), Some(self.number));
+        let unread = self.held.is_some_and(|n| n <= LONGEST && text(&self.line, n).is_none());
+        if unread && self.ask.label.is_some() {
+            let error = InputError::new("this file is not UTF-8 text, so its columns cannot be told by name");
+            return Err(at(error.allowed("CSV saved as UTF-8")).into());
+        }
         let header = match self.held.and_then(|n| text(&self.line, n)) {
             Some(text) => lines.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
             None => false,

@@ -204,7 +204,7 @@ pub(crate) fn described_by<T>(
 /// Text of a file without byte order mark; `what` says what the file is.
 fn load(path: &Path, what: &str) -> Result<String> {
     if path.is_dir() {
-        return Err(InputError::new(format!("this is a folder; a {what} file is needed")));
+        return Err(InputError::new(format!("this is a folder, no {what} file")));
     }
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => InputError::new(format!("there is no such {what} file")),

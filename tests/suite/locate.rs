@@ -19,6 +19,15 @@ fn calibrated() -> Desk {
     desk
 }
 
+#[test]
+fn a_header_in_another_encoding_is_refused() {
+    let desk = calibrated();
+    std::fs::write(desk.path("l.csv"), b"strain,theta_deg,gr\xf6\xdfe\n0.02,4,1\n").unwrap();
+    let ran = desk.run(&["locate", "cal/calibration.toml", "l.csv", "--out", "out"]).exits(2);
+    assert!(ran.stderr.contains("l.csv:1") && ran.stderr.contains("UTF-8"), "{}", ran.stderr);
+    assert!(!desk.path("out").exists());
+}
+
 fn stream(desk: &Desk, arguments: &[&str], input: &[u8]) -> (i32, Vec<String>, String) {
     let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
         .current_dir(desk.path("."))

@@ -125,6 +125,8 @@ impl<'a> Shooter<'a> {
         let (mut tried, mut growth, mut farthest) = (0, 2.0, None);
         // The end of a first stride that linear theory does not foresee: it counts where a shorter one ends in proportion.
         let mut doubtful: Option<(f64, DVec2)> = None;
+        // Sign of the Jacobian's determinant on the path.
+        let mut orientation: Option<f64> = None;
         loop {
             tried += 1;
             let next = amount.min(at.0 + stride);
@@ -134,12 +136,21 @@ impl<'a> Shooter<'a> {
             } else {
                 at.1 + (at.1 - before.1) * ((next - at.0) / (at.0 - before.0))
             };
-            let hit = self.newton(next, guess).and_then(|(z, shot)| {
+            let hit = self.newton(next, guess).and_then(|(z, shot, jacobian)| {
                 let near =
                     |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(next / self.unit);
                 let last = doubtful.replace((next, z)).filter(|_| begins);
                 let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
-                if foreseen { Ok((z, shot)) } else { Err(Missed::Stalled) }
+                if !foreseen {
+                    return Err(Missed::Stalled);
+                }
+                // Where the path folds back its other half has a Jacobian of the other sign.
+                let turned = |j: DMat2| orientation.is_some_and(|first| first * j.determinant() < 0.0);
+                if turned(jacobian) && turned(self.jacobian(next, z, &shot)?) {
+                    return Err(Missed::Stalled);
+                }
+                orientation.get_or_insert(jacobian.determinant().signum());
+                Ok((z, shot))
             });
             match hit {
                 Ok((_, shot)) if next == amount => return Ok(shot),
@@ -165,14 +176,15 @@ impl<'a> Shooter<'a> {
     }
 
     /// Newton's method with Broyden's updates, damped by the natural monotonicity test (Deuflhard 1974).
-    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot), Missed> {
+    /// The unknowns, their rod, and the Jacobian, perhaps updated, there.
+    fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Missed> {
         let mut z = guess;
         let mut shot = self.shoot(amount, z).ok_or(Missed::NoState)?;
         let mut jacobian = self.jacobian(amount, z, &shot)?;
         let mut step = -(jacobian.inverse() * shot.miss);
         for _ in 0..MOST_STEPS {
             if self.size(z, step) <= HIT {
-                return Ok((z, shot));
+                return Ok((z, shot, jacobian));
             }
             let mut missed = Missed::Stalled;
             let Some((fraction, trial, next)) =
@@ -187,7 +199,7 @@ impl<'a> Shooter<'a> {
                 })
             else {
                 // Steps that do not shrink any more are what rounding leaves of lengths that cancel.
-                return if self.size(z, step) <= NEARLY { Ok((z, shot)) } else { Err(missed) };
+                return if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(missed) };
             };
             let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
             z += fraction * step;
@@ -200,7 +212,7 @@ impl<'a> Shooter<'a> {
             shot = trial;
             step = -(jacobian.inverse() * shot.miss);
         }
-        if self.size(z, step) <= NEARLY { Ok((z, shot)) } else { Err(Missed::Stalled) }
+        if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Missed::Stalled) }
     }
 
     /// What changes of the unknowns are measured by: P itself, a, and for T the contact force.
