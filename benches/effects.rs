@@ -210,6 +210,8 @@ impl Pole {
     fn run(&self, place: &Place) -> [f64; 2] {
         let method = place.method(&self.setup.model).expect("the backend opens");
         let mut evaluator = Evaluator::new(&self.setup, method);
+        // Once before, so that each has its memory.
+        drop(evaluator.run(&self.designs, &self.tasks));
         let solved = spent(|| drop(evaluator.run(&self.designs, &self.tasks).expect("the backend answers")));
         let read = |reader: &Reader| spent(|| drop(reader.read(&self.setup, &self.designs, &self.tasks)));
         [solved, self.reader.as_ref().map_or(f64::NAN, read)]
