@@ -37,6 +37,9 @@ RUNS = {
     "surface": ("surface = true", {
         "no key": ("", ""), "tilt = lean = 0": ("", "tilt = 0\nlean = 0"), "tilt 20, two gauges": (SECOND, "tilt = 20"),
     }),
+    "ideal rod": ("", {
+        "no key": ("", ""), "tilt = lean = 0": ("", "tilt = 0\nlean = 0"), "tilt 20": ("", "tilt = 20"), "tilt 20, two gauges": (SECOND, "tilt = 20"),
+    }),
 }
 
 
