@@ -12,6 +12,7 @@ use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, st
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
+use crate::contour::Told;
 use crate::error::raise;
 use crate::job::{self, Far};
 use crate::table::Table;
@@ -126,9 +127,8 @@ impl Locator {
         let (locator, said_zero) = (Arc::clone(&self.locator), self.zero);
         let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-            let warnings = Mutex::new(Vec::new());
-            let warn =
-                |text: &str| warnings.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
+            let told = Told::default();
+            let warn = |text: &str| told.push(text);
             let ask = stream::Ask {
                 columns: &columns,
                 zero: [said_zero, None],
@@ -143,8 +143,7 @@ impl Locator {
                 Ok(())
             };
             stream::answer(&locator, bytes.as_slice(), &ask, Some(zero), stop, &mut write)?;
-            let table = Table::of_csv(&out)?;
-            Ok((table, warnings.into_inner().unwrap_or_else(PoisonError::into_inner)))
+            Ok((Table::of_csv(&out)?, told.into_texts()))
         };
         let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
         interrupt.map_or(Ok(found), Err)

@@ -37,6 +37,14 @@ def _name(spec: Spec, name: str | None, command: str) -> str:
     return word("name", command if name in (None, "") else name)
 
 
+def _asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> tuple[str | None, str, tuple[int, list[Any]] | None]:
+    """Path and text of a spec with these sections, and taps given one by one."""
+    listed = _listed(tuples, sections)
+    if listed is None:
+        sections["tuples"] = tuples
+    return *resolve(spec, sections), listed
+
+
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
     """Taps given one by one: their number, and seven columns, or nine with tilt and lean."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
@@ -115,10 +123,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    listed = _listed(tuples, sections)
-    if listed is None:
-        sections["tuples"] = tuples
-    path, text = resolve(spec, sections)
+    path, text, listed = _asked(spec, tuples, sections)
     with shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
     _warn(result.run)

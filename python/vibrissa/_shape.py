@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from . import _native
-from ._commands import _listed, _name, _warn
+from ._commands import _asked, _name, _warn
 from ._progress import Progress, shown
 from ._results import Shapes
-from ._spec import Section, Spec, resolve, whole
+from ._spec import Section, Spec, whole
 
 # As `shape --nodes`.
 _NODES = (3, 10_001)
@@ -35,10 +35,7 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    listed = _listed(tuples, sections)
-    if listed is None:
-        sections["tuples"] = tuples
-    path, text = resolve(spec, sections)
+    path, text, listed = _asked(spec, tuples, sections)
     least, most = _NODES
     with shown(progress) as tell:
         result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
