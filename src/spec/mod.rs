@@ -1,6 +1,6 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
-//! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places; `axis`, `space`,
+//! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places, `part` those of a section; `axis`, `space`,
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
 //! combinations are allowed, `units` which of them were probably meant in another unit.
 
@@ -11,6 +11,7 @@ mod direction;
 pub mod keys;
 mod model;
 mod optimise;
+mod part;
 mod reader;
 mod schema;
 mod sections;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
-use super::reader::{Item, Result, Section};
+use super::part::Section;
+use super::reader::{Item, Result};
 use super::{curve, keys};
 use crate::scene::{Contact, Geometry, Material, MaterialFit, Model};
 

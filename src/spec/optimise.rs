@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE};
 use super::keys as listed;
-use super::reader::{Item, Result, Section};
+use super::part::Section;
+use super::reader::{Item, Result};
 use super::schema::Sections;
 use crate::error::InputError;
 use crate::scene::search::{

@@ -4,7 +4,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::SECTIONS;
-use super::reader::{Document, Item, Result, Section};
+use super::part::Section;
+use super::reader::{Document, Item, Result};
 
 /// Highest `format` that can be read.
 pub(super) const FORMAT: u64 = 1;

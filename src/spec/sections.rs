@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::check::{LENGTH, MODEL_ERROR, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
-use super::reader::{Item, Result, Section};
+use super::part::Section;
+use super::reader::{Item, Result};
 use super::schema::Sections;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
