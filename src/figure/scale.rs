@@ -148,6 +148,18 @@ fn number(x: f64, step: f64) -> String {
     text.replace('-', "−")
 }
 
+/// A number alone, to four digits.
+pub fn value(x: f64) -> String {
+    let step = if x == 0.0 { 1.0 } else { 10f64.powf(x.abs().log10().floor() - 3.0) };
+    let text = number(x, step);
+    // Without zeros at the end, which say nothing of a number alone.
+    if text.contains('.') && !text.contains('·') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
 /// A number m·10ⁿ of few digits, on an axis of decades; `plain`: without powers.
 fn decade(x: f64, plain: bool) -> String {
     if plain {

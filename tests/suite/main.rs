@@ -36,6 +36,7 @@ mod optimise;
 mod optimise_errors;
 mod own_model;
 mod pair;
+mod palette;
 mod parquet;
 mod parts;
 mod planned;
