@@ -59,7 +59,7 @@ class Bar {
         const { scale, bands } = this.shades;
         if (scale !== null)
             return scale.ticks(5).map(([x, words]) => [scale.share(x), words]);
-        return bands.map((x, i) => [(i + 0.5) / bands.length, spoken(Number(x.toPrecision(4)))]);
+        return bands.map((x, i) => [(i + 0.5) / bands.length, alone(x)]);
     }
     /** Width that it takes, px. */
     wide() {

@@ -55,7 +55,7 @@ class Bar {
     private ticks(): [number, string][] {
         const { scale, bands } = this.shades;
         if (scale !== null) return scale.ticks(5).map(([x, words]) => [scale.share(x), words]);
-        return bands.map((x, i) => [(i + 0.5) / bands.length, spoken(Number(x.toPrecision(4)))]);
+        return bands.map((x, i) => [(i + 0.5) / bands.length, alone(x)]);
     }
 
     /** Width that it takes, px. */

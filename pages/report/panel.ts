@@ -110,18 +110,24 @@ class PanelView {
             return { left, top, wide: inside, high: Math.max(least, Math.min(0.66 * inside, 460)), x, y };
         }
         const high = Math.max(60, Math.min((inside * (y.to - y.from)) / (x.to - x.from), 460));
-        // What the height has more than it needs goes to both ends.
-        const more = 0.5 * (((x.to - x.from) / inside) * high - (y.to - y.from));
-        return { left, top, wide: inside, high, x, y: new Scale(y.from - more, y.to + more, false) };
+        // What the panel has more than the data need goes to both ends.
+        const each = Math.max((x.to - x.from) / inside, (y.to - y.from) / high);
+        const wider = (s: Scale, long: number) => {
+            const more = 0.5 * (each * long - (s.to - s.from));
+            return new Scale(s.from - more, s.to + more, false);
+        };
+        return { left, top, wide: inside, high, x: wider(x, inside), y: wider(y, high) };
     }
 
     private axes(svg: SVGElement, place: Place, turned: number): void {
         const { left, top, wide, high, x, y } = place;
         const p = this.panel;
+        // No line of the grid shows between the bands of a map.
+        const mapped = p.marks.some((m) => m.kind === "cells");
         let last = -Infinity;
         for (const [value, words] of named(p.x, x, many(wide, 62))) {
             const at = left + x.share(value) * wide;
-            svg.append(drawn("path", { d: `M${at} ${top}v${high + 4}`, class: "grid" }));
+            svg.append(drawn("path", { d: mapped ? `M${at} ${top + high}v4` : `M${at} ${top}v${high + 4}`, class: "grid" }));
             if (turned > 0) {
                 svg.append(drawn("text", { x: at, y: top + high + 8, class: "tick", "text-anchor": "end", transform: `rotate(-60 ${at} ${top + high + 8})` }, words));
             } else if (at - 0.5 * measured(words, TICK) > last + 4) {
@@ -131,7 +137,7 @@ class PanelView {
         }
         for (const [value, words] of named(p.y, y, many(high, 40))) {
             const at = top + (1 - y.share(value)) * high;
-            svg.append(drawn("path", { d: `M${left - 4} ${at}h${wide + 4}`, class: "grid" }));
+            svg.append(drawn("path", { d: `M${left - 4} ${at}h${mapped ? 4 : wide + 4}`, class: "grid" }));
             const shown = p.y.words.length > 0 ? cut(words, left - 28) : words;
             svg.append(drawn("text", { x: left - 7, y: at + 4, class: "tick", "text-anchor": "end" }, shown, drawn("title", {}, words)));
         }

@@ -133,13 +133,22 @@ fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: 
     (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
 }
 
-fn one(d: &mut Drawing, panel: &Panel, inside: Rect, cell: [f64; 2], [x, mut y]: [Scale; 2], style: &Style) {
+fn one(
+    d: &mut Drawing,
+    panel: &Panel,
+    inside: Rect,
+    cell: [f64; 2],
+    [mut x, mut y]: [Scale; 2],
+    style: &Style,
+) {
     let (face, size) = (style.font.face(), style.size);
     if panel.to_scale {
-        // Rows may be higher than this panel asks: what is more goes to both ends.
-        let each = (x.ends[1] - x.ends[0]) / inside.w;
-        let more = 0.5 * (each * inside.h - (y.ends[1] - y.ends[0]));
-        y.ends = [y.ends[0] - more, y.ends[1] + more];
+        // A panel may be higher or wider than the data ask: what is more goes to both ends.
+        let each = f64::max((x.ends[1] - x.ends[0]) / inside.w, (y.ends[1] - y.ends[0]) / inside.h);
+        for (scale, long) in [(&mut x, inside.w), (&mut y, inside.h)] {
+            let more = 0.5 * (each * long - (scale.ends[1] - scale.ends[0]));
+            scale.ends = [scale.ends[0] - more, scale.ends[1] + more];
+        }
     }
     let place = Place { inside, x, y, size: 0.85 * size };
     axes::draw(d, panel, &place, cell, &face, size);
@@ -174,7 +183,7 @@ fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::data::{Axis, Parallel, Path};
-    use super::super::drawing::Item;
+    use super::super::drawing::{Item, Step};
     use super::super::font::Font;
     use super::*;
 
@@ -267,6 +276,31 @@ mod tests {
                 words.contains("a limit is broken") && words.matches("spread of").count() == 2,
                 "{words}"
             );
+        }
+    }
+
+    #[test]
+    fn a_panel_to_scale_holds_all_of_its_data() {
+        for (wide, high) in [(10.0, 1.0), (1.0, 10.0), (3.0, 4.0)] {
+            let corners = [(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)];
+            let path = Path::new("box", 0, corners);
+            let mut panel = Panel::new("", Axis::new("x", "mm"), Axis::new("y", "mm"))
+                .with(Mark::Area { path, outlined: true });
+            panel.to_scale = true;
+            let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
+            let Some(Item::Path { steps, clip: Some([x, y, w, h]), .. }) =
+                d.items.iter().find(|item| matches!(item, Item::Path { fill: Some(_), clip: Some(_), .. }))
+            else {
+                panic!("an area")
+            };
+            let at = |step: &Step| match step {
+                Step::To(p) | Step::Line(p) => Some(*p),
+                _ => None,
+            };
+            let points: Vec<[f64; 2]> = steps.iter().filter_map(at).collect();
+            assert!(points.iter().all(|p| (*x..=x + w).contains(&p[0]) && (*y..=y + h).contains(&p[1])));
+            let long = |k: usize, i: usize, j: usize| (points[i][k] - points[j][k]).abs();
+            assert!((long(0, 0, 1) / long(1, 1, 2) - wide / high).abs() < 1e-9, "{wide} × {high}");
         }
     }
 

@@ -31,9 +31,20 @@ fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: 
     })
 }
 
-/// How far K varies: a share of K, or mm where K has a unit.
-fn spread(sd: &str, x: f64) -> String {
-    if sd == "K_sd_mm" { format!("{} mm", rounded(x)) } else { percent(x) }
+/// How far K varies about its mean: a share of it, or mm where K has a unit.
+fn spread(sd: &str, x: f64, mean: f64) -> String {
+    match sd {
+        "K_sd_mm" => format!("{} mm", rounded(x)),
+        _ => percent(x / mean),
+    }
+}
+
+/// Error of the distance and spread of K of a row, as far as it has them.
+fn worth(row: impl Fn(&str) -> Option<f64>, sd: &str) -> String {
+    let error = row("total_rms_mm").map(|x| format!("the error of a distance is {} mm rms", rounded(x)));
+    let mean = row("K_mean").unwrap_or(1.0);
+    let varies = row(sd).map(|x| format!("K varies by {}", spread(sd, x, mean)));
+    [error, varies].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
 /// “tapped by θ = 5°”, or “pushed by δ = 3 mm”.
@@ -70,7 +81,7 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
         x if x.is_finite() => format!(", with strains up to {}", percent(x)),
         _ => String::new(),
     };
-    let varies = spread(sd, table.number(sd, best));
+    let varies = spread(sd, table.number(sd, best), table.number("K_mean", best));
     Ok(if by == "total_rms_mm" {
         let error = rounded(values[best]);
         let noise = table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0);
@@ -99,9 +110,6 @@ pub fn of_tap(result: &Value, drive: &str, sd: &str) -> String {
     let Some(at) = best[drive].as_f64() else {
         return "No tap of the interval keeps every limit.".to_owned();
     };
-    let error =
-        best["total_rms_mm"].as_f64().map(|x| format!("the error of a distance is {} mm rms", rounded(x)));
-    let varies = best[sd].as_f64().map(|x| format!("K varies by {}", spread(sd, x)));
     let limit = match result["limited_by"].as_str() {
         Some("bias") => "; most of the error is bias of the estimate",
         Some("noise") => "; most of the error is noise of the gauge",
@@ -110,26 +118,23 @@ pub fn of_tap(result: &Value, drive: &str, sd: &str) -> String {
         Some("complete_rows") => "; beyond it a distance has no answer",
         _ => "",
     };
-    let told: Vec<String> = [error, varies].into_iter().flatten().collect();
-    format!("The best tap is {}: {} there{limit}.", said(drive, at), told.join(" and "))
+    format!("The best tap is {}: {} there{limit}.", said(drive, at), worth(|name| best[name].as_f64(), sd))
 }
 
 /// A search: the chosen design, or the ends of the front.
 pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<String, InputError> {
     let best = &source.run["result"]["best"];
-    let both = |x: f64, y: f64| {
-        format!("K varies by {} and the error of a distance is {} mm rms", spread(sd, x), rounded(y))
-    };
     if let Some(front) = front.filter(|t| t.len > 1) {
         let (x, y) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
         let by = |p: &usize, q: &usize| x[*p].total_cmp(&x[*q]);
         let there = || (0..front.len).filter(|r| x[*r].is_finite() && y[*r].is_finite());
+        let row = |r: usize| worth(|name| Some(front.number(name, r)).filter(|x| x.is_finite()), sd);
         if let (Some(first), Some(last)) = (there().min_by(by), there().max_by(by)) {
             return Ok(format!(
                 "No design is best in both: the front has {}, from one where {} to one where {}.",
                 count(front.len, "design"),
-                both(x[first], y[first]),
-                both(x[last], y[last])
+                row(first),
+                row(last)
             ));
         }
     }
@@ -148,11 +153,11 @@ pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<Str
     if told.is_empty() {
         return Ok("The search found no whisker that keeps every limit.".to_owned());
     }
-    let error =
-        best["total_rms_mm"].as_f64().map(|x| format!("the error of a distance is {} mm rms", rounded(x)));
-    let varies = best[sd].as_f64().map(|x| format!("K varies by {}", spread(sd, x)));
-    let worth: Vec<String> = [error, varies].into_iter().flatten().collect();
-    Ok(format!("The best whisker found is the one {}: {}.", told.join(", "), worth.join(" and ")))
+    Ok(format!(
+        "The best whisker found is the one {}: {}.",
+        told.join(", "),
+        worth(|name| best[name].as_f64(), sd)
+    ))
 }
 
 /// A calibration: how well its estimator tells distances that it has not seen.
@@ -170,7 +175,7 @@ pub fn of_calibration(source: &Source) -> String {
                 format!(", {} of them within the standard deviation that is given with them", percent(x))
             });
             format!(
-                "The estimator `{name}` tells distances that it has not seen to {error} rms{within} ({used})."
+                "The estimator “{name}” tells distances that it has not seen to {error} rms{within} ({used})."
             )
         }
         None => format!("No estimator could be judged on distances that it has not seen ({used})."),
@@ -209,14 +214,15 @@ pub fn of_contour(source: &Source, points: usize) -> String {
         return format!("No curve was found through {points}.");
     };
     let at = curve["x_mm"].as_f64().zip(curve["y_mm"].as_f64());
-    let at = at.map_or(String::new(), |(x, y)| format!(" at x = {} mm, y = {} mm", rounded(x), rounded(y)));
+    let at = at.map_or(String::new(), |(x, y)| format!("x = {} mm, y = {} mm", rounded(x), rounded(y)));
     let form = match (
         with("radius_mm", "sigma_radius_mm", " mm"),
         with("direction_deg", "sigma_direction_deg", "°"),
     ) {
-        (Some(radius), _) => format!("a {kind} with a radius of {radius}{at}"),
-        (_, Some(direction)) => format!("a {kind} in the direction {direction}{at}"),
-        _ => format!("a {kind}{at}"),
+        (Some(radius), _) => format!("a {kind} with a radius of {radius} about {at}"),
+        (_, Some(direction)) => format!("a {kind} through {at} in the direction {direction}"),
+        _ if at.is_empty() => format!("a {kind}"),
+        _ => format!("a {kind} at {at}"),
     };
     format!("What fits {points} on the object best is {form}.")
 }

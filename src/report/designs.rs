@@ -130,7 +130,7 @@ pub fn parallel(
         why: "a limit is broken, or a value is missing".to_owned(),
     };
     let caption = format!(
-        "A line for each row of the table below, coloured by {} (dark is small); grey lines break a limit or miss a value.",
+        "A line for each row of the table below, coloured by {} (blue is small); grey lines break a limit or miss a value.",
         quantity::axis(names[first]).label
     );
     let mut figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());

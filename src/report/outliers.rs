@@ -9,50 +9,61 @@ const WIDE: f64 = 7.0;
 const SHARE: f64 = 0.1;
 /// An axis is cut where it gets shorter by this factor.
 const WORTH: f64 = 2.0;
+/// Free space at either end, as a share of the bulk: arrows have room there.
+const ROOM: f64 = 0.08;
 
-/// Ends about the bulk of `samples`; none where all of them have room.
-fn ends(samples: &[f64]) -> Option<[f64; 2]> {
+/// Least and greatest of `samples` without outliers; none where these are one value.
+fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
     let mut all: Vec<f64> = samples.iter().copied().filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);
-    let (least, most) = (*all.first()?, *all.last()?);
-    let at = |share: f64| all[(share * (all.len() - 1) as f64).round() as usize];
+    let last = all.len().checked_sub(1)?;
+    let at = |share: f64| all[(share * last as f64).round() as usize];
     let middle = at(0.5);
     let mut off: Vec<f64> = all.iter().map(|x| (x - middle).abs()).collect();
     off.sort_by(f64::total_cmp);
     let wide = WIDE * off[off.len() / 2];
     let (low, high) = ((middle - wide).min(at(SHARE)), (middle + wide).max(at(1.0 - SHARE)));
-    let within = all.iter().copied().filter(|x| (low..=high).contains(x));
-    let [low, high] = within.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
-    let room = 0.08 * (high - low);
-    (high > low && most - least > WORTH * (high - low)).then(|| [low - room, high + room])
+    let ends = reach(all.into_iter().filter(|x| (low..=high).contains(x)));
+    (ends[0] < ends[1]).then_some(ends)
 }
 
-/// `panel` with an axis up that fits the bulk of its points named `bulk` and of their bars. What lies beyond is drawn at the edge, and
+/// Least and greatest of what is finite.
+fn reach(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    numbers.filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
+}
+
+/// `panel` with an axis up that fits the bulk of its points called `name` and of their bars. What lies beyond is drawn at the edge, and
 /// the key says how many taps that are.
-pub fn cut(mut panel: Panel, bulk: &str) -> Panel {
+pub fn cut(mut panel: Panel, name: &str) -> Panel {
     let points = || {
         panel.marks.iter().filter_map(|m| match m {
             Mark::Points { path, error, .. } => Some((path, error)),
             _ => None,
         })
     };
-    let samples: Vec<f64> = points()
-        .filter(|(path, _)| path.name == bulk)
-        .flat_map(|(path, error)| {
-            let bar = |i: usize| error.get(i).copied().filter(|e| e.is_finite()).unwrap_or(0.0);
-            path.y.iter().enumerate().flat_map(move |(i, y)| [*y, y - bar(i), y + bar(i)])
-        })
-        .collect();
-    let Some(reach) = ends(&samples).or_else(|| suspects(&samples, points().flat_map(|(path, _)| &path.y)))
-    else {
+    let mut errors: Vec<f64> =
+        points().flat_map(|(_, error)| error).copied().filter(|e| e.is_finite()).collect();
+    errors.sort_by(f64::total_cmp);
+    // Longer bars than half of them have may run to the edge: the errors are what is to be seen.
+    let usual = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+    let samples: Vec<f64> =
+        points().filter(|(path, _)| path.name == name).flat_map(|(path, _)| &path.y).copied().collect();
+    let Some([low, high]) = bulk(&samples).map(|[low, high]| [low - usual, high + usual]) else {
         return panel;
     };
-    let out = |y: &f64| *y < reach[0] || *y > reach[1];
+    let [least, most] = reach(panel.marks.iter().flat_map(Mark::reach).map(|p| p.1));
+    if most - least <= WORTH * (high - low) {
+        return panel;
+    }
+    let room = ROOM * (high - low);
+    let ends = [low - room, high + room];
+    let out = |y: &f64| *y < ends[0] || *y > ends[1];
     let taps: Vec<f64> =
         points().flat_map(|(path, _)| &path.y).copied().filter(|y| y.is_finite() && out(y)).collect();
-    let ends_of_bars =
-        points().flat_map(|(path, error)| path.y.iter().zip(error).flat_map(|(y, e)| [y - e, y + e]));
-    let bars = ends_of_bars.filter(|y| y.is_finite() && out(y)).count();
+    let ends_of = |(y, e): (&f64, &f64)| [y - e, y + e].iter().any(|end| end.is_finite() && out(end));
+    let bars =
+        points().flat_map(|(path, error)| path.y.iter().zip(error)).filter(|bar| ends_of(*bar)).count();
     let farthest = taps.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
     let unit = if panel.y.unit.is_empty() { String::new() } else { format!(" {}", panel.y.unit) };
     let mut words = Vec::new();
@@ -64,44 +75,55 @@ pub fn cut(mut panel: Panel, bulk: &str) -> Panel {
         });
     }
     if bars > 0 {
-        words.push(format!("{bars} ends of bars"));
+        words.push(format!("the bars of {bars}"));
     }
     panel.beyond = format!("beyond the axis: {}", words.join(", "));
-    panel.y.ends = Some(reach);
+    panel.y.ends = Some(ends);
     panel
-}
-
-/// Ends that hold all of `bulk`, where other points would make the axis much longer.
-fn suspects<'a>(bulk: &[f64], all: impl Iterator<Item = &'a f64>) -> Option<[f64; 2]> {
-    let reach = |[a, b]: [f64; 2], x: f64| if x.is_finite() { [a.min(x), b.max(x)] } else { [a, b] };
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
-    let [low, high] = bulk.iter().copied().fold(none, reach);
-    let [least, most] = all.copied().fold([low, high], reach);
-    let room = 0.08 * (high - low);
-    (high > low && most - least > WORTH * (high - low)).then(|| [low - room, high + room])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::{Axis, Marker, Path};
+
+    /// A panel of used taps with bars and one suspect.
+    fn panel(used: &[f64], error: &[f64], suspect: f64) -> Panel {
+        let path = |name: &str, y: &[f64]| Path::new(name, 0, y.iter().map(|y| (1.0, *y)));
+        let mut marks =
+            [("used", used), ("suspect", &[suspect])].map(|(n, y)| Mark::points(path(n, y), Marker::Circle));
+        if let Mark::Points { error: bars, .. } = &mut marks[0] {
+            *bars = error.to_vec();
+        }
+        let panel = Panel::new("", Axis::new("a", "mm"), Axis::new("error", "mm"));
+        cut(marks.into_iter().fold(panel, Panel::with), "used")
+    }
 
     #[test]
-    fn only_what_is_far_from_the_bulk_is_cut() {
+    fn a_few_points_far_away_do_not_flatten_the_rest() {
         let bulk: Vec<f64> = (0..50).map(|i| (f64::from(i) * 0.7).sin()).collect();
-        assert_eq!(ends(&bulk), None);
-        for outliers in [1, 3, 5] {
+        assert_eq!(panel(&bulk, &[], 1.2).y.ends, None);
+        for outliers in [0, 1, 3, 5] {
             let mut all = bulk.clone();
             all.extend((0..outliers).map(|i| 80.0 + f64::from(i)));
-            let [low, high] = ends(&all).expect("cut");
+            let p = panel(&all, &[], -300.0);
+            let [low, high] = p.y.ends.expect("cut");
             assert!(
                 bulk.iter().all(|x| (low..=high).contains(x)) && high < 1.5 && low > -1.5,
                 "{low} {high}"
             );
+            let told = match outliers {
+                0 => "beyond the axis: 1 tap, at −300 mm".to_owned(),
+                n => format!("beyond the axis: {} taps, the farthest at −300 mm", n + 1),
+            };
+            assert_eq!(p.beyond, told);
         }
-        // Values that are spread evenly over decades are no outliers, nor is one value alone.
-        assert_eq!(ends(&[0.5; 20]), None);
-        assert_eq!(ends(&[]), None);
+        // Nor do a few bars; what is spread evenly has no outliers, and one value alone has no bulk.
+        let bars: Vec<f64> = (0..50).map(|i| if i % 10 == 0 { 90.0 } else { 0.2 }).collect();
+        let p = panel(&bulk, &bars, 0.0);
+        assert!(p.y.ends.is_some_and(|[low, high]| low > -2.0 && high < 2.0), "{:?}", p.y.ends);
+        assert_eq!(p.beyond, "beyond the axis: the bars of 5");
         let even: Vec<f64> = (0..100).map(f64::from).collect();
-        assert_eq!(ends(&even), None);
+        assert_eq!((panel(&even, &[], 1.0).y.ends, panel(&[0.5; 20], &[], 9.0).y.ends), (None, None));
     }
 }

@@ -74,8 +74,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         "Largest strain over the distances (tap.csv).",
         vec![optimum(strain, "strain_max")],
     ));
+    if let Some(best) = result["optimum"][drive].as_f64() {
+        c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));
+    }
     for (name, key) in [
-        ("best tap", drive),
         ("total error, mm", "total_rms_mm"),
         ("bias, mm", "bias_rms_mm"),
         ("noise, mm", "noise_rms_mm"),

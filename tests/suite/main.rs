@@ -39,6 +39,7 @@ mod pair;
 mod palette;
 mod parquet;
 mod parts;
+mod pictures;
 mod planned;
 mod practical;
 mod read_rows;
