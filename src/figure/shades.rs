@@ -40,39 +40,3 @@ impl Shades {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::data::{Axis, Figure, Mark, Panel};
-    use super::super::drawing::Item;
-    use super::super::{Style, sheet};
-    use super::*;
-
-    #[test]
-    fn a_map_of_three_values_has_three_colours() {
-        let cells = |z: Vec<f64>| Cells {
-            x: (0..=z.len()).map(|i| i as f64).collect(),
-            y: vec![0.0, 1.0],
-            z,
-            of: Axis::new("v", ""),
-        };
-        let colours = |z: Vec<f64>| {
-            let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(Mark::Cells(cells(z)));
-            let d = sheet::lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
-            let fills = d.items.into_iter().filter_map(|item| match item {
-                Item::Path { fill, clip: Some(_), .. } => fill,
-                _ => None,
-            });
-            fills.collect::<std::collections::HashSet<_>>()
-        };
-        // Of the map and of the scale beside it; values that differ in their last digit are one.
-        for third in [3.0, 3000.0] {
-            let z = vec![1.0, 2.0, third, 2.0, 2.0 * (1.0 + f64::EPSILON), f64::NAN, 1.0];
-            assert_eq!(colours(z).len(), 3);
-        }
-        assert_eq!(colours(vec![5.0; 4]).len(), 1);
-        assert!(colours((0..20).map(f64::from).collect()).len() > 20);
-        let Shades::Bands(values) = Shades::of(&cells(vec![7.0, 1.0, 7.0])) else { panic!("bands") };
-        assert_eq!(values, [1.0, 7.0]);
-    }
-}

@@ -183,7 +183,7 @@ fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::data::{Axis, Parallel, Path};
-    use super::super::drawing::{Item, Step};
+    use super::super::drawing::Item;
     use super::super::font::Font;
     use super::*;
 
@@ -276,31 +276,6 @@ mod tests {
                 words.contains("a limit is broken") && words.matches("spread of").count() == 2,
                 "{words}"
             );
-        }
-    }
-
-    #[test]
-    fn a_panel_to_scale_holds_all_of_its_data() {
-        for (wide, high) in [(10.0, 1.0), (1.0, 10.0), (3.0, 4.0)] {
-            let corners = [(0.0, 0.0), (wide, 0.0), (wide, high), (0.0, high)];
-            let path = Path::new("box", 0, corners);
-            let mut panel = Panel::new("", Axis::new("x", "mm"), Axis::new("y", "mm"))
-                .with(Mark::Area { path, outlined: true });
-            panel.to_scale = true;
-            let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
-            let Some(Item::Path { steps, clip: Some([x, y, w, h]), .. }) =
-                d.items.iter().find(|item| matches!(item, Item::Path { fill: Some(_), clip: Some(_), .. }))
-            else {
-                panic!("an area")
-            };
-            let at = |step: &Step| match step {
-                Step::To(p) | Step::Line(p) => Some(*p),
-                _ => None,
-            };
-            let points: Vec<[f64; 2]> = steps.iter().filter_map(at).collect();
-            assert!(points.iter().all(|p| (*x..=x + w).contains(&p[0]) && (*y..=y + h).contains(&p[1])));
-            let long = |k: usize, i: usize, j: usize| (points[i][k] - points[j][k]).abs();
-            assert!((long(0, 0, 1) / long(1, 1, 2) - wide / high).abs() < 1e-9, "{wide} × {high}");
         }
     }
 

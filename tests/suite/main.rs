@@ -37,6 +37,7 @@ mod optimise_errors;
 mod own_model;
 mod pair;
 mod palette;
+mod paper;
 mod parquet;
 mod parts;
 mod pictures;
