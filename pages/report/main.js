@@ -92,6 +92,10 @@ function themes() {
     });
     return button;
 }
+/** A sentence whose numbers stay with their symbols and units. */
+function unbroken(words) {
+    return words.replace(/ = | (?=(mm|ns|N|%)(?![a-z]))/g, (gap) => gap.replaceAll(" ", "\u00a0"));
+}
 function pairs(rows) {
     return element("dl", {}, ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
 }
@@ -99,7 +103,7 @@ function page() {
     document.head.append(element("style", {}, colours()));
     const contents = data.figures.map((f, i) => element("a", { href: `#${f.name}` }, `${i + 1}. ${f.title}`));
     const tables = data.tables.map((t, i) => element("section", { id: `table${i}` }, element("h2", {}, t.file), ...(t.linked && data.figures.some((f) => f.name === "parallel") ? [element("p", { class: "hint" }, "Linked to the parallel coordinates and the trade-off: what is kept there is shown here.")] : []), new TableView(t).box));
-    const main = element("main", {}, element("header", {}, element("h1", {}, document.title), themes()), ...(data.answer === "" ? [] : [element("p", { class: "answer" }, data.answer)]), ...(data.facts.length > 0 ? [pairs(data.facts)] : []), ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []), element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))), ...data.figures.map((f, i) => section(f, i + 1)), ...tables, element("section", { id: "made" }, element("h2", {}, "Made from"), pairs(data.made), ...(data.spec === null || data.spec === "" ? [] : [element("details", {}, element("summary", {}, "the spec"), element("pre", {}, data.spec))])));
+    const main = element("main", {}, element("header", {}, element("h1", {}, document.title), themes()), ...(data.answer === "" ? [] : [element("p", { class: "answer" }, unbroken(data.answer))]), ...(data.facts.length > 0 ? [pairs(data.facts)] : []), ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []), element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))), ...data.figures.map((f, i) => section(f, i + 1)), ...tables, element("section", { id: "made" }, element("h2", {}, "Made from"), pairs(data.made), ...(data.spec === null || data.spec === "" ? [] : [element("details", {}, element("summary", {}, "the spec"), element("pre", {}, data.spec))])));
     tip.hidden = true;
     document.body.append(main, tip);
 }

@@ -85,6 +85,11 @@ function themes(): HTMLElement {
     return button;
 }
 
+/** A sentence whose numbers stay with their symbols and units. */
+function unbroken(words: string): string {
+    return words.replace(/ = | (?=(mm|ns|N|%)(?![a-z]))/g, (gap) => gap.replaceAll(" ", "\u00a0"));
+}
+
 function pairs(rows: [string, string][]): HTMLElement {
     return element("dl", {}, ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
 }
@@ -98,7 +103,7 @@ function page(): void {
             new TableView(t).box));
     const main = element("main", {},
         element("header", {}, element("h1", {}, document.title), themes()),
-        ...(data.answer === "" ? [] : [element("p", { class: "answer" }, data.answer)]),
+        ...(data.answer === "" ? [] : [element("p", { class: "answer" }, unbroken(data.answer))]),
         ...(data.facts.length > 0 ? [pairs(data.facts)] : []),
         ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []),
         element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))),
