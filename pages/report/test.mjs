@@ -88,7 +88,7 @@ async function whole(page, where) {
 async function headings(page, where, width) {
     const wide = await page.$$eval("h1, h2, .answer, svg .title, svg .label", (all, width) => all.filter((e) => {
         const box = e.getBoundingClientRect();
-        return e.closest(".wide") === null && (box.left < 0 || box.right > width);
+        return e.textContent !== "" && e.closest(".wide") === null && (box.left < 0 || box.right > width);
     }).map((e) => e.textContent), width);
     assert.deepEqual(wide, [], `${where}: headings wider than the window`);
     const [answer, after] = await page.$eval("main > header", (e) => [e.nextElementSibling.className, e.nextElementSibling.textContent]);

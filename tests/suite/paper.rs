@@ -33,7 +33,8 @@ fn on_lines(d: &Drawing) -> Vec<[f64; 2]> {
 fn words_lie_on_no_curve() {
     let mut written = 0;
     for case in 0..40 {
-        let wave = |i: usize, x: f64| (x * (1.0 + 0.3 * case as f64) + 2.0 * i as f64).sin() + 0.4 * i as f64;
+        let wave =
+            |i: usize, x: f64| (x * (0.2 + 0.04 * case as f64) + 2.0 * i as f64).sin() + 0.4 * i as f64;
         let curve = |i: usize| (0..200).map(move |k| f64::from(k) / 20.0).map(move |x| (x, wave(i, x)));
         let x = 0.25 * f64::from(case);
         let mut panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(Mark::Rule {
