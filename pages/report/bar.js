@@ -16,16 +16,50 @@ const LABEL = 12.5;
 function longest(words) {
     return Math.max(0, ...words.map((w) => measured(w, TICK)));
 }
+/** Different values of a map of which each has a colour: as src/figure/shades.rs. */
+const FEW = 6;
+/** What the colours of a map mean: a scale, or a band for each of few values. */
+class Shades {
+    scale;
+    bands;
+    constructor(scale, bands) {
+        this.scale = scale;
+        this.bands = bands;
+    }
+    static of(cells) {
+        const bands = [];
+        for (const z of cells.z.filter((z) => z !== null).sort((a, b) => a - b)) {
+            const last = bands.at(-1);
+            if (last === undefined || z - last > 1e-9 * Math.max(Math.abs(last), Math.abs(z)))
+                bands.push(z);
+        }
+        return bands.length > 0 && bands.length <= FEW ? new Shades(null, bands) : Shades.along(Scale.of(cells.of, cells.z, true));
+    }
+    static along(scale) {
+        return new Shades(scale, []);
+    }
+    /** Colour of a value. */
+    colour(z) {
+        if (this.scale !== null)
+            return shade(this.scale.share(z));
+        const off = this.bands.map((b) => Math.abs(b - (z ?? NaN)));
+        return shade(off.indexOf(Math.min(...off)) / (Math.max(this.bands.length, 2) - 1));
+    }
+}
 /** A scale of colours. */
 class Bar {
     of;
-    scale;
-    constructor(of, scale) {
+    shades;
+    constructor(of, shades) {
         this.of = of;
-        this.scale = scale;
+        this.shades = shades;
     }
+    /** Shares of the height with their words. */
     ticks() {
-        return this.scale.ticks(5);
+        const { scale, bands } = this.shades;
+        if (scale !== null)
+            return scale.ticks(5).map(([x, words]) => [scale.share(x), words]);
+        return bands.map((x, i) => [(i + 0.5) / bands.length, alone(x)]);
     }
     /** Width that it takes, px. */
     wide() {
@@ -33,13 +67,16 @@ class Bar {
     }
     /** Draws it from `left` on. */
     draw(svg, left, top, high) {
-        const [from, steps] = [left + 10, 48];
+        const { bands } = this.shades;
+        // Bands have gaps between them, steps of a scale overlap by a hair.
+        const [from, steps, more] = bands.length > 0 ? [left + 10, bands.length, -1.5] : [left + 10, 48, 0.2];
         for (let i = 0; i < steps; i++) {
             const step = high / steps;
-            svg.append(drawn("rect", { x: from, y: top + high - (i + 1) * step - 0.2, width: 10, height: step + 0.4, style: `fill: ${shade((i + 0.5) / steps)}` }));
+            const fill = bands.length > 0 ? this.shades.colour(bands[i]) : shade((i + 0.5) / steps);
+            svg.append(drawn("rect", { x: from, y: top + high - (i + 1) * step - more, width: 10, height: step + 2 * more, style: `fill: ${fill}` }));
         }
-        for (const [value, words] of this.ticks()) {
-            svg.append(drawn("text", { x: from + 14, y: top + (1 - this.scale.share(value)) * high + 4, class: "tick" }, words));
+        for (const [share, words] of this.ticks()) {
+            svg.append(drawn("text", { x: from + 14, y: top + (1 - share) * high + 4, class: "tick" }, words));
         }
         const [x, y] = [left + this.wide() - 5, top + high / 2];
         svg.append(drawn("text", { x, y, class: "label", "text-anchor": "middle", transform: `rotate(-90 ${x} ${y})` }, text(this.of)));

@@ -30,23 +30,19 @@ function spoken(x) {
 /** A quantity with its symbol and unit. */
 function told(axis, x) {
     const word = axis.words[Math.round(x ?? -1)];
-    if (word !== undefined)
+    if (word !== undefined && axis.label === "")
         return word;
     const unit = axis.unit === "" || axis.unit === "°" ? axis.unit : ` ${axis.unit}`;
-    return `${axis.label === "" ? "value" : axis.label} = ${spoken(x)}${unit}`;
+    return `${axis.label === "" ? "value" : axis.label} = ${word ?? spoken(x)}${unit}`;
 }
-const CIVIDIS = [
-    [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [254, 232, 56],
-];
-/** Colour of a share 0 … 1 of the scale of maps; grey where there is none. */
+/** Colour of a share 0 … 1 of the scale of maps, whose stops the theme gives; grey where there is none. */
 function shade(share) {
     if (Number.isNaN(share))
         return "var(--soft)";
-    const last = CIVIDIS.length - 1;
+    const last = data.map.light.length - 1;
     const at = Math.min(1, Math.max(0, share)) * last;
     const i = Math.min(Math.floor(at), last - 1);
-    const [a, b] = [CIVIDIS[i], CIVIDIS[i + 1]];
-    return `rgb(${a.map((x, k) => Math.round(x + (b[k] - x) * (at - i))).join(" ")})`;
+    return `color-mix(in srgb, var(--m${i + 1}) ${(100 * (at - i)).toFixed(2)}%, var(--m${i}))`;
 }
 /** Rows of the linked table that are chosen (null: all), and the one that is pointed at. */
 class Choice {

@@ -4,7 +4,7 @@ type Value = number | null;
 
 interface Axis { label: string; unit: string; log: boolean; words: string[]; ends: [number, number] | null; whole: boolean }
 interface Path { name: string; colour: number; x: Value[]; y: Value[] }
-type Marker = "circle" | "square" | "triangle" | "diamond" | "cross" | "ring";
+type Marker = "circle" | "square" | "triangle" | "diamond" | "down" | "plus" | "star" | "hourglass" | "cross" | "ring" | "arrow";
 interface Line extends Path { kind: "line"; dash: number; marker: Marker | null }
 interface Points extends Path { kind: "points"; marker: Marker; error: Value[]; rows: number[]; notes: string[] }
 interface Bars extends Path { kind: "bars"; among: [number, number] }
@@ -13,7 +13,7 @@ interface Cells { kind: "cells"; x: number[]; y: number[]; z: Value[]; of: Axis 
 interface Rule { kind: "rule"; along: "x" | "y"; at: number; name: string; colour: number; dash: number }
 interface Note { kind: "note"; x: number; y: number; text: string }
 type Mark = Line | Points | Bars | Area | Cells | Rule | Note;
-interface Panel { title: string; x: Axis; y: Axis; to_scale: boolean; marks: Mark[] }
+interface Panel { title: string; x: Axis; y: Axis; to_scale: boolean; marks: Mark[]; beyond: string }
 interface Parallel { axes: Axis[]; values: Value[][]; colour: number; muted: boolean[]; why: string }
 interface Figure { name: string; title: string; caption: string; panels: Panel[]; columns: number; parallel: Parallel | null }
 interface Table {
@@ -22,7 +22,12 @@ interface Table {
 }
 interface Data {
     made: [string, string][]; facts: [string, string][]; notes: string[]; figures: Figure[]; tables: Table[];
-    spec: string | null; colours: string[]; no_value: string;
+    spec: string | null; no_value: string; answer: string;
+    colours: { light: string[]; dark: string[] };
+    /** Stops of the scale of maps: red, green, blue. */
+    map: { light: [number, number, number][]; dark: [number, number, number][] };
+    /** Corners and strokes of markers of radius 1. */
+    markers: Record<string, [[number, number][], [number, number][][]]>;
 }
 
 const data: Data = JSON.parse(document.getElementById("data")!.textContent!);
@@ -60,23 +65,18 @@ function spoken(x: Value | undefined): string {
 /** A quantity with its symbol and unit. */
 function told(axis: Axis, x: Value | undefined): string {
     const word = axis.words[Math.round(x ?? -1)];
-    if (word !== undefined) return word;
+    if (word !== undefined && axis.label === "") return word;
     const unit = axis.unit === "" || axis.unit === "°" ? axis.unit : ` ${axis.unit}`;
-    return `${axis.label === "" ? "value" : axis.label} = ${spoken(x)}${unit}`;
+    return `${axis.label === "" ? "value" : axis.label} = ${word ?? spoken(x)}${unit}`;
 }
 
-const CIVIDIS: [number, number, number][] = [
-    [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115], [138, 134, 120], [165, 156, 116], [195, 179, 105], [254, 232, 56],
-];
-
-/** Colour of a share 0 … 1 of the scale of maps; grey where there is none. */
+/** Colour of a share 0 … 1 of the scale of maps, whose stops the theme gives; grey where there is none. */
 function shade(share: number): string {
     if (Number.isNaN(share)) return "var(--soft)";
-    const last = CIVIDIS.length - 1;
+    const last = data.map.light.length - 1;
     const at = Math.min(1, Math.max(0, share)) * last;
     const i = Math.min(Math.floor(at), last - 1);
-    const [a, b] = [CIVIDIS[i]!, CIVIDIS[i + 1]!];
-    return `rgb(${a.map((x, k) => Math.round(x + (b[k]! - x) * (at - i))).join(" ")})`;
+    return `color-mix(in srgb, var(--m${i + 1}) ${(100 * (at - i)).toFixed(2)}%, var(--m${i}))`;
 }
 
 /** Rows of the linked table that are chosen (null: all), and the one that is pointed at. */

@@ -1,5 +1,7 @@
 "use strict";
 // The page: what it was made from, figures, tables, the spec.
+/** Place of the ink among the colours. */
+const INK = 4;
 /** Names of a figure with their looks; a click hides what has the name. */
 function key(figure, hidden, redraw) {
     const entries = new Map();
@@ -20,8 +22,9 @@ function key(figure, hidden, redraw) {
             entry.area ??= looks(m);
     }
     const list = element("div", { class: "key" });
+    const sign = (...parts) => drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, ...parts);
     for (const [name, look] of entries) {
-        const svg = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" });
+        const svg = sign();
         if (look.area !== undefined)
             svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: look.area }));
         if (look.line !== undefined)
@@ -37,9 +40,12 @@ function key(figure, hidden, redraw) {
         });
         list.append(button);
     }
+    for (const { beyond } of figure.panels) {
+        if (beyond !== "")
+            list.append(element("span", {}, sign(spot("arrow", 13, 7, 3.2, INK)), beyond));
+    }
     if (figure.panels.some((p) => p.marks.some((m) => m.kind === "cells" && m.z.includes(null)))) {
-        const empty = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" }));
-        list.append(element("span", {}, empty, data.no_value));
+        list.append(element("span", {}, sign(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" })), data.no_value));
     }
     return list;
 }
@@ -70,11 +76,12 @@ function section(figure, number) {
     return made;
 }
 function colours() {
-    const light = data.colours.map((c, i) => `--c${i}: ${c};`).join(" ");
-    // On dark ground black turns white, and the darker colours lighter.
-    const pale = { "#000000": "#f2f2f2", "#0072B2": "#4aa3df", "#7F7F7F": "#a5a5a5" };
-    const dark = data.colours.map((c, i) => `--c${i}: ${pale[c] ?? c};`).join(" ");
-    const each = data.colours.map((_, i) => `.f${i} { fill: var(--c${i}); } .s${i} { stroke: var(--c${i}); fill: none; } .a${i} { fill: var(--c${i}); stroke: var(--c${i}); }`);
+    const of = (theme) => [
+        ...data.colours[theme].map((c, i) => `--c${i}: ${c};`),
+        ...data.map[theme].map((c, i) => `--m${i}: rgb(${c.join(" ")});`),
+    ].join(" ");
+    const [light, dark] = [of("light"), of("dark")];
+    const each = data.colours.light.map((_, i) => `.f${i} { fill: var(--c${i}); } .s${i} { stroke: var(--c${i}); fill: none; } .a${i} { fill: var(--c${i}); stroke: var(--c${i}); }`);
     return `:root { ${light} } @media (prefers-color-scheme: dark) { :root:not([data-theme=light]) { ${dark} } } :root[data-theme=dark] { ${dark} } ${each.join(" ")}`;
 }
 function themes() {
@@ -85,6 +92,10 @@ function themes() {
     });
     return button;
 }
+/** A sentence whose numbers stay with their symbols and units. */
+function unbroken(words) {
+    return words.replace(/ = | (?=(mm|ns|N|%)(?![a-z]))/g, (gap) => gap.replaceAll(" ", "\u00a0"));
+}
 function pairs(rows) {
     return element("dl", {}, ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
 }
@@ -92,7 +103,7 @@ function page() {
     document.head.append(element("style", {}, colours()));
     const contents = data.figures.map((f, i) => element("a", { href: `#${f.name}` }, `${i + 1}. ${f.title}`));
     const tables = data.tables.map((t, i) => element("section", { id: `table${i}` }, element("h2", {}, t.file), ...(t.linked && data.figures.some((f) => f.name === "parallel") ? [element("p", { class: "hint" }, "Linked to the parallel coordinates and the trade-off: what is kept there is shown here.")] : []), new TableView(t).box));
-    const main = element("main", {}, element("header", {}, element("h1", {}, document.title), themes()), ...(data.facts.length > 0 ? [pairs(data.facts)] : []), ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []), element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))), ...data.figures.map((f, i) => section(f, i + 1)), ...tables, element("section", { id: "made" }, element("h2", {}, "Made from"), pairs(data.made), ...(data.spec === null || data.spec === "" ? [] : [element("details", {}, element("summary", {}, "the spec"), element("pre", {}, data.spec))])));
+    const main = element("main", {}, element("header", {}, element("h1", {}, document.title), themes()), ...(data.answer === "" ? [] : [element("p", { class: "answer" }, unbroken(data.answer))]), ...(data.facts.length > 0 ? [pairs(data.facts)] : []), ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []), element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))), ...data.figures.map((f, i) => section(f, i + 1)), ...tables, element("section", { id: "made" }, element("h2", {}, "Made from"), pairs(data.made), ...(data.spec === null || data.spec === "" ? [] : [element("details", {}, element("summary", {}, "the spec"), element("pre", {}, data.spec))])));
     tip.hidden = true;
     document.body.append(main, tip);
 }

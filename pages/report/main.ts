@@ -1,5 +1,8 @@
 // The page: what it was made from, figures, tables, the spec.
 
+/** Place of the ink among the colours. */
+const INK = 4;
+
 /** Names of a figure with their looks; a click hides what has the name. */
 function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLElement {
     const entries = new Map<string, { line?: [number, number]; spot?: [number, Marker]; area?: string }>();
@@ -14,8 +17,9 @@ function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLEleme
         if (m.kind === "area") entry.area ??= looks(m);
     }
     const list = element("div", { class: "key" });
+    const sign = (...parts: SVGElement[]) => drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, ...parts);
     for (const [name, look] of entries) {
-        const svg = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" });
+        const svg = sign();
         if (look.area !== undefined) svg.append(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: look.area }));
         if (look.line !== undefined) svg.append(drawn("path", { d: "M1 7h24", class: `s${look.line[0]} line`, "stroke-dasharray": DASHES[look.line[1]] ?? "" }));
         if (look.spot !== undefined) svg.append(spot(look.spot[1], 13, 7, 3.2, look.spot[0]));
@@ -27,9 +31,11 @@ function key(figure: Figure, hidden: Set<string>, redraw: () => void): HTMLEleme
         });
         list.append(button);
     }
+    for (const { beyond } of figure.panels) {
+        if (beyond !== "") list.append(element("span", {}, sign(spot("arrow", 13, 7, 3.2, INK)), beyond));
+    }
     if (figure.panels.some((p) => p.marks.some((m) => m.kind === "cells" && m.z.includes(null)))) {
-        const empty = drawn("svg", { width: 26, height: 14, "aria-hidden": "true" }, drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" }));
-        list.append(element("span", {}, empty, data.no_value));
+        list.append(element("span", {}, sign(drawn("rect", { x: 4, y: 2, width: 18, height: 10, class: "edge" })), data.no_value));
     }
     return list;
 }
@@ -61,11 +67,12 @@ function section(figure: Figure, number: number): HTMLElement {
 }
 
 function colours(): string {
-    const light = data.colours.map((c, i) => `--c${i}: ${c};`).join(" ");
-    // On dark ground black turns white, and the darker colours lighter.
-    const pale: Record<string, string> = { "#000000": "#f2f2f2", "#0072B2": "#4aa3df", "#7F7F7F": "#a5a5a5" };
-    const dark = data.colours.map((c, i) => `--c${i}: ${pale[c] ?? c};`).join(" ");
-    const each = data.colours.map((_, i) => `.f${i} { fill: var(--c${i}); } .s${i} { stroke: var(--c${i}); fill: none; } .a${i} { fill: var(--c${i}); stroke: var(--c${i}); }`);
+    const of = (theme: "light" | "dark") => [
+        ...data.colours[theme].map((c, i) => `--c${i}: ${c};`),
+        ...data.map[theme].map((c, i) => `--m${i}: rgb(${c.join(" ")});`),
+    ].join(" ");
+    const [light, dark] = [of("light"), of("dark")];
+    const each = data.colours.light.map((_, i) => `.f${i} { fill: var(--c${i}); } .s${i} { stroke: var(--c${i}); fill: none; } .a${i} { fill: var(--c${i}); stroke: var(--c${i}); }`);
     return `:root { ${light} } @media (prefers-color-scheme: dark) { :root:not([data-theme=light]) { ${dark} } } :root[data-theme=dark] { ${dark} } ${each.join(" ")}`;
 }
 
@@ -76,6 +83,11 @@ function themes(): HTMLElement {
         document.documentElement.dataset.theme = dark === "dark" ? "light" : "dark";
     });
     return button;
+}
+
+/** A sentence whose numbers stay with their symbols and units. */
+function unbroken(words: string): string {
+    return words.replace(/ = | (?=(mm|ns|N|%)(?![a-z]))/g, (gap) => gap.replaceAll(" ", "\u00a0"));
 }
 
 function pairs(rows: [string, string][]): HTMLElement {
@@ -91,6 +103,7 @@ function page(): void {
             new TableView(t).box));
     const main = element("main", {},
         element("header", {}, element("h1", {}, document.title), themes()),
+        ...(data.answer === "" ? [] : [element("p", { class: "answer" }, unbroken(data.answer))]),
         ...(data.facts.length > 0 ? [pairs(data.facts)] : []),
         ...(data.notes.length > 0 ? [element("ul", { class: "notes" }, ...data.notes.map((n) => element("li", {}, n)))] : []),
         element("nav", { "aria-label": "Figures and tables" }, ...contents, ...data.tables.map((t, i) => element("a", { href: `#table${i}` }, t.file))),

@@ -15,22 +15,37 @@ function through(points, closed = false) {
     }
     return closed && d !== "" ? `${d}Z` : d;
 }
-const SHAPES = {
-    square: [[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
-    triangle: [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
-    diamond: [[0, -1.3], [1.3, 0], [0, 1.3], [-1.3, 0]],
-    cross: [],
-};
 function spot(marker, x, y, r, colour) {
     if (marker === "circle")
         return drawn("circle", { cx: x, cy: y, r, class: `f${colour}` });
     if (marker === "ring")
         return drawn("circle", { cx: x, cy: y, r: 1.8 * r, class: `s${colour} ring` });
-    if (marker === "cross") {
-        const d = through([[x - r, y - r], [x + r, y + r]]) + through([[x - r, y + r], [x + r, y - r]]);
-        return drawn("path", { d, class: `s${colour}` });
-    }
-    return drawn("path", { d: through(SHAPES[marker].map(([u, v]) => [x + u * r, y + v * r]), true), class: `f${colour}` });
+    const [corners, strokes] = data.markers[marker] ?? [[], []];
+    const place = (all) => all.map(([u, v]) => [x + u * r, y + v * r]);
+    if (strokes.length > 0)
+        return drawn("path", { d: strokes.map((ends) => through(place(ends))).join(""), class: `s${colour}` });
+    return drawn("path", { d: through(place(corners), true), class: `f${colour}` });
+}
+/** A point; an arrow at the edge where it lies above or below the panel. */
+function placed(place, marker, [x, y], r, colour) {
+    const [over, under] = [y < place.top - 0.5, y > place.top + place.high + 0.5];
+    if (over || under)
+        return spot("arrow", x, over ? place.top + 2 * r : place.top + place.high - 2 * r, over ? r : -r, colour);
+    return spot(marker, x, y, r, colour);
+}
+/** Points of a line of which more are not all marked, and how far apart its markers then are, px. */
+const CROWD = [60, 26];
+/** Which points of a line are marked: all, or of many those with room between them. */
+function marked(points) {
+    let since = Infinity;
+    return points.map(([x, y], i) => {
+        const by = i === 0 ? 0 : Math.hypot(x - points[i - 1][0], y - points[i - 1][1]);
+        since += Number.isFinite(by) ? by : 0;
+        const shown = Number.isFinite(x + y) && (points.length <= CROWD[0] || since >= CROWD[1]);
+        if (shown)
+            since = 0;
+        return shown;
+    });
 }
 /** Classes of an area. */
 function looks(area) {
@@ -44,15 +59,17 @@ function mark(into, place, panel, m) {
     const point = (p, i, [x, y], more = [], row = null) => {
         if (!Number.isFinite(x) || !Number.isFinite(y))
             return;
-        spots.push({ x, y, row, words: [p.name, told(panel.x, p.x[i]), told(panel.y, p.y[i]), ...more].filter((w) => w !== "") });
+        const edge = Math.min(Math.max(y, place.top), place.top + place.high);
+        spots.push({ x, y: edge, row, words: [p.name, told(panel.x, p.x[i]), told(panel.y, p.y[i]), ...more].filter((w) => w !== "") });
     };
     switch (m.kind) {
         case "line": {
             const points = paired(m);
             into.append(drawn("path", { d: through(points), class: `s${m.colour} line`, "stroke-dasharray": DASHES[m.dash] ?? "" }));
+            const shown = marked(points);
             points.forEach((p, i) => {
-                if (m.marker !== null && Number.isFinite(p[0] + p[1]))
-                    into.append(spot(m.marker, p[0], p[1], 3, m.colour));
+                if (m.marker !== null && shown[i])
+                    into.append(placed(place, m.marker, p, 3, m.colour));
                 point(m, i, p);
             });
             break;
@@ -68,7 +85,7 @@ function mark(into, place, panel, m) {
                     const ends = [-1, 1].map((s) => at(place, m.x[i], m.y[i] + s * error));
                     group.append(drawn("path", { d: through(ends), class: `s${m.colour} bar` }));
                 }
-                group.append(spot(m.marker, p[0], p[1], size, m.colour));
+                group.append(placed(place, m.marker, p, size, m.colour));
                 const row = m.rows[i] ?? null;
                 if (row !== null)
                     group.dataset.row = String(row);
@@ -94,14 +111,18 @@ function mark(into, place, panel, m) {
             into.append(drawn("path", { d: through(paired(m), true), class: looks(m) }));
             break;
         case "cells": {
-            const scale = Scale.of(m.of, m.z, true);
+            const shades = Shades.of(m);
             const columns = m.x.length - 1;
+            // Along an axis of few values cells are bands with gaps between them.
+            const less = [panel.x, panel.y].map((a) => (a.words.length > 0 ? 0.04 : 0));
             m.z.forEach((z, k) => {
                 const [i, j] = [k % columns, Math.floor(k / columns)];
                 const [[x0, y0], [x1, y1]] = [at(place, m.x[i], m.y[j]), at(place, m.x[i + 1], m.y[j + 1])];
                 if (z === null || !Number.isFinite(x0 + y0 + x1 + y1))
                     return;
-                into.append(drawn("rect", { x: x0, y: y1, width: x1 - x0 + 0.3, height: y0 - y1 + 0.3, "shape-rendering": "crispEdges", style: `fill: ${shade(scale.share(z))}` }));
+                const span = (from, long, off) => (off > 0 ? [from + off * long, (1 - 2 * off) * long] : [from, long + 0.3]);
+                const [[x = 0, width = 0], [y = 0, height = 0]] = [span(x0, x1 - x0, less[0]), span(y1, y0 - y1, less[1])];
+                into.append(drawn("rect", { x, y, width, height, "shape-rendering": "crispEdges", style: `fill: ${shades.colour(z)}` }));
                 const middle = (a, b) => (a + b) / 2;
                 spots.push({
                     x: middle(x0, x1), y: middle(y0, y1), row: null,
@@ -117,12 +138,9 @@ function mark(into, place, panel, m) {
             into.append(drawn("path", { d: through(ends), class: `s${m.colour} rule`, "stroke-dasharray": DASHES[m.dash] ?? "" }));
             break;
         }
-        case "note": {
-            const [x, y] = at(place, m.x, m.y);
-            const right = x > place.left + 0.6 * place.wide;
-            into.append(drawn("text", { x: x + (right ? -7 : 7), y: y - 6, class: "note", "text-anchor": right ? "end" : "start" }, m.text));
+        // Words come last, where they have room.
+        case "note":
             break;
-        }
     }
     return spots;
 }

@@ -39,6 +39,8 @@ class PanelView {
     readonly box = element("div", { class: "panel" });
     private readonly hidden: Set<string>;
     private readonly logs: { x: boolean; y: boolean };
+    /** Also what lies beyond the ends of a cut axis is shown. */
+    private whole = false;
     private spots: Spot[] = [];
     private at = -1;
     private ring: SVGElement | null = null;
@@ -55,11 +57,13 @@ class PanelView {
         const marks = p.marks.filter((m) => !("name" in m) || !this.hidden.has(m.name));
         const points = p.marks.flatMap(reach);
         const mapped = p.marks.find((m): m is Cells => m.kind === "cells");
-        const axis = (a: Axis, log: boolean) => ({ ...a, log, ends: log === a.log ? a.ends : null });
+        const axis = (a: Axis, log: boolean) => ({ ...a, log, ends: log === a.log && !(this.whole && a === p.y) ? a.ends : null });
         const x = Scale.of(axis(p.x, this.logs.x), points.map((q) => q[0]), mapped !== undefined);
         const y = Scale.of(axis(p.y, this.logs.y), points.map((q) => q[1]), mapped !== undefined);
-        const bar = mapped === undefined ? null : new Bar(mapped.of, Scale.of(mapped.of, mapped.z, true));
-        const [right, top] = [bar === null ? 12 : bar.wide(), p.title === "" ? 8 : 24];
+        const bar = mapped === undefined ? null : new Bar(mapped.of, Shades.of(mapped));
+        // Titles that are longer than the panel is wide have more lines.
+        const [title, below] = [broken(p.title, wide, LABEL), broken(text(p.x), wide, LABEL)];
+        const [right, top] = [bar === null ? 12 : bar.wide(), 8 + LINE * title.length];
         // Words are cut where they would take half the panel; numbers never are. How many there are depends on the height.
         let place = this.place(wide, { left: 62, right, top, x, y });
         for (let again = 0; again < 3; again++) {
@@ -71,14 +75,17 @@ class PanelView {
         const { left, wide: inside, high } = place;
         const turned = p.x.words.length > 6 ? 60 : 0;
         const svg = drawn("svg", {
-            width: wide, height: top + high + 42 + turned, tabindex: "0", role: "img",
+            width: wide, height: top + high + 26 + turned + LINE * below.length, tabindex: "0", role: "img",
             "aria-label": `${p.title} ${text(p.y)} against ${text(p.x)}; arrow keys go from point to point`,
         });
         this.axes(svg, place, turned);
+        stacked(svg, title, "title", left + inside / 2, 14, wide);
+        stacked(svg, below, "label", left + inside / 2, top + high + 36 + turned, wide);
         const clip = `clip${PanelView.count++}`;
         svg.append(drawn("clipPath", { id: clip }, drawn("rect", { x: left - 1, y: top - 1, width: inside + 2, height: high + 2 })));
         const inner = drawn("g", { "clip-path": `url(#${clip})` });
         this.spots = marks.flatMap((m) => mark(inner, place, p, m));
+        notes(inner, place, marks);
         svg.append(inner, drawn("rect", { x: left, y: top, width: inside, height: high, class: "edge" }));
         bar?.draw(svg, left + inside, top, high);
         this.ring = drawn("circle", { r: 7, class: "pointed", visibility: "hidden" });
@@ -103,18 +110,24 @@ class PanelView {
             return { left, top, wide: inside, high: Math.max(least, Math.min(0.66 * inside, 460)), x, y };
         }
         const high = Math.max(60, Math.min((inside * (y.to - y.from)) / (x.to - x.from), 460));
-        // What the height has more than it needs goes to both ends.
-        const more = 0.5 * (((x.to - x.from) / inside) * high - (y.to - y.from));
-        return { left, top, wide: inside, high, x, y: new Scale(y.from - more, y.to + more, false) };
+        // What the panel has more than the data need goes to both ends.
+        const each = Math.max((x.to - x.from) / inside, (y.to - y.from) / high);
+        const wider = (s: Scale, long: number) => {
+            const more = 0.5 * (each * long - (s.to - s.from));
+            return new Scale(s.from - more, s.to + more, false);
+        };
+        return { left, top, wide: inside, high, x: wider(x, inside), y: wider(y, high) };
     }
 
     private axes(svg: SVGElement, place: Place, turned: number): void {
         const { left, top, wide, high, x, y } = place;
         const p = this.panel;
+        // No line of the grid shows between the bands of a map.
+        const mapped = p.marks.some((m) => m.kind === "cells");
         let last = -Infinity;
         for (const [value, words] of named(p.x, x, many(wide, 62))) {
             const at = left + x.share(value) * wide;
-            svg.append(drawn("path", { d: `M${at} ${top}v${high + 4}`, class: "grid" }));
+            svg.append(drawn("path", { d: mapped ? `M${at} ${top + high}v4` : `M${at} ${top}v${high + 4}`, class: "grid" }));
             if (turned > 0) {
                 svg.append(drawn("text", { x: at, y: top + high + 8, class: "tick", "text-anchor": "end", transform: `rotate(-60 ${at} ${top + high + 8})` }, words));
             } else if (at - 0.5 * measured(words, TICK) > last + 4) {
@@ -124,13 +137,11 @@ class PanelView {
         }
         for (const [value, words] of named(p.y, y, many(high, 40))) {
             const at = top + (1 - y.share(value)) * high;
-            svg.append(drawn("path", { d: `M${left - 4} ${at}h${wide + 4}`, class: "grid" }));
+            svg.append(drawn("path", { d: `M${left - 4} ${at}h${mapped ? 4 : wide + 4}`, class: "grid" }));
             const shown = p.y.words.length > 0 ? cut(words, left - 28) : words;
             svg.append(drawn("text", { x: left - 7, y: at + 4, class: "tick", "text-anchor": "end" }, shown, drawn("title", {}, words)));
         }
-        svg.append(drawn("text", { x: left + wide / 2, y: top + high + 36 + turned, class: "label", "text-anchor": "middle" }, text(p.x)));
         svg.append(drawn("text", { x: 12, y: top + high / 2, class: "label", "text-anchor": "middle", transform: `rotate(-90 12 ${top + high / 2})` }, text(p.y)));
-        svg.append(drawn("text", { x: left + wide / 2, y: 14, class: "title", "text-anchor": "middle" }, p.title));
     }
 
     private near(svg: SVGSVGElement, e: PointerEvent): void {
@@ -184,7 +195,18 @@ class PanelView {
             });
             return button;
         };
-        return element("div", { class: "switches" }, made("x"), made("y"));
+        return element("div", { class: "switches" }, made("x"), this.cut(), made("y"));
+    }
+
+    /** Shows what lies beyond a cut axis, or hides it. */
+    private cut(): HTMLElement | string {
+        if (this.panel.beyond === "") return "";
+        const button = element("button", { type: "button", "aria-pressed": String(this.whole) }, "all of y");
+        button.addEventListener("click", () => {
+            this.whole = !this.whole;
+            this.draw(this.box.clientWidth);
+        });
+        return button;
     }
 
     /** Shows what is chosen. */
@@ -199,6 +221,29 @@ class PanelView {
 
 function text(axis: Axis): string {
     return axis.unit === "" ? axis.label : `${axis.label} (${axis.unit})`;
+}
+
+/** From line to line of a title, px. */
+const LINE = 16;
+
+/** Words in lines that are at most `room` wide. */
+function broken(words: string, room: number, size: number): string[] {
+    const lines: string[] = [];
+    for (const word of words.split(" ").filter((w) => w !== "")) {
+        const longer = lines.length === 0 ? word : `${lines.at(-1)} ${word}`;
+        if (lines.length > 0 && measured(longer, size) <= room) lines[lines.length - 1] = longer;
+        else lines.push(word);
+    }
+    return lines;
+}
+
+/** Lines of a title about `middle`, as far as the drawing goes. */
+function stacked(svg: SVGElement, lines: string[], name: string, middle: number, y: number, wide: number): void {
+    lines.forEach((line, i) => {
+        const half = measured(line, LABEL) / 2 + 1;
+        const x = Math.max(half, Math.min(middle, wide - half));
+        svg.append(drawn("text", { x, y: y + LINE * i, class: name, "text-anchor": "middle" }, line));
+    });
 }
 
 /** How many ticks have room. */

@@ -16,7 +16,7 @@ class ParallelView {
         const p = this.p;
         const wide = Math.max(room, 108 * p.axes.length);
         const by = Scale.of(p.axes[p.colour], p.values.filter((_, i) => !p.muted[i]).map((v) => v[p.colour] ?? null), true);
-        const bar = new Bar(p.axes[p.colour], by);
+        const bar = new Bar(p.axes[p.colour], Shades.along(by));
         // Words of the last axis reach beyond it.
         const [left, right, top, high] = [34, 52 + bar.wide(), 50, 320];
         const gap = (wide - left - right) / Math.max(1, p.axes.length - 1);

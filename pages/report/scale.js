@@ -95,11 +95,17 @@ function round(x, step) {
         return "0";
     if (Math.abs(x) >= 1e5 || (Math.abs(x) < 1e-3 && step < 1e-3)) {
         const power = Math.floor(Math.log10(Math.abs(x)) + 1e-9);
-        const digits = Math.min(6, Math.max(0, Math.floor(Math.log10(Math.abs(x) / step) + 1e-9)));
+        // As many digits as the step has in units of the leading one: 1.5·10⁻⁴ at steps of 5·10⁻⁵.
+        const digits = Math.min(6, Math.max(0, power - Math.floor(Math.log10(step) + 1e-9)));
         const lead = String(Number((x / 10 ** power).toFixed(digits)));
         return (lead === "1" ? ten(power) : lead === "-1" ? `-${ten(power)}` : `${lead}·${ten(power)}`).replace("-", "−");
     }
     return x.toFixed(Math.max(0, Math.ceil(-Math.log10(step) - 1e-9))).replace("-", "−");
+}
+/** A number alone, to four digits. */
+function alone(x) {
+    const words = round(x, 10 ** (Math.floor(Math.log10(Math.abs(x) || 1000)) - 3));
+    return words.includes(".") && !words.includes("·") ? words.replace(/\.?0+$/, "") : words;
 }
 function decade(x, plain) {
     if (plain)

@@ -30,10 +30,14 @@ function results() {
     vibrissa("sweep", "prototypes.toml", "--backend", "cpu", "--out", "prototypes");
     vibrissa("optimise", "search.toml", "--backend", "cpu", "--out", "search");
     vibrissa("tap", "rig.toml", "--out", "tap");
-    vibrissa("simulate", "rig.toml", "--noise", "2e-5", "--repeats", "2", "--outliers", "0.02", "--out", "data");
+    vibrissa("simulate", "rig.toml", "--noise", "2e-5", "--repeats", "2", "--outliers", "0.05", "--out", "data");
     vibrissa("calibrate", "data/measurements.csv", "--whisker", "rig.toml", "--out", "calibrate");
     vibrissa("shape", join(root, "sweeps/tapping.toml"), "--out", "shape");
-    const made = ["space", "prototypes", "search", "tap", "calibrate", "shape"];
+    // Whiskers that differ in all that can differ have long titles.
+    spec("long", WHISKER.replace("D = 10", "D = [9.123, 10.456]").replace("d = 7", "d = [4.567, 7.891]").replace("L_a = 50", "L_a = [50.12, 61.34]")
+        .replace("x_ss = 5", "x_ss = [3.456, 5.678]").replace("l = 2", "l = [1.234, 2.345]") + TAPS);
+    vibrissa("sweep", "long.toml", "--backend", "cpu", "--out", "long");
+    const made = ["space", "prototypes", "search", "tap", "calibrate", "shape", "long"];
     for (const name of made) vibrissa("report", name, "--figures", "svg");
     return made;
 }
@@ -80,8 +84,45 @@ async function whole(page, where) {
     assert.deepEqual(cut, [], `${where}: numbers that are cut`);
 }
 
+/** Headings and titles lie within the window, and the answer is the first that is said. */
+async function headings(page, where, width) {
+    const wide = await page.$$eval("h1, h2, .answer, svg .title, svg .label", (all, width) => all.filter((e) => {
+        const box = e.getBoundingClientRect();
+        return e.textContent !== "" && e.closest(".wide") === null && (box.left < 0 || box.right > width);
+    }).map((e) => e.textContent), width);
+    assert.deepEqual(wide, [], `${where}: headings wider than the window`);
+    const [answer, after] = await page.$eval("main > header", (e) => [e.nextElementSibling.className, e.nextElementSibling.textContent]);
+    assert.equal(answer, "answer");
+    const told = await page.$eval("#data", (e) => JSON.parse(e.textContent).answer);
+    assert.ok(told.length > 20 && after.replaceAll("\u00a0", " ") === told, told);
+}
+
+/** No words of a panel lie on its curves: places along every line against the boxes of the words. */
+async function apart(page, where) {
+    const [found, covered] = await page.evaluate(() => {
+        let found = 0;
+        const covered = [];
+        for (const svg of document.querySelectorAll(".panel > svg")) {
+            for (const note of svg.querySelectorAll("text.note")) {
+                found++;
+                const box = note.getBBox();
+                const inside = (p) => p.x > box.x && p.x < box.x + box.width && p.y > box.y + 2 && p.y < box.y + box.height - 2;
+                for (const line of svg.querySelectorAll("path.line, path.rule, path.outlined")) {
+                    const long = line.getTotalLength();
+                    const places = Array.from({ length: Math.ceil(long) }, (_, i) => line.getPointAtLength(i));
+                    if (places.some(inside)) covered.push(`${note.textContent} on ${line.getAttribute("class")}`);
+                }
+            }
+        }
+        return [found, covered];
+    });
+    assert.deepEqual(covered, [], `${where}: words on curves`);
+    return found;
+}
+
 /** Both widths: nothing wider than the window, every figure drawn, nothing outside the numbers. */
 async function everyPage(browser, names) {
+    let notes = 0;
     for (const name of names) {
         for (const width of [1280, 390]) {
             const { page, quiet } = await opened(browser, name, width);
@@ -89,11 +130,31 @@ async function everyPage(browser, names) {
             const odd = await page.$$eval("svg *", (all) => all.filter((e) => [...e.attributes].some((a) => /NaN|undefined|Infinity/.test(a.value))).length);
             assert.equal(odd, 0, `${name} at ${width}: attributes that are no numbers`);
             await whole(page, `${name} at ${width}`);
+            await headings(page, `${name} at ${width}`, width);
+            notes += await apart(page, `${name} at ${width}`);
             await picture(page, `${name}-${width}`);
             quiet();
             await page.close();
         }
     }
+    assert.ok(notes >= 8, `only ${notes} words in panels`);
+}
+
+/** An outlier has an arrow at the edge; a button shows all of the axis. */
+async function cut(browser) {
+    const { page, quiet } = await opened(browser, "calibrate", 1280);
+    const panel = JSON.parse(await page.$eval("#data", (e) => e.textContent)).figures.find((f) => f.name === "residuals").panels[0];
+    const all = panel.marks.filter((m) => m.kind === "points").flatMap((m) => m.y).filter((y) => y !== null);
+    const beyond = all.filter((y) => y < panel.y.ends[0] || y > panel.y.ends[1]).length;
+    assert.ok(beyond > 0 && panel.beyond.includes(`${beyond} tap`), panel.beyond);
+    assert.ok((await page.$eval("#residuals .key", (e) => e.textContent)).includes(panel.beyond));
+    // An arrow has seven corners.
+    const arrows = () => page.$$eval("#residuals .panel g path", (paths) => paths.filter((p) => p.getAttribute("d").match(/[ML]/g).length === 7).length);
+    assert.equal(await arrows(), beyond);
+    await (await page.$("#residuals .panel button::-p-text(all of y)")).click();
+    assert.equal(await arrows(), 0, "all of y has room for all");
+    quiet();
+    await page.close();
 }
 
 /** Dragging along an axis keeps rows in lines, front and table; keys do the same. */
@@ -183,8 +244,11 @@ async function point(browser) {
     assert.equal(named.filter((t) => t === "K").length, 3, "each map says what its colours are");
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     const light = await ground();
+    const series = () => page.$$eval("#sd .panel path.line", (all) => all.map((e) => getComputedStyle(e).stroke));
+    const light_ = await series();
     await page.click("#theme");
     assert.notEqual(await ground(), light);
+    (await series()).forEach((c, i) => assert.notEqual(c, light_[i], "colours of the dark page are its own"));
     await picture(page, "prototypes-dark");
     quiet();
     await page.close();
@@ -211,8 +275,9 @@ try {
     await sort(browser);
     await point(browser);
     await hostile(browser);
+    await cut(browser);
 } finally {
     await browser.close();
     if (process.argv[2] === undefined) rmSync(work, { recursive: true });
 }
-console.log(`report: ${names.length} pages at 1280 and 390 px, brush, sort, hover, log axes, themes`);
+console.log(`report: ${names.length} pages at 1280 and 390 px, headings, words off curves, brush, sort, hover, log axes, themes, cut axes`);

@@ -40,6 +40,7 @@ pub fn run(args: &Report) -> Result<Reply, Error> {
     }
     let mut text = String::new();
     let endings: Vec<&str> = formats.iter().map(|f| f.ending()).collect();
+    let _ = writeln!(text, "{}", made.answer);
     let _ = writeln!(text, "{} figures: {}", made.figures.len(), made.figures.join(", "));
     let _ = writeln!(
         text,
@@ -59,7 +60,7 @@ pub fn run(args: &Report) -> Result<Reply, Error> {
         files: made.written.files.clone(),
         counts: json!({ "figures": made.figures.len(), "page_bytes": made.bytes }),
         seconds: json!({ "total": made.seconds }),
-        result: json!({ "figures": made.figures, "notes": made.notes }),
+        result: json!({ "answer": made.answer, "figures": made.figures, "notes": made.notes }),
         quiet: args.quiet,
         ..Reply::default()
     };

@@ -67,6 +67,10 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
             _ => entry.area = entry.area.or(Some((c, 1.0, None))),
         }
     }
+    for panel in figure.panels.iter().filter(|p| !p.beyond.is_empty()) {
+        let points = Some((INK, Marker::Arrow));
+        all.push(Entry { name: panel.beyond.clone(), points, ..Entry::default() });
+    }
     if figure.panels.iter().flat_map(|p| &p.marks).any(Mark::has_gaps) {
         let area = Some(([255; 3], 1.0, Some(INK)));
         all.push(Entry { name: NO_VALUE.to_owned(), area, ..Entry::default() });

@@ -4,18 +4,21 @@ use ttf_parser::Face;
 
 use super::colour::{self, Rgb};
 use super::data::{Along, Cells, Mark, Marker};
-use super::drawing::{Anchor, Drawing, Rect, Step, Stroke, circle, closed, open};
+use super::drawing::{Anchor, Drawing, Rect, Stroke, circle, closed, open};
 use super::font::length;
 use super::scale::Scale;
+use super::shades::Shades;
 
 /// Width of lines of data, pt.
 pub const LINE: f64 = 1.1;
 /// Radius of points, pt.
 pub const DOT: f64 = 1.9;
-/// From a point to its note, pt.
-const OFF: f64 = 5.0;
 /// Points of which more are drawn smaller.
 const MANY: usize = 300;
+/// Points of a line of which more are not all marked, and how far apart its markers then are, pt.
+const CROWD: (usize, f64) = (60, 18.0);
+/// What bands of a map leave free at each side, as a share of a band.
+const BETWEEN: f64 = 0.04;
 
 /// Where values lie.
 #[derive(Debug, Clone, Copy)]
@@ -37,20 +40,36 @@ impl Place {
         [r.x + self.x.share(x) * r.w, r.y + (1.0 - self.y.share(y)) * r.h]
     }
 
-    fn all(&self, x: &[f64], y: &[f64]) -> Vec<[f64; 2]> {
+    /// Points of paper.
+    pub fn all(&self, x: &[f64], y: &[f64]) -> Vec<[f64; 2]> {
         x.iter().zip(y).map(|(x, y)| self.at(*x, *y)).collect()
+    }
+
+    /// Draws a point; an arrow at the edge where it lies above or below the panel.
+    fn point(&self, d: &mut Drawing, [x, y]: [f64; 2], marker: Marker, c: Rgb, r: f64) {
+        let Rect { x: left, y: top, w, h } = self.inside;
+        let over = top - 0.5 - y;
+        let under = y - (top + h + 0.5);
+        if !(left - 0.5..=left + w + 0.5).contains(&x) || y.is_nan() {
+            return;
+        }
+        match (over > 0.0, under > 0.0) {
+            (true, _) => point(d, [x, top + 2.0 * r], Marker::Arrow, c, r),
+            (_, true) => point(d, [x, top + h - 2.0 * r], Marker::Arrow, c, -r),
+            _ => point(d, [x, y], marker, c, r),
+        }
     }
 }
 
-/// Draws `mark` at its place.
-pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, face: &Face<'_>) {
+/// Draws `mark` at its place; `bands`: whether the axes across and up have few values.
+pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
     let clip = Some(p.inside);
     match mark {
         Mark::Line { path, dash, marker } => {
             let points = p.all(&path.x, &path.y);
             d.stroke(open(&points), Stroke::of(colour::of(path.colour), LINE, *dash), clip);
             if let Some(marker) = marker {
-                points.iter().for_each(|at| point(d, *at, *marker, colour::of(path.colour), DOT));
+                marked(&points).for_each(|at| p.point(d, at, *marker, colour::of(path.colour), DOT));
             }
         }
         Mark::Points { path, marker, error, .. } => {
@@ -60,7 +79,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, face: &Face<'_>) {
                 d.stroke(open(&[low, high]), Stroke::solid(c, 0.6), clip);
             }
             let radius = if path.x.len() > MANY { 0.6 * DOT } else { DOT };
-            p.all(&path.x, &path.y).iter().for_each(|at| point(d, *at, *marker, c, radius));
+            p.all(&path.x, &path.y).into_iter().for_each(|at| p.point(d, at, *marker, c, radius));
         }
         Mark::Bars { path, among: [which, of] } => {
             let thick = 0.8 * p.inside.h / (p.y.ends[1] - p.y.ends[0]) / *of as f64;
@@ -80,7 +99,9 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, face: &Face<'_>) {
                 d.stroke(steps, Stroke::solid(c, 0.6), clip);
             }
         }
-        Mark::Cells(cells) => map(d, p, cells),
+        // Words come last, where they have room.
+        Mark::Note { .. } => {}
+        Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {
             let ([x0, x1], [y0, y1]) = (p.x.ends, p.y.ends);
             let ends = match along {
@@ -88,14 +109,6 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, face: &Face<'_>) {
                 Along::Y => [p.at(*at, y0), p.at(*at, y1)],
             };
             d.stroke(open(&ends), Stroke::of(colour::of(*c), 0.8, *dash), clip);
-        }
-        Mark::Note { x, y, text } => {
-            let [at, base] = p.at(*x, *y);
-            let right = at > p.inside.x + 0.6 * p.inside.w;
-            let (anchor, off) = if right { (Anchor::End, -OFF) } else { (Anchor::Start, OFF) };
-            let up = base - OFF - p.size >= p.inside.y;
-            let base = if up { base - OFF } else { base + OFF + p.size };
-            plated(d, [at + off, base], text, p.size, anchor, face);
         }
     }
 }
@@ -113,15 +126,36 @@ pub fn plated(d: &mut Drawing, [x, y]: [f64; 2], text: &str, size: f64, anchor: 
     d.text([x, y], text, size, anchor, false);
 }
 
-/// A map of values; cells overlap by a hair, so that no seams are seen between them.
-fn map(d: &mut Drawing, p: &Place, cells: &Cells) {
-    let scale = Scale::tight(&cells.of, cells.z.iter().copied());
+/// Points of a line that are marked: all, or of many those with room between them.
+fn marked(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let apart = if points.len() > CROWD.0 { CROWD.1 } else { 0.0 };
+    let mut since = f64::INFINITY;
+    (0..points.len()).filter_map(move |i| {
+        if i > 0 {
+            let by = (points[i][0] - points[i - 1][0]).hypot(points[i][1] - points[i - 1][1]);
+            since += if by.is_finite() { by } else { 0.0 };
+        }
+        (since >= apart).then(|| {
+            since = 0.0;
+            points[i]
+        })
+    })
+}
+
+/// A map of values. Along an axis of few values cells are bands, with gaps between them; along others they overlap by a hair, so that no
+/// seams are seen.
+fn map(d: &mut Drawing, p: &Place, cells: &Cells, bands: [bool; 2]) {
+    let shades = Shades::of(cells);
     let columns = cells.x.len() - 1;
     for (k, z) in cells.z.iter().enumerate().filter(|(_, z)| z.is_finite()) {
         let (i, j) = (k % columns, k / columns);
         let ([x0, y0], [x1, y1]) = (p.at(cells.x[i], cells.y[j]), p.at(cells.x[i + 1], cells.y[j + 1]));
-        let cell = Rect { x: x0, y: y1, w: x1 - x0 + 0.15, h: y0 - y1 + 0.15 };
-        d.fill(cell.steps(), colour::along(scale.share(*z)), 1.0, Some(p.inside));
+        let [(x, w), (y, h)] =
+            [(x0, x1 - x0, bands[0]), (y1, y0 - y1, bands[1])].map(|(from, long, band)| {
+                let less = if band { BETWEEN * long } else { 0.0 };
+                (from + less, if band { long - 2.0 * less } else { long + 0.15 })
+            });
+        d.fill(Rect { x, y, w, h }.steps(), shades.colour(*z), 1.0, Some(p.inside));
     }
 }
 
@@ -130,24 +164,18 @@ pub fn point(d: &mut Drawing, at: [f64; 2], marker: Marker, c: Rgb, r: f64) {
     if !at.iter().all(|x| x.is_finite()) {
         return;
     }
-    let [x, y] = at;
-    let around = |corners: &[[f64; 2]]| {
-        closed(&corners.iter().map(|[u, v]| [x + u * r, y + v * r]).collect::<Vec<_>>())
-    };
-    let steps: Vec<Step> = match marker {
-        Marker::Circle | Marker::Ring => circle(at, r),
-        Marker::Square => around(&[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]]),
-        Marker::Triangle => around(&[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]]),
-        Marker::Diamond => around(&[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]]),
-        Marker::Cross => {
-            let k = 1.1 * r;
-            let mut both = open(&[[x - k, y - k], [x + k, y + k]]);
-            both.extend(open(&[[x - k, y + k], [x + k, y - k]]));
-            return d.stroke(both, Stroke::solid(c, 1.1), None);
-        }
-    };
+    let place = |[u, v]: &[f64; 2]| [at[0] + u * r, at[1] + v * r];
+    let rim = Some(Stroke::solid([255; 3], 0.3));
     match marker {
         Marker::Ring => d.path(circle(at, 1.7 * r), None, Some(Stroke::solid(c, 1.2)), 1.0, None),
-        _ => d.path(steps, Some(c), Some(Stroke::solid([255; 3], 0.3)), 1.0, None),
+        Marker::Circle => d.path(circle(at, r), Some(c), rim, 1.0, None),
+        Marker::Cross | Marker::Plus => {
+            let strokes = marker.strokes().iter().flat_map(|ends| open(&[place(&ends[0]), place(&ends[1])]));
+            d.stroke(strokes.collect(), Stroke::solid(c, 1.1), None);
+        }
+        _ => {
+            let corners: Vec<[f64; 2]> = marker.corners().iter().map(place).collect();
+            d.path(closed(&corners), Some(c), rim, 1.0, None);
+        }
     }
 }

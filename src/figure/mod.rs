@@ -11,14 +11,16 @@ pub mod drawing;
 pub mod font;
 mod key;
 mod marks;
+mod notes;
 mod parallel;
 pub mod pdf;
 pub mod png;
 mod scale;
+mod shades;
 pub mod sheet;
 pub mod svg;
 
-pub use colour::COLOURS;
+pub use colour::{COLOURS, DARK, MAP, MAP_DARK, Rgb, SERIES, series};
 pub use data::{Along, Axis, Cells, Figure, Mark, Marker, NO_VALUE, Panel, Parallel, Path};
 pub use scale::Scale;
 

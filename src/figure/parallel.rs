@@ -7,6 +7,7 @@ use super::drawing::{Anchor, Drawing, MM, Rect, Stroke, open};
 use super::font::{length, lines};
 use super::key::Entry;
 use super::scale::Scale;
+use super::shades::Shades;
 use super::{Style, bar, key, marks};
 
 /// Least height of an axis, as a multiple of the text's size.
@@ -21,9 +22,10 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let by = &p.axes[p.colour];
     let kept = values(p.colour).zip(&p.muted).filter(|(_, muted)| !**muted).map(|(x, _)| x);
     let colours = Scale::tight(by, kept);
+    let shades = Shades::Scale(colours);
     let (left, bottom) = (4.0 * size, 1.2 * size);
     // Words of the last axis reach beyond it.
-    let right = 2.5 * size + bar::width(by, &colours, MM * 0.5 * style.width, &face, size);
+    let right = 2.5 * size + bar::width(by, &shades, MM * 0.5 * style.width, &face, size);
     let gap = ((w - left - right) / (p.axes.len().max(2) - 1) as f64).max(2.0 * size);
     let broken = |room: f64| -> Vec<Vec<String>> {
         p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect()
@@ -73,7 +75,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
         }
     }
     let beside = Rect { x: left, y: top, w: last - left + 1.5 * size, h: high };
-    bar::draw(&mut d, by, &colours, beside, &face, size);
+    bar::draw(&mut d, by, &shades, beside, &face, size);
     if (0..p.values.len()).any(muted) {
         let entry = Entry::line(&p.why, MUTED);
         d.size[1] = key::draw(&mut d, &[entry], [left, h], w, &face, size) + 3.0;

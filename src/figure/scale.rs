@@ -128,8 +128,9 @@ fn number(x: f64, step: f64) -> String {
         return "0".into();
     }
     let text = if x.abs() >= 1e5 || x.abs() < 1e-3 && step < 1e-3 {
-        let power = x.abs().log10().floor() as i32;
-        let digits = ((x.abs() / step).log10().floor() as usize).min(6);
+        let power = (x.abs().log10() + 1e-9).floor() as i32;
+        // As many digits as the step has in units of the leading one: 1.5·10⁻⁴ at steps of 5·10⁻⁵.
+        let digits = (power - (step.log10() + 1e-9).floor() as i32).clamp(0, 6) as usize;
         let lead = format!("{:.digits$}", x / 10f64.powi(power));
         let lead = if lead.contains('.') {
             lead.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -146,6 +147,18 @@ fn number(x: f64, step: f64) -> String {
         format!("{x:.digits$}")
     };
     text.replace('-', "−")
+}
+
+/// A number alone, to four digits.
+pub fn value(x: f64) -> String {
+    let step = if x == 0.0 { 1.0 } else { 10f64.powf(x.abs().log10().floor() - 3.0) };
+    let text = number(x, step);
+    // Without zeros at the end, which say nothing of a number alone.
+    if text.contains('.') && !text.contains('·') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 /// A number m·10ⁿ of few digits, on an axis of decades; `plain`: without powers.
@@ -192,6 +205,12 @@ mod tests {
             ["0", "2", "4", "6", "8", "10"].map(String::from)[..6]
         );
         assert_eq!(words(Scale { ends: [-1e-4, 2.1e-4], log: false }), ["−10⁻⁴", "0", "10⁻⁴", "2·10⁻⁴"]);
+        let halves = ["−1.5·10⁻⁴", "−10⁻⁴", "−5·10⁻⁵", "0", "5·10⁻⁵"];
+        assert_eq!(words(Scale { ends: [-1.6e-4, 6e-5], log: false }), halves);
+        assert_eq!(
+            [1.5, 0.00123456, 3.98312e-5, 12345.6].map(value),
+            ["1.5", "0.001235", "3.983·10⁻⁵", "12346"]
+        );
         assert_eq!(words(Scale { ends: [0.9, 1.1], log: false }), ["0.90", "0.95", "1.00", "1.05", "1.10"]);
         assert_eq!(
             words(Scale { ends: [3e-7, 0.2], log: true }),

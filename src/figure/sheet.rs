@@ -8,7 +8,8 @@ use super::drawing::{Anchor, Drawing, MM, Rect};
 use super::font::{length, lines};
 use super::marks::{self, Place};
 use super::scale::Scale;
-use super::{Style, axes, bar, key, parallel};
+use super::shades::Shades;
+use super::{Style, axes, bar, key, notes, parallel};
 
 /// Gap between the columns of a paper, mm.
 const GUTTER: f64 = 5.0;
@@ -87,7 +88,7 @@ impl Table {
                 for (panel, [_, y]) in row {
                     more_left = more_left.max(axes::left(panel, y, room.high, face, size));
                     if let Some(cells) = mapped(panel) {
-                        let bar = bar::width(&cells.of, &colours(cells), room.high, face, size);
+                        let bar = bar::width(&cells.of, &Shades::of(cells), room.high, face, size);
                         more_right = more_right.max(bar);
                     }
                 }
@@ -121,11 +122,6 @@ fn mapped(panel: &Panel) -> Option<&Cells> {
     panel.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
 }
 
-/// What the colours of a map mean.
-fn colours(cells: &Cells) -> Scale {
-    Scale::tight(&cells.of, cells.z.iter().copied())
-}
-
 /// As high as the titles beside it are long, within bounds.
 fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: f64) -> f64 {
     if panel.to_scale {
@@ -137,17 +133,28 @@ fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: 
     (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
 }
 
-fn one(d: &mut Drawing, panel: &Panel, inside: Rect, cell: [f64; 2], [x, mut y]: [Scale; 2], style: &Style) {
+fn one(
+    d: &mut Drawing,
+    panel: &Panel,
+    inside: Rect,
+    cell: [f64; 2],
+    [mut x, mut y]: [Scale; 2],
+    style: &Style,
+) {
     let (face, size) = (style.font.face(), style.size);
     if panel.to_scale {
-        // Rows may be higher than this panel asks: what is more goes to both ends.
-        let each = (x.ends[1] - x.ends[0]) / inside.w;
-        let more = 0.5 * (each * inside.h - (y.ends[1] - y.ends[0]));
-        y.ends = [y.ends[0] - more, y.ends[1] + more];
+        // A panel may be higher or wider than the data ask: what is more goes to both ends.
+        let each = f64::max((x.ends[1] - x.ends[0]) / inside.w, (y.ends[1] - y.ends[0]) / inside.h);
+        for (scale, long) in [(&mut x, inside.w), (&mut y, inside.h)] {
+            let more = 0.5 * (each * long - (scale.ends[1] - scale.ends[0]));
+            scale.ends = [scale.ends[0] - more, scale.ends[1] + more];
+        }
     }
     let place = Place { inside, x, y, size: 0.85 * size };
     axes::draw(d, panel, &place, cell, &face, size);
-    panel.marks.iter().for_each(|m| marks::draw(d, &place, m, &face));
+    let bands = [&panel.x, &panel.y].map(|axis| !axis.words.is_empty());
+    panel.marks.iter().for_each(|m| marks::draw(d, &place, m, bands));
+    notes::draw(d, panel, &place, &face);
     axes::edge(d, inside);
     let room = cell[1] - cell[0];
     let title = lines(&face, &panel.title, room / size);
@@ -159,7 +166,7 @@ fn one(d: &mut Drawing, panel: &Panel, inside: Rect, cell: [f64; 2], [x, mut y]:
         d.text([middle, base], line, size, Anchor::Middle, false);
     }
     if let Some(cells) = mapped(panel) {
-        bar::draw(d, &cells.of, &colours(cells), inside, &face, size);
+        bar::draw(d, &cells.of, &Shades::of(cells), inside, &face, size);
     }
 }
 

@@ -1,10 +1,15 @@
 //! Many rows in few cells.
 
+use super::quantity::{self, numbers_apart};
 use super::table::distinct;
-use crate::figure::{Axis, Cells};
+use crate::figure::{Axis, Cells, Mark, Panel};
 
 /// Cells along an axis.
 pub const MOST: usize = 40;
+/// Values of an axis that are bands: named places side by side, with nothing between them.
+const FEW: usize = 6;
+/// Cells of a map with one for every value.
+const CELLS: usize = 40_000;
 
 /// Cells along one axis: their ends, and the cell of a value.
 struct Bins {
@@ -22,12 +27,31 @@ impl Bins {
             }
         }
         if few.len() <= MOST {
-            let values = distinct(few);
-            return Self { edges: edges(&values), values: Some(values) };
+            return Self::at(distinct(few));
         }
         let finite = numbers.iter().copied().filter(|x| x.is_finite());
         let (a, b) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         Self { edges: (0..=MOST).map(|i| a + (b - a) * i as f64 / MOST as f64).collect(), values: None }
+    }
+
+    /// A cell about each of `values`.
+    fn at(values: Vec<f64>) -> Self {
+        let edges = match values.len() {
+            1..=FEW => (0..=values.len()).map(|i| i as f64 - 0.5).collect(),
+            _ => edges(&values),
+        };
+        Self { edges, values: Some(values) }
+    }
+
+    /// The axis of `column` along the cells.
+    fn axis(&self, column: &str) -> Axis {
+        let axis = quantity::axis(column);
+        match &self.values {
+            Some(few) if (1..=FEW).contains(&few.len()) => {
+                Axis { words: numbers_apart(few), log: false, ..axis }
+            }
+            _ => axis,
+        }
     }
 
     fn place(&self, x: f64) -> Option<usize> {
@@ -43,7 +67,7 @@ impl Bins {
 }
 
 /// Ends of cells about `values`, half-way between neighbours.
-pub fn edges(values: &[f64]) -> Vec<f64> {
+fn edges(values: &[f64]) -> Vec<f64> {
     match values {
         [] => vec![0.0, 1.0],
         [x] => vec![x - 0.5, x + 0.5],
@@ -57,18 +81,45 @@ pub fn edges(values: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Least `value` of the rows in each cell; whether values had to share cells.
-pub fn map([x, y]: [&[f64]; 2], value: impl Fn(usize) -> f64, of: Axis) -> (Cells, bool) {
-    let (bx, by) = (Bins::of(x), Bins::of(y));
+/// A map of two columns, by name and numbers: least `value` of the rows in each cell; whether values had to share cells.
+pub fn map(
+    title: &str,
+    columns: [(&str, &[f64]); 2],
+    value: impl Fn(usize) -> f64,
+    of: Axis,
+) -> (Panel, bool) {
+    let bins = columns.map(|(_, numbers)| Bins::of(numbers));
+    let binned = bins.iter().any(|b| b.values.is_none());
+    (filled(title, columns, bins, value, of), binned)
+}
+
+/// The same with a cell for every value; nothing where they are too many.
+pub fn every(title: &str, columns: [(&str, &[f64]); 2], value: impl Fn(usize) -> f64, of: Axis) -> Panel {
+    let bins = columns.map(|(_, numbers)| Bins::at(distinct(numbers.iter().copied())));
+    let [wide, high] = bins.each_ref().map(|b| b.edges.len().saturating_sub(1));
+    if wide < 2 || high < 2 || wide * high > CELLS {
+        let [x, y] = columns.map(|(name, _)| quantity::axis(name));
+        return Panel::new(title, x, y);
+    }
+    filled(title, columns, bins, value, of)
+}
+
+fn filled(
+    title: &str,
+    [x, y]: [(&str, &[f64]); 2],
+    [bx, by]: [Bins; 2],
+    value: impl Fn(usize) -> f64,
+    of: Axis,
+) -> Panel {
+    let panel = Panel::new(title, bx.axis(x.0), by.axis(y.0));
     let wide = bx.edges.len() - 1;
     let mut z = vec![f64::NAN; wide * (by.edges.len() - 1)];
-    for (r, (x, y)) in x.iter().zip(y).enumerate() {
+    for (r, (x, y)) in x.1.iter().zip(y.1).enumerate() {
         if let (Some(i), Some(j)) = (bx.place(*x), by.place(*y)) {
             z[j * wide + i] = z[j * wide + i].min(value(r));
         }
     }
-    let binned = bx.values.is_none() || by.values.is_none();
-    (Cells { x: bx.edges, y: by.edges, z, of }, binned)
+    panel.with(Mark::Cells(Cells { x: bx.edges, y: by.edges, z, of }))
 }
 
 #[cfg(test)]
@@ -81,9 +132,11 @@ mod tests {
         let x: Vec<f64> = (0..n).map(|i| f64::from(i % 100)).collect();
         let y: Vec<f64> = (0..n).map(|i| f64::from(i % 3)).collect();
         let v: Vec<f64> = (0..n).map(|i| f64::from((i * 7919) % 10007)).collect();
-        let (cells, binned) = map([&x, &y], |r| v[r], Axis::new("v", ""));
+        let (panel, binned) = map("", [("a_mm", &x), ("D_mm", &y)], |r| v[r], Axis::new("v", ""));
+        let Mark::Cells(cells) = &panel.marks[0] else { panic!("a map") };
         assert!(binned);
-        assert_eq!((cells.x.len(), cells.y.len()), (MOST + 1, 4));
+        assert_eq!((cells.x.len(), &cells.y[..]), (MOST + 1, &[-0.5, 0.5, 1.5, 2.5][..]));
+        assert_eq!((panel.x.words.len(), &panel.y.words[..]), (0, &["0", "1", "2"].map(String::from)[..]));
         for (k, z) in cells.z.iter().enumerate() {
             let (i, j) = (k % MOST, k / MOST);
             let inside = |r: &usize| {
@@ -97,8 +150,9 @@ mod tests {
 
     #[test]
     fn nothing_is_no_cell() {
-        let (cells, _) = map([&[1.0, f64::NAN], &[2.0, 2.0]], |_| f64::NAN, Axis::new("v", ""));
-        assert!(cells.z.iter().all(|z| z.is_nan()));
+        let columns: [(&str, &[f64]); 2] = [("a_mm", &[1.0, f64::NAN]), ("D_mm", &[2.0, 2.0])];
+        let (panel, _) = map("", columns, |_| f64::NAN, Axis::new("v", ""));
+        assert_eq!(panel.marks, []);
         assert_eq!(edges(&[1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0]);
     }
 }

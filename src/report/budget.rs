@@ -13,9 +13,9 @@ pub fn budget(
     let mut y = quantity::axis("total_rms_mm");
     y.label = "error of the distance, rms".to_owned();
     let mut panel = Panel::new(title, quantity::axis(drive), y)
-        .with(Mark::line(Path::new("bias", 0, bias), 0))
-        .with(Mark::line(Path::new("noise", 1, noise), 1))
-        .with(Mark::line(Path::new("total", 4, total), 0));
+        .with(Mark::dotted(Path::new("bias", 0, bias), Marker::Circle))
+        .with(Mark::dotted(Path::new("noise", 1, noise), Marker::Square))
+        .with(Mark::dotted(Path::new("total", 4, total), Marker::Triangle));
     if let Some((name, (x, y))) = best {
         panel = panel
             .with(Mark::Rule { along: Along::Y, at: x, name: String::new(), colour: 7, dash: 2 })

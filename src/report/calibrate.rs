@@ -2,22 +2,23 @@
 
 use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
-use super::quantity;
 use super::source::Source;
-use super::sweep::{HUES, MARKERS};
 use super::table::{Table, distinct};
+use super::{answer, outliers, quantity};
 use crate::error::{Error, InputError};
-use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path};
+use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path, series};
 
 /// Curves of a panel.
 const CURVES: usize = 6;
+/// Said of panels whose axis may be cut.
+const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stands for a tap beyond it.";
 
 /// Everything of the folder of `calibrate`.
 ///
 /// # Errors
 /// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
-    let mut c = Content::default();
+    let mut c = Content { answer: answer::of_calibration(source), ..Content::default() };
     let rows = source.table("rows.csv")?;
     let cells = source.table("K_table.csv")?;
     let signal = cells.first(&["strain", "reading"]).ok_or_else(|| lacks(&cells, "strain"))?;
@@ -122,9 +123,10 @@ fn curves(
         line.dedup_by(|p, q| p.0 == q.0);
         let here = cells.rows(|r| drives.place(at[r]) == Some(d));
         let name = drives.names[d].as_str();
-        panel = panel.with(Mark::line(Path::new(name, HUES[i], line), 0)).with(Mark::Points {
-            path: Path::new(name, HUES[i], here.iter().map(|r| (a[*r], mean[*r]))),
-            marker: MARKERS[i % MARKERS.len()],
+        let (colour, marker) = series(i);
+        panel = panel.with(Mark::line(Path::new(name, colour, line), 0)).with(Mark::Points {
+            path: Path::new(name, colour, here.iter().map(|r| (a[*r], mean[*r]))),
+            marker,
             error: here.iter().map(|r| sd[*r]).collect(),
             rows: Vec::new(),
             notes: Vec::new(),
@@ -206,16 +208,16 @@ fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
         }
     }
     for (i, (why, all)) in reasons.iter().enumerate() {
-        let (name, hue) = (format!("suspect: {why}"), HUES[(i + 1) % HUES.len()]);
-        panel = panel.with(points(rows, &name, hue, Marker::Cross, all, "residual", None)?);
+        let (name, (colour, marker)) = (format!("suspect: {why}"), series(i + 1));
+        panel = panel.with(points(rows, &name, colour, marker, all, "residual", None)?);
     }
     let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
     Ok(Figure::new(
         "residuals",
         "Residuals by distance",
-        format!("Signal less what the estimator expects, of every tap; {why} (rows.csv)."),
-        vec![panel],
+        format!("Signal less what the estimator expects, of every tap; {why} (rows.csv). {CUT}"),
+        vec![outliers::cut(panel, "used")],
     ))
 }
 
@@ -227,8 +229,10 @@ fn held_out(rows: &Table) -> Result<Figure, InputError> {
     Ok(Figure::new(
         "held_out",
         "Errors on distances left out",
-        "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv).",
-        vec![panel],
+        format!(
+            "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
+        ),
+        vec![outliers::cut(panel, "error ± σ")],
     ))
 }
 

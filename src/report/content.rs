@@ -14,6 +14,8 @@ pub const SHOWN: usize = 1500;
 /// Figures and tables of a result.
 #[derive(Debug, Default)]
 pub struct Content {
+    /// What the result says, in one sentence.
+    pub answer: String,
     /// In the order of the page.
     pub figures: Vec<Figure>,
     /// Behind them.

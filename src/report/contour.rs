@@ -1,5 +1,6 @@
 //! The figure of a traced object.
 
+use super::answer;
 use super::content::{Content, SHOWN};
 use super::quantity;
 use super::source::Source;
@@ -22,6 +23,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);
     let kind = source.run["result"]["curve"]["kind"].as_str().unwrap_or("");
+    c.answer = answer::of_contour(source, points.rows(|r| points.number("x_mm", r).is_finite()).len());
     c.figure(figure(&points, &curve, kind, &[])?);
     if let Some(why) = source.run["result"]["curve"]["why"].as_str() {
         c.notes.push(format!("no curve: {why}"));
@@ -93,7 +95,7 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         .with(Mark::points(path("points", 0, &fine), Marker::Circle))
         .with(Mark::points(path("outliers", 5, &off), Marker::Cross))
         .with(match n {
-            1 => Mark::points(Path::new("one point", 1, [(cx[0], cy[0])]), Marker::Cross),
+            1 => Mark::points(Path::new("one point", 1, [(cx[0], cy[0])]), Marker::Star),
             _ => Mark::line(Path::new(kind, 1, (0..n).map(|k| (cx[k], cy[k]))), 0),
         });
     let mut bases: Vec<(f64, f64)> = Vec::new();
@@ -104,7 +106,7 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         }
     }
     // From where, and closer.
-    let mut around = panel.clone().with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Cross));
+    let mut around = panel.clone().with(Mark::points(Path::new("motor's axis", 4, bases), Marker::Plus));
     around.title = "from where".into();
     panel.title = "closer".into();
     let caption = format!(

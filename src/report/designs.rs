@@ -85,7 +85,7 @@ pub fn trade(
         .with(of("a limit is broken", 7, &|r| !fine[r], Marker::Cross))
         .with(of("rows", 5, &|r| fine[r] && !is_best.contains(&r), Marker::Circle))
         .with(Mark::line(line, 0))
-        .with(of("front", 1, &|r| is_best.contains(&r), Marker::Circle))
+        .with(of("front", 1, &|r| is_best.contains(&r), Marker::Diamond))
         .with(Mark::points(Path::new("chosen design", 4, chosen), Marker::Ring));
     let caption = format!(
         "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of those of all {} rows that keep their limits ({} lie on it).",
@@ -130,7 +130,7 @@ pub fn parallel(
         why: "a limit is broken, or a value is missing".to_owned(),
     };
     let caption = format!(
-        "A line for each row of the table below, coloured by {} (dark is small); grey lines break a limit or miss a value.",
+        "A line for each row of the table below, coloured by {} (blue is small); grey lines break a limit or miss a value.",
         quantity::axis(names[first]).label
     );
     let mut figure = Figure::new("parallel", "Parallel coordinates", caption, Vec::new());
@@ -150,9 +150,10 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
     let mut binned = false;
     for (i, x) in axes.iter().enumerate() {
         for y in &axes[i + 1..] {
-            let (cells, bins) = map([table.numbers(x)?, table.numbers(y)?], kept, quantity::axis(quantity));
+            let columns = [(*x, table.numbers(x)?), (*y, table.numbers(y)?)];
+            let (panel, bins) = map("", columns, kept, quantity::axis(quantity));
             binned |= bins;
-            panels.push(Panel::new("", quantity::axis(x), quantity::axis(y)).with(Mark::Cells(cells)));
+            panels.push(panel);
         }
     }
     let rest = if axes.len() > 2 { ", the best over all other axes" } else { "" };
@@ -162,7 +163,7 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
         String::new()
     };
     let caption = format!(
-        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}; cells without such a row are white.",
+        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}; cells without such a row are empty.",
         quantity::axis(quantity).label,
         table.len
     );

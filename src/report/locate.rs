@@ -1,5 +1,6 @@
 //! Figures of answered readings.
 
+use super::answer;
 use super::content::{Content, SHOWN};
 use super::quantity;
 use super::source::Source;
@@ -16,6 +17,7 @@ const DRAWN: usize = 4000;
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;
+    c.answer = answer::of_readings(&table)?;
     let (line, distance, sigma) =
         (table.numbers("line")?, table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());

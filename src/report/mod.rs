@@ -4,6 +4,7 @@
 //! for the page) of its tables; [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is computed again: what is drawn is what
 //! the tables say.
 
+mod answer;
 mod bench;
 mod bins;
 mod budget;
@@ -14,6 +15,7 @@ mod designs;
 mod limits;
 mod locate;
 mod optimise;
+mod outliers;
 mod page;
 mod quantity;
 mod shape;
@@ -84,6 +86,8 @@ pub use contour::of_tables as of_contour;
 pub struct Report {
     /// Files of the report.
     pub written: Written,
+    /// What the result says, in one sentence.
+    pub answer: String,
     /// Their figures.
     pub figures: Vec<String>,
     /// What was left out, and what is to be minded.
@@ -133,6 +137,7 @@ pub fn run(
     let body = json!({
         "of": { "command": source.command, "run_json_blake3": source.hash, "version": source.run["version"], "commit": source.run["commit"] },
         "figures": content.figures.iter().map(|f| json!({ "name": f.name, "title": f.title, "caption": f.caption })).collect::<Vec<Value>>(),
+        "answer": content.answer,
         "notes": content.notes,
         "seconds": { "total": start.elapsed().as_secs_f64() },
     });
@@ -140,6 +145,7 @@ pub fn run(
     let written = target.finish()?;
     Ok(Report {
         written,
+        answer: content.answer,
         figures,
         notes: content.notes,
         bytes: page.len(),

@@ -1,5 +1,6 @@
 //! Figures of a search.
 
+use super::answer;
 use super::content::{Content, SHOWN};
 use super::designs::{self, DRIVES, SD, WHISKER};
 use super::limits::Limits;
@@ -7,7 +8,7 @@ use super::quantity::{self, said};
 use super::source::Source;
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Panel, Path};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 
 /// Everything of the folder of `optimise`.
 ///
@@ -20,7 +21,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let sd = history.first(&SD).ok_or_else(|| lacks(&history, "K_sd"))?;
     let best = (result["best"][sd].as_f64(), result["best"]["total_rms_mm"].as_f64());
     let best = best.0.zip(best.1);
-    if let Some(front) = source.maybe("pareto.csv")? {
+    let front = source.maybe("pareto.csv")?;
+    c.answer = answer::of_search(source, front.as_ref(), sd)?;
+    if let Some(front) = front {
         let (rows, how) = designs::chosen(&front, sd)?;
         let fine = Limits::of(source).kept(&front);
         for figure in [
@@ -81,11 +84,10 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
     for (i, s) in starts.iter().enumerate() {
         let rows: Vec<usize> = history.rows(|r| start[r] == *s);
         let kept = rows.iter().filter(|r| broken[**r] == 0.0).map(|r| (n[*r], value[*r]));
-        panel =
-            panel.with(Mark::dotted(Path::new(format!("start {s}"), i, kept), crate::figure::Marker::Circle));
+        let (colour, marker) = series(i);
+        panel = panel.with(Mark::dotted(Path::new(format!("start {s}"), colour, kept), marker));
         let over = rows.iter().filter(|r| broken[**r] > 0.0).map(|r| (n[*r], value[*r]));
-        panel =
-            panel.with(Mark::points(Path::new("a limit is broken", 7, over), crate::figure::Marker::Cross));
+        panel = panel.with(Mark::points(Path::new("a limit is broken", 7, over), Marker::Cross));
     }
     Ok(Figure::new(
         "convergence",

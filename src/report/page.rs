@@ -4,15 +4,17 @@ use serde_json::{Value, json};
 
 use super::content::Content;
 use super::source::Source;
+use crate::figure::{self, Marker};
 use crate::page::{Page, html};
 
 /// What draws, in the order in which it is needed: `pages/report/*.ts`, built.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("../../pages/report/data.js"),
     include_str!("../../pages/report/scale.js"),
     include_str!("../../pages/report/bar.js"),
     include_str!("../../pages/report/panel.js"),
     include_str!("../../pages/report/marks.js"),
+    include_str!("../../pages/report/notes.js"),
     include_str!("../../pages/report/parallel.js"),
     include_str!("../../pages/report/table.js"),
     include_str!("../../pages/report/main.js"),
@@ -29,8 +31,11 @@ pub fn page(source: &Source, content: &Content) -> String {
         })
         .collect();
     let data = json!({
-        "colours": crate::figure::COLOURS,
-        "no_value": crate::figure::NO_VALUE,
+        "colours": { "light": figure::COLOURS, "dark": figure::DARK },
+        "map": { "light": figure::MAP, "dark": figure::MAP_DARK },
+        "markers": Marker::DRAWN.iter().map(|(name, m)| ((*name).to_owned(), json!([m.corners(), m.strokes()]))).collect::<serde_json::Map<_, _>>(),
+        "no_value": figure::NO_VALUE,
+        "answer": content.answer,
         "made": made(source),
         "facts": content.facts,
         "notes": content.notes,

@@ -67,8 +67,17 @@ pub fn said(column: &str, value: f64) -> String {
 
 /// The same of each of `values`, with as many digits as it takes to tell them apart.
 pub fn told_apart(column: &str, values: &[f64]) -> Vec<String> {
+    apart(values, |x, digits| said_to(column, x, digits))
+}
+
+/// `values` alone, with as many digits as it takes to tell them apart.
+pub fn numbers_apart(values: &[f64]) -> Vec<String> {
+    apart(values, |x, digits| format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), digits)))
+}
+
+fn apart(values: &[f64], say: impl Fn(f64, i32) -> String) -> Vec<String> {
     let different = distinct(values.iter().copied()).len();
-    let words = |digits| values.iter().map(|x| said_to(column, *x, digits)).collect::<Vec<_>>();
+    let words = |digits| values.iter().map(|x| say(*x, digits)).collect::<Vec<_>>();
     let parted = |all: &Vec<String>| all.iter().collect::<std::collections::HashSet<_>>().len() >= different;
     (DIGITS..=MOST).map(words).find(parted).unwrap_or_else(|| words(MOST))
 }
@@ -87,6 +96,16 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
 /// A number to four digits.
 pub fn short(x: f64) -> String {
     short_to(x, DIGITS)
+}
+
+/// A number as a sentence has it: three digits.
+pub fn rounded(x: f64) -> String {
+    format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), 3))
+}
+
+/// A share as a sentence has it, in per cent.
+pub fn percent(x: f64) -> String {
+    format!("{} %", rounded(100.0 * x))
 }
 
 fn short_to(x: f64, most: i32) -> String {

@@ -1,13 +1,13 @@
 //! Figures of bent whiskers.
 
+use super::answer;
 use super::content::{Content, SHOWN};
 use super::designs::{DIRECTIONS, DRIVES, WHISKER};
 use super::quantity::{self, short, told_apart};
 use super::source::Source;
-use super::sweep::HUES;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 
 /// Panels, and whiskers in one.
 const PANELS: usize = 6;
@@ -23,6 +23,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let drive = contacts.first(&DRIVES).ok_or_else(|| {
         InputError::new("the table lacks this column").at(contacts.file.clone(), None).key("theta_deg")
     })?;
+    c.answer = answer::of_shapes(&contacts, drive)?;
     let taps = taps(&shape, &contacts)?;
     let solved = contacts.rows(|r| contacts.number("contact_x_mm", r).is_finite());
     if solved.is_empty() {
@@ -67,7 +68,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         for (i, r) in some.iter().enumerate() {
             let nodes = &taps[*r];
             let points = nodes.iter().map(|k| (shape.number("s_mm", *k), shape.number("strain", *k)));
-            panel = panel.with(Mark::line(Path::new(names[*r].clone(), HUES[i], points), 0));
+            let (colour, marker) = series(i);
+            panel = panel.with(Mark::dotted(Path::new(names[*r].clone(), colour, points), marker));
         }
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| contacts.number(n, rows[0]));
         let most =
@@ -76,7 +78,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         panel = panel.with(Mark::Area { path: gauge, outlined: false });
         strains.push(panel);
     }
-    c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (×) towards the pole; the thick side is the gauge, the dot the contact, the dashed line the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
+    c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (+) towards the pole; the thick side is the gauge, the dot the contact, the dashed line the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
     c.figure(Figure::new("strain_along", "Strain along the whisker", format!("Strain of the side that touches, along the whisker; the span of the gauge is shaded (shape.csv){left}."), strains));
     c.fact("taps", &contacts.len.into());
     c.table(&contacts, (0..contacts.len.min(SHOWN)).collect(), "the first", false);
@@ -130,7 +132,7 @@ fn whiskers(
         let upper = nodes.iter().map(|k| side(*k, 1.0));
         let edge = upper.chain(nodes.iter().rev().map(|k| side(*k, -1.0)));
         let name = names[*r].as_str();
-        panel = panel.with(Mark::Area { path: Path::new(name, HUES[i], edge), outlined: true });
+        panel = panel.with(Mark::Area { path: Path::new(name, series(i).0, edge), outlined: true });
         let far = source.in_force("gauge.side").is_some_and(|t| t.contains("far"));
         let sign = if far { -1.0 } else { 1.0 };
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| number(n, *r));
@@ -148,5 +150,5 @@ fn whiskers(
     }
     let contact = rows.iter().map(|r| (number("contact_x_mm", *r), number("contact_y_mm", *r)));
     panel = panel.with(Mark::points(Path::new("contact", 4, contact), Marker::Circle));
-    Ok(panel.with(Mark::points(Path::new("motor's axis", 4, [(0.0, 0.0)]), Marker::Cross)))
+    Ok(panel.with(Mark::points(Path::new("motor's axis", 4, [(0.0, 0.0)]), Marker::Plus)))
 }

@@ -1,6 +1,7 @@
 //! Figures of a sweep: the paper's of its whiskers, and those of a space of designs.
 
-use super::bins::edges;
+use super::answer;
+use super::bins;
 use super::budget::{budget, least};
 use super::content::{Content, SHOWN};
 use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
@@ -9,9 +10,9 @@ use super::quantity;
 use super::source::Source;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
-use crate::figure::{Along, Cells, Figure, Mark, Marker, Panel, Path};
+use crate::figure::{self, Along, Figure, Mark, Marker, Panel, Path, series};
 
-/// Whiskers with figures of their own.
+/// Whiskers with panels.
 const WHISKERS: usize = 4;
 /// Curves of a panel.
 const CURVES: usize = 5;
@@ -26,6 +27,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let designs = source.maybe("designs.csv")?;
     let tuples = source.maybe("tuples.csv")?;
     if let Some(tuples) = &tuples {
+        c.answer = answer::of_taps(tuples);
         of_taps(&mut c, tuples, limits)?;
     }
     match &designs {
@@ -54,7 +56,8 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
     let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     let fine = limits.kept(table);
-    let (whiskers, of) = designs::whiskers(table, &fine, by, 2 * WHISKERS)?;
+    c.answer = answer::of_designs(table, &fine, [sd, by, drive])?;
+    let (whiskers, of) = designs::whiskers(table, &fine, by, figure::SERIES)?;
     let left = left_out(table, whiskers.len(), of, by);
     let drives = distinct(table.numbers(drive)?.iter().copied());
     if drives.len() > 1 {
@@ -62,10 +65,8 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
         for (i, w) in whiskers.iter().enumerate() {
             let points = w.rows.iter().map(|r| (table.number(drive, *r), table.number(sd, *r)));
             let name = if w.name.is_empty() { "the whisker".to_owned() } else { w.name.clone() };
-            panel = panel.with(Mark::dotted(
-                Path::new(name, HUES[i % HUES.len()], sorted(points)),
-                MARKERS[i % MARKERS.len()],
-            ));
+            let (colour, marker) = series(i);
+            panel = panel.with(Mark::dotted(Path::new(name, colour, sorted(points)), marker));
         }
         let caption =
             format!("Standard deviation of K over the distances of each tap angle (designs.csv){left}.");
@@ -196,11 +197,6 @@ fn linear(table: &Table) -> Result<Vec<f64>, InputError> {
     Ok(upright.iter().zip(table.numbers("tilt_deg")?).map(|(x, tilt)| x * share(tilt)).collect())
 }
 
-/// Colours of curves beside each other: black is for what they are compared with.
-pub const HUES: [usize; 6] = [0, 1, 2, 3, 5, 6];
-/// Markers of curves beside each other.
-pub const MARKERS: [Marker; 4] = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
-
 /// Columns of taps.
 struct Taps<'a> {
     a: &'a [f64],
@@ -231,34 +227,19 @@ impl Taps<'_> {
         for (i, (value, name)) in values.into_iter().zip(names).enumerate() {
             let of =
                 |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
+            let (colour, marker) = series(i);
             panel = panel
                 .with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1))
-                .with(Mark::dotted(Path::new(name, HUES[i], of(self.strain)), MARKERS[i % MARKERS.len()]));
+                .with(Mark::dotted(Path::new(name, colour, of(self.strain)), marker));
         }
         panel
     }
 
     fn map(&self, w: &Whisker) -> Panel {
-        let (a, t) =
-            (distinct(w.rows.iter().map(|r| self.a[*r])), distinct(w.rows.iter().map(|r| self.drive[*r])));
-        let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(self.names[1]));
-        if a.len() < 2 || t.len() < 2 || a.len() * t.len() > 40_000 {
-            return panel;
-        }
-        let mut z = vec![f64::NAN; a.len() * t.len()];
-        for r in &w.rows {
-            let place = |all: &[f64], x: f64| all.iter().position(|v| *v == x);
-            if let (Some(i), Some(j)) = (place(&a, self.a[*r]), place(&t, self.drive[*r])) {
-                z[j * a.len() + i] = self.k[*r];
-            }
-        }
-        panel.marks.push(Mark::Cells(Cells {
-            x: edges(&a),
-            y: edges(&t),
-            z,
-            of: quantity::axis(self.names[2]),
-        }));
-        panel
+        let of = |column: &[f64]| w.rows.iter().map(|r| column[*r]).collect::<Vec<_>>();
+        let (a, drive, k) = (of(self.a), of(self.drive), of(self.k));
+        let columns: [(&str, &[f64]); 2] = [("a_mm", &a), (self.names[1], &drive)];
+        bins::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
     }
 
     fn located(&self, w: &Whisker, error: bool) -> Panel {
@@ -282,7 +263,8 @@ impl Taps<'_> {
         for (i, (drive, name)) in drives.into_iter().zip(names).enumerate().rev() {
             let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
             let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
-            panel = panel.with(Mark::dotted(Path::new(name, HUES[i], points), MARKERS[i % MARKERS.len()]));
+            let (colour, marker) = series(i);
+            panel = panel.with(Mark::dotted(Path::new(name, colour, points), marker));
         }
         panel
     }

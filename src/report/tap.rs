@@ -1,5 +1,6 @@
 //! Figures of the best tap of one whisker.
 
+use super::answer;
 use super::budget::budget;
 use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
@@ -30,12 +31,12 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     };
     let free = |panel: Panel, column: &str| {
         let free = at("unconstrained", column).filter(|p| Some(*p) != at("optimum", column));
-        panel.with(Mark::points(Path::new("best whatever the strain", 1, free), Marker::Ring))
+        panel.with(Mark::points(Path::new("best whatever the strain", 1, free), Marker::Star))
     };
     let optimum = |panel: Panel, column: &str| {
         free(panel.with(Mark::points(Path::new(BEST, 4, at("optimum", column)), Marker::Ring)), column)
     };
-    let mut c = Content::default();
+    let mut c = Content { answer: answer::of_tap(result, drive, sd), ..Content::default() };
     let parts = [column("bias_rms_mm")?, column("noise_rms_mm")?, column("total_rms_mm")?];
     let best = at("optimum", "total_rms_mm").map(|at| (BEST, at));
     let errors = free(budget("", drive, parts, best), "total_rms_mm");
@@ -73,8 +74,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         "Largest strain over the distances (tap.csv).",
         vec![optimum(strain, "strain_max")],
     ));
+    if let Some(best) = result["optimum"][drive].as_f64() {
+        c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));
+    }
     for (name, key) in [
-        ("best tap", drive),
         ("total error, mm", "total_rms_mm"),
         ("bias, mm", "bias_rms_mm"),
         ("noise, mm", "noise_rms_mm"),

@@ -1,5 +1,6 @@
 //! Figures of a census of errors.
 
+use super::answer;
 use super::content::Content;
 use super::source::Source;
 use crate::error::Error;
@@ -12,6 +13,7 @@ use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;
+    c.answer = answer::of_verify(&table)?;
     let mut places: Vec<(String, String)> = Vec::new();
     let place = |r: usize| (table.word("backend", r), table.word("precision", r));
     for r in 0..table.len {

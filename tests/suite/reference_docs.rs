@@ -283,11 +283,11 @@ fn every_word_is_described() {
     }
 }
 
-/// A folder or file of the sources that the map of the README does not name.
+/// A folder or file of the sources that the map of docs/architecture.md does not name.
 #[test]
-fn the_map_of_the_readme_names_every_module() {
+fn the_map_of_the_folders_names_every_module() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let map = std::fs::read_to_string(root.join("docs/architecture.md")).expect("docs/architecture.md");
     let mut folders = vec!["shaders".to_owned()];
     for parent in ["src", "crates"] {
         for entry in std::fs::read_dir(root.join(parent)).expect("sources") {
@@ -297,6 +297,32 @@ fn the_map_of_the_readme_names_every_module() {
             }
         }
     }
-    let missing: Vec<_> = folders.iter().filter(|f| !readme.contains(&format!("`{f}`"))).collect();
-    assert!(missing.is_empty(), "README.md does not name {missing:?}");
+    let missing: Vec<_> = folders.iter().filter(|f| !map.contains(&format!("`{f}`"))).collect();
+    assert!(missing.is_empty(), "docs/architecture.md does not name {missing:?}");
+}
+
+/// What a newcomer reads first fits on a page and has one picture, and everything that it links to is there.
+#[test]
+fn the_readme_is_a_first_page() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    assert!(readme.lines().count() <= 130, "{} lines", readme.lines().count());
+    assert_eq!(readme.matches("![").count(), 1, "one picture");
+    for command in ["cargo run --release -- sweep sweeps/prototypes.toml", "tests/run", "--backend gpu"] {
+        assert!(readme.contains(command), "{command}");
+    }
+    let mut pages: Vec<_> =
+        std::fs::read_dir(root.join("docs")).expect("docs").map(|e| e.expect("an entry").path()).collect();
+    pages.retain(|p| p.extension().is_some_and(|e| e == "md"));
+    pages.push(root.join("README.md"));
+    for page in pages {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let file = link.split('#').next().unwrap_or_default();
+            if !link.contains("://") && !file.is_empty() && file.is_ascii() {
+                let target = page.parent().expect("a folder").join(file);
+                assert!(target.exists(), "{}: {link}", page.display());
+            }
+        }
+    }
 }

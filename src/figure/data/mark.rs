@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Axis;
 
 /// Shape of points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Marker {
     /// ●
@@ -16,10 +16,84 @@ pub enum Marker {
     Triangle,
     /// ◆
     Diamond,
-    /// ×
+    /// ▼
+    Down,
+    /// +
+    Plus,
+    /// ★
+    Star,
+    /// ⧗
+    Hourglass,
+    /// ×: what does not count
     Cross,
-    /// ○, ringed
+    /// ○: what is chosen
     Ring,
+    /// ↑: a point beyond the end of the axis, at the edge
+    Arrow,
+}
+
+impl Marker {
+    /// All that have corners or strokes, with their names in JSON.
+    pub const DRAWN: [(&str, Self); 9] = [
+        ("square", Self::Square),
+        ("triangle", Self::Triangle),
+        ("diamond", Self::Diamond),
+        ("down", Self::Down),
+        ("plus", Self::Plus),
+        ("star", Self::Star),
+        ("hourglass", Self::Hourglass),
+        ("cross", Self::Cross),
+        ("arrow", Self::Arrow),
+    ];
+
+    /// Those of series beside each other, in order.
+    pub const SERIES: [Self; 8] = [
+        Self::Circle,
+        Self::Square,
+        Self::Triangle,
+        Self::Diamond,
+        Self::Down,
+        Self::Star,
+        Self::Plus,
+        Self::Hourglass,
+    ];
+
+    /// Corners of a filled one of radius 1, y downwards; none of a circle, a ring and what is drawn of strokes.
+    pub fn corners(self) -> &'static [[f64; 2]] {
+        match self {
+            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+            Self::Triangle => &[[0.0, -1.2], [1.1, 0.8], [-1.1, 0.8]],
+            Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
+            Self::Down => &[[0.0, 1.2], [1.1, -0.8], [-1.1, -0.8]],
+            // The inner corners of a five-pointed star lie at 0.38 of its radius.
+            Self::Star => &[
+                [0.0, -1.5],
+                [0.34, -0.46],
+                [1.43, -0.46],
+                [0.54, 0.18],
+                [0.88, 1.21],
+                [0.0, 0.57],
+                [-0.88, 1.21],
+                [-0.54, 0.18],
+                [-1.43, -0.46],
+                [-0.34, -0.46],
+            ],
+            Self::Hourglass => &[[-1.0, -1.2], [1.0, -1.2], [-1.0, 1.2], [1.0, 1.2]],
+            Self::Arrow => {
+                &[[0.0, -1.6], [1.3, 0.1], [0.45, 0.1], [0.45, 1.6], [-0.45, 1.6], [-0.45, 0.1], [-1.3, 0.1]]
+            }
+            Self::Circle | Self::Plus | Self::Cross | Self::Ring => &[],
+        }
+    }
+
+    /// Strokes of radius 1.
+    pub fn strokes(self) -> &'static [[[f64; 2]; 2]] {
+        match self {
+            Self::Plus => &[[[-1.4, 0.0], [1.4, 0.0]], [[0.0, -1.4], [0.0, 1.4]]],
+            Self::Cross => &[[[-1.1, -1.1], [1.1, 1.1]], [[-1.1, 1.1], [1.1, -1.1]]],
+            _ => &[],
+        }
+    }
 }
 
 /// Points in the order of a table. NaN is a gap.
@@ -75,8 +149,8 @@ pub struct Cells {
     pub of: Axis,
 }
 
-/// What white cells of a map are called in the key.
-pub const NO_VALUE: &str = "white: no value";
+/// What cells of a map without a value are called in the key.
+pub const NO_VALUE: &str = "empty: no value";
 
 /// Something drawn in a panel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -137,7 +211,7 @@ pub enum Mark {
         /// As of a line.
         dash: u8,
     },
-    /// Words in the panel, beside a point.
+    /// Words in the panel, as near to a point as they have room.
     Note {
         /// Point.
         x: f64,
@@ -154,7 +228,7 @@ impl Mark {
         Self::Line { path, dash, marker: None }
     }
 
-    /// Joined points, each marked.
+    /// Joined points, marked; where they are many, only some of them.
     pub fn dotted(path: Path, marker: Marker) -> Self {
         Self::Line { path, dash: 0, marker: Some(marker) }
     }
@@ -181,7 +255,7 @@ impl Mark {
         }
     }
 
-    /// Whether it is a map with cells that stay white.
+    /// Whether it is a map with cells that stay empty.
     pub fn has_gaps(&self) -> bool {
         matches!(self, Self::Cells(c) if c.z.iter().any(|z| z.is_nan()))
     }

@@ -55,12 +55,14 @@ pub struct Panel {
     pub to_scale: bool,
     /// In the order in which they are drawn.
     pub marks: Vec<Mark>,
+    /// What lies beyond the ends of the axis up, in the key; empty where nothing does.
+    pub beyond: String,
 }
 
 impl Panel {
     /// Without marks.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        Self { title: title.into(), x, y, to_scale: false, marks: Vec::new() }
+        Self { title: title.into(), x, y, to_scale: false, marks: Vec::new(), beyond: String::new() }
     }
 
     /// With one more mark, if it shows anything.
@@ -81,7 +83,7 @@ pub struct Axis {
     pub unit: String,
     /// By decades.
     pub log: bool,
-    /// Names of the places 0, 1, … where it is no quantity.
+    /// Names of the places 0, 1, … where it is no quantity, or has few values.
     pub words: Vec<String>,
     /// Ends, where the data do not give them.
     pub ends: Option<[f64; 2]>,

@@ -2,13 +2,14 @@
 
 mod places;
 
+use super::answer;
 use super::content::Content;
 use super::designs::front;
 use super::quantity;
 use super::source::Source;
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use places::Places;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
@@ -29,6 +30,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     if c.tables.is_empty() {
         source.table("work_precision.csv")?;
     }
+    c.answer = match source.maybe("work_precision.csv")? {
+        Some(work) => answer::of_bench(&work)?,
+        None => "Whole sweeps, threads and roofs were timed, no single taps.".to_owned(),
+    };
     Ok(c)
 }
 
@@ -60,8 +65,7 @@ pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Ve
 fn reached(
     panel: Panel,
     name: &str,
-    colour: usize,
-    marker: Marker,
+    (colour, marker): (usize, Marker),
     dash: u8,
     points: &[(f64, f64)],
 ) -> Panel {
@@ -99,16 +103,10 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
                 }))
             };
             let ladder = [of("exact"), of("reference")].concat();
-            panel = reached(panel, name, i, places.marker(i), 0, &ladder);
-            panel = reached(
-                panel,
-                "dashed: one rule of nodes alone, its best",
-                i,
-                Marker::Circle,
-                1,
-                &of("exact-nodes"),
-            );
-            panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Triangle));
+            panel = reached(panel, name, series(i), 0, &ladder);
+            panel =
+                reached(panel, "dashed: one rule of nodes alone, its best", series(i), 1, &of("exact-nodes"));
+            panel = panel.with(Mark::points(Path::new("linear theory", 7, of("linear")), Marker::Cross));
         }
         if let Some(peers) = peers {
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
@@ -123,14 +121,13 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
                 }
                 let name = peers.word("name", r);
                 let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
-                let colour = 1 + ["scipy", "JAX", "numba", "PyElastica", "diffrax"]
-                    .iter()
-                    .position(|f| *f == family)
-                    .unwrap_or(6);
+                let known = ["scipy", "JAX", "numba", "PyElastica", "diffrax"];
+                let after = known.iter().position(|f| *f == family).unwrap_or(known.len());
+                let (colour, marker) = series(places.0.len() + after);
                 let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
                 panel = panel.with(Mark::Points {
                     path,
-                    marker: Marker::Cross,
+                    marker,
                     error: Vec::new(),
                     rows: Vec::new(),
                     notes: vec![name],
@@ -143,7 +140,7 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
     beyond.sort();
     beyond.dedup();
     let mut beside = if peers.is_some() {
-        " Crosses: other programs on the same taps (peers.csv)".to_owned()
+        " Points without a line: other programs on the same taps (peers.csv)".to_owned()
     } else {
         String::new()
     };
@@ -186,7 +183,7 @@ fn configurations(work: &Table) -> Result<Figure, InputError> {
             let rows = places.rows(work, i, |r| ladder(r) && work.word("configuration", r) == *c);
             let points: Vec<_> =
                 rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect();
-            panel = reached(panel, name, i, places.marker(i), 0, &points);
+            panel = reached(panel, name, series(i), 0, &points);
         }
         panels.push(panel);
     }
@@ -208,8 +205,9 @@ fn scaling(table: &Table) -> Result<Figure, InputError> {
                 Panel::new(title, Axis::log("taps of the sweep", ""), Axis::log("whole sweep", "s"));
             for (i, (name, _)) in places.0.iter().enumerate() {
                 let rows = places.rows(table, i, |r| table.word("shape", r) == shape);
-                let path = Path::new(name.clone(), i, rows.into_iter().map(|r| (taps[r], seconds[r])));
-                panel = panel.with(Mark::dotted(path, places.marker(i)));
+                let (colour, marker) = series(i);
+                let path = Path::new(name.clone(), colour, rows.into_iter().map(|r| (taps[r], seconds[r])));
+                panel = panel.with(Mark::dotted(path, marker));
             }
             panel
         },
@@ -227,13 +225,13 @@ fn threads(table: &Table) -> Result<Figure, InputError> {
     let (n, time) = (table.numbers("threads")?, table.numbers("ns_per_tap")?);
     let mut panel = Panel::new("", Axis::new("CPU threads", "").whole(), Axis::log(TIME.0, TIME.1));
     for (i, (name, _)) in places.0.iter().enumerate() {
-        let rows = places.rows(table, i, |_| true);
+        let (rows, (colour, marker)) = (places.rows(table, i, |_| true), series(i));
         let points: Vec<(f64, f64)> = rows.into_iter().map(|r| (n[r], time[r])).collect();
         if let Some(&(_, alone)) = points.iter().find(|p| p.0 == 1.0) {
             let ideal = points.iter().map(|(n, _)| (*n, alone / n));
-            panel = panel.with(Mark::line(Path::new("ideal: time of one thread, shared", i, ideal), 1));
+            panel = panel.with(Mark::line(Path::new("ideal: time of one thread, shared", colour, ideal), 1));
         }
-        panel = panel.with(Mark::dotted(Path::new(name.clone(), i, points), places.marker(i)));
+        panel = panel.with(Mark::dotted(Path::new(name.clone(), colour, points), marker));
     }
     Ok(Figure::new("threads", "Threads", "The same taps on more threads (threads.csv).", vec![panel]))
 }
@@ -251,22 +249,19 @@ fn roofline(loads: &Table, peaks: &Table) -> Result<Figure, InputError> {
         Axis::log("attained in the kernel", "GFLOP/s"),
     );
     for (i, (name, key)) in places.0.iter().enumerate() {
+        let (colour, marker) = series(i);
         if let Some(p) = peaks.rows(|r| Places::key(peaks, r) == *key).first() {
             let ridge = top[*p] / slope[*p];
             let roof = [0.5 * least.min(ridge), ridge, 2.0 * most.max(ridge)]
                 .map(|x| (x, (x * slope[*p]).min(top[*p])));
-            panel = panel.with(Mark::line(Path::new("dashed: measured roof of the same colour", i, roof), 1));
+            panel = panel
+                .with(Mark::line(Path::new("dashed: measured roof of the same colour", colour, roof), 1));
         }
         let rows = places.rows(loads, i, |_| true);
         let notes = rows.iter().map(|r| loads.word("configuration", *r)).collect();
-        let path = Path::new(name.clone(), i, rows.into_iter().map(|r| (flops[r] / bytes[r], attained[r])));
-        panel = panel.with(Mark::Points {
-            path,
-            marker: places.marker(i),
-            error: Vec::new(),
-            rows: Vec::new(),
-            notes,
-        });
+        let path =
+            Path::new(name.clone(), colour, rows.into_iter().map(|r| (flops[r] / bytes[r], attained[r])));
+        panel = panel.with(Mark::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes });
     }
     Ok(Figure::new(
         "roofline",
@@ -283,8 +278,13 @@ mod tests {
     #[test]
     fn a_line_never_turns_back() {
         let points = [(5.0, 1e-3), (4.0, 1e-2), (6.0, 1e-2), (9.0, 1e-6), (8.0, 1e-5), (12.0, 1e-5)];
-        let panel =
-            reached(Panel::new("", Axis::log("", ""), Axis::log("", "")), "n", 0, Marker::Circle, 0, &points);
+        let panel = reached(
+            Panel::new("", Axis::log("", ""), Axis::log("", "")),
+            "n",
+            (0, Marker::Circle),
+            0,
+            &points,
+        );
         let Mark::Line { path, .. } = &panel.marks[0] else { panic!("a line comes first") };
         assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
         let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };

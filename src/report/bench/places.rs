@@ -1,6 +1,5 @@
 //! Where a benchmark ran.
 
-use crate::figure::Marker;
 use crate::report::table::Table;
 
 /// Backends of a table in order of appearance, by what they are called; software adapters are called so.
@@ -35,15 +34,6 @@ impl Places {
     /// Rows of a place that `keep` keeps.
     pub fn rows(&self, table: &Table, place: usize, keep: impl Fn(usize) -> bool) -> Vec<usize> {
         table.rows(|r| Self::key(table, r) == self.0[place].1 && keep(r))
-    }
-
-    /// Its shape of points.
-    pub fn marker(&self, place: usize) -> Marker {
-        match self.0[place].1[0].as_str() {
-            "reference" => Marker::Diamond,
-            "gpu" => Marker::Square,
-            _ => Marker::Circle,
-        }
     }
 }
 

@@ -1,0 +1,310 @@
+//! The answer of a result in one sentence: what a report begins with.
+
+use serde_json::Value;
+
+use super::designs::{DRIVES, WHISKER, varying};
+use super::quantity::{percent, rounded, said};
+use super::source::Source;
+use super::table::{Table, distinct};
+use crate::error::InputError;
+
+/// Strain error that a fast kernel must keep to be named, relative.
+const ACCURATE: f64 = 1e-4;
+
+/// A word for one or many: 1 tap, 2 taps.
+fn count(n: usize, word: &str) -> String {
+    format!("{n} {word}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Least and greatest of `numbers` in words, by `say`.
+fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: &str) -> Option<String> {
+    let all = numbers
+        .filter(|x| x.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    let words = all.map(say);
+    (all[0] <= all[1]).then(|| {
+        if words[0] == words[1] {
+            format!("{}{unit}", words[0])
+        } else {
+            format!("{} to {}{unit}", words[0], words[1])
+        }
+    })
+}
+
+/// How far K varies about its mean: a share of it, or mm where K has a unit.
+fn spread(sd: &str, x: f64, mean: f64) -> String {
+    match sd {
+        "K_sd_mm" => format!("{} mm", rounded(x)),
+        _ => percent(x / mean),
+    }
+}
+
+/// Error of the distance and spread of K of a row, as far as it has them.
+fn worth(row: impl Fn(&str) -> Option<f64>, sd: &str) -> String {
+    let error = row("total_rms_mm").map(|x| format!("the error of a distance is {} mm rms", rounded(x)));
+    let mean = row("K_mean").unwrap_or(1.0);
+    let varies = row(sd).map(|x| format!("K varies by {}", spread(sd, x, mean)));
+    [error, varies].into_iter().flatten().collect::<Vec<_>>().join(" and ")
+}
+
+/// “tapped by θ = 5°”, or “pushed by δ = 3 mm”.
+fn tapped(drive: &str, x: f64) -> String {
+    format!("{} by {}", if drive == "theta_deg" { "tapped" } else { "pushed" }, said(drive, x))
+}
+
+/// A sweep with rows of designs: the best of those that are `fine`.
+pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> Result<String, InputError> {
+    let values = table.numbers(by)?;
+    let kept: Vec<usize> = (0..table.len).filter(|r| fine[*r] && values[*r].is_finite()).collect();
+    let Some(best) = kept.iter().copied().min_by(|a, b| values[*a].total_cmp(&values[*b])) else {
+        return Ok(format!(
+            "None of {} of whisker and tap keeps every limit at every distance.",
+            count(table.len, "row")
+        ));
+    };
+    let names: Vec<String> = varying(table)?
+        .into_iter()
+        .filter(|name| *name != drive)
+        .map(|name| said(name, table.number(name, best)))
+        .collect();
+    let whisker = if names.is_empty() {
+        "the whisker".to_owned()
+    } else {
+        format!("the whisker with {}", names.join(", "))
+    };
+    let tap = tapped(drive, table.number(drive, best));
+    let of = format!(
+        "Of {} of whisker and tap that keep every limit, {whisker}, {tap},",
+        count(kept.len(), "row")
+    );
+    let strain = match table.number("strain_max", best) {
+        x if x.is_finite() => format!(", with strains up to {}", percent(x)),
+        _ => String::new(),
+    };
+    let varies = spread(sd, table.number(sd, best), table.number("K_mean", best));
+    Ok(if by == "total_rms_mm" {
+        let error = rounded(values[best]);
+        let noise = table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0);
+        let parts = if noise { "bias and noise together" } else { "bias alone, as no noise is given" };
+        format!("{of} tells distance best: its error, {parts}, is {error} mm rms{strain}.")
+    } else {
+        format!("{of} has the steadiest K: it varies by {varies} from distance to distance{strain}.")
+    })
+}
+
+/// A sweep of single taps alone.
+pub fn of_taps(table: &Table) -> String {
+    let fine = table.rows(|r| table.word("status", r) == "ok");
+    let strain = range(fine.iter().map(|r| 100.0 * table.number("strain", *r)), rounded, " %");
+    let strain = strain.map_or(String::new(), |s| format!("; their strains are {s}"));
+    format!(
+        "Of {} {} ok{strain}.",
+        count(table.len, "tap"),
+        if fine.len() == 1 { "1 is".into() } else { format!("{} are", fine.len()) }
+    )
+}
+
+/// The best tap of one whisker.
+pub fn of_tap(result: &Value, drive: &str, sd: &str) -> String {
+    let best = &result["optimum"];
+    let Some(at) = best[drive].as_f64() else {
+        return "No tap of the interval keeps every limit.".to_owned();
+    };
+    let limit = match result["limited_by"].as_str() {
+        Some("bias") => "; most of the error is bias of the estimate",
+        Some("noise") => "; most of the error is noise of the gauge",
+        Some("strain_limit") => "; more would strain the gauge beyond its limit",
+        Some("bound") => "; it is the end of the interval that was asked for",
+        Some("complete_rows") => "; beyond it a distance has no answer",
+        _ => "",
+    };
+    format!("The best tap is {}: {} there{limit}.", said(drive, at), worth(|name| best[name].as_f64(), sd))
+}
+
+/// A search: the chosen design, or the ends of the front.
+pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<String, InputError> {
+    let best = &source.run["result"]["best"];
+    if let Some(front) = front.filter(|t| t.len > 1) {
+        let (x, y) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
+        let by = |p: &usize, q: &usize| x[*p].total_cmp(&x[*q]);
+        let there = || (0..front.len).filter(|r| x[*r].is_finite() && y[*r].is_finite());
+        let row = |r: usize| worth(|name| Some(front.number(name, r)).filter(|x| x.is_finite()), sd);
+        if let (Some(first), Some(last)) = (there().min_by(by), there().max_by(by)) {
+            return Ok(format!(
+                "No design is best in both: the front has {}, from one where {} to one where {}.",
+                count(front.len, "design"),
+                row(first),
+                row(last)
+            ));
+        }
+    }
+    let asked = source.in_force("optimise.variables").unwrap_or_default();
+    let varied = |name: &str| {
+        let key = name.rsplit_once('_').map_or(name, |(key, _)| key);
+        asked.is_empty() || asked.split([' ', '{', ',', '=']).any(|word| word == key)
+    };
+    let names = WHISKER.into_iter().filter(|name| varied(name));
+    let design: Vec<String> = names.filter_map(|name| Some(said(name, best[name].as_f64()?))).collect();
+    let tap = DRIVES.into_iter().find_map(|name| Some(tapped(name, best[name].as_f64()?)));
+    let told: Vec<String> = [Some(format!("with {}", design.join(", "))).filter(|_| !design.is_empty()), tap]
+        .into_iter()
+        .flatten()
+        .collect();
+    if told.is_empty() {
+        return Ok("The search found no whisker that keeps every limit.".to_owned());
+    }
+    Ok(format!(
+        "The best whisker found is the one {}: {}.",
+        told.join(", "),
+        worth(|name| best[name].as_f64(), sd)
+    ))
+}
+
+/// A calibration: how well its estimator tells distances that it has not seen.
+pub fn of_calibration(source: &Source) -> String {
+    let (result, counts) = (&source.run["result"], &source.run["counts"]);
+    let name = result["estimator"].as_str().unwrap_or("none");
+    let sides = result["sides"].as_array().map_or(&[][..], Vec::as_slice);
+    let errors = sides.iter().filter_map(|s| s["estimators"][name]["held_out_rms_mm"].as_f64());
+    let number = |v: &Value| v.as_u64().unwrap_or(0) as usize;
+    let used = format!("{} of {} used", number(&counts["used"]), count(number(&counts["taps"]), "tap"));
+    match range(errors, rounded, " mm") {
+        Some(error) => {
+            let within = &result["coverage"]["all"]["within_1"];
+            let within = within.as_f64().map_or(String::new(), |x| {
+                format!(", {} of them within the standard deviation that is given with them", percent(x))
+            });
+            format!(
+                "The estimator “{name}” tells distances that it has not seen to {error} rms{within} ({used})."
+            )
+        }
+        None => format!("No estimator could be judged on distances that it has not seen ({used})."),
+    }
+}
+
+/// Readings and their distances.
+pub fn of_readings(table: &Table) -> Result<String, InputError> {
+    let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
+    let answered = table.rows(|r| distance[r].is_finite());
+    let readings = count(table.len, "reading");
+    let Some(where_) = range(answered.iter().map(|r| distance[*r]), rounded, " mm") else {
+        return Ok(format!("None of {readings} has a distance."));
+    };
+    let mut sigmas: Vec<f64> = answered.iter().map(|r| sigma[*r]).filter(|s| s.is_finite()).collect();
+    sigmas.sort_by(f64::total_cmp);
+    let half = sigmas.get(sigmas.len() / 2).map_or(String::new(), |s| {
+        format!(", half of them with a standard deviation of at most {} mm", rounded(*s))
+    });
+    Ok(format!(
+        "{} of {readings} {} a distance: {where_}{half}.",
+        answered.len(),
+        if answered.len() == 1 { "has" } else { "have" }
+    ))
+}
+
+/// A traced object.
+pub fn of_contour(source: &Source, points: usize) -> String {
+    let curve = &source.run["result"]["curve"];
+    let points = count(points, "point");
+    let with = |name: &str, sigma: &str, unit: &str| {
+        let sigma = curve[sigma].as_f64().map_or(String::new(), |s| format!(" ± {}", rounded(s)));
+        curve[name].as_f64().map(|x| format!("{}{sigma}{unit}", rounded(x)))
+    };
+    let Some(kind) = curve["kind"].as_str() else {
+        return format!("No curve was found through {points}.");
+    };
+    let at = curve["x_mm"].as_f64().zip(curve["y_mm"].as_f64());
+    let at = at.map_or(String::new(), |(x, y)| format!("x = {} mm, y = {} mm", rounded(x), rounded(y)));
+    let form = match (
+        with("radius_mm", "sigma_radius_mm", " mm"),
+        with("direction_deg", "sigma_direction_deg", "°"),
+    ) {
+        (Some(radius), _) => format!("a {kind} with a radius of {radius} about {at}"),
+        (_, Some(direction)) => format!("a {kind} through {at} in the direction {direction}"),
+        _ if at.is_empty() => format!("a {kind}"),
+        _ => format!("a {kind} at {at}"),
+    };
+    format!("What fits {points} on the object best is {form}.")
+}
+
+/// A benchmark: the fastest kernel that is accurate enough to be used.
+pub fn of_bench(work: &Table) -> Result<String, InputError> {
+    let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
+    let whole = |r: &usize| time[*r] > 0.0 && error[*r].is_finite();
+    let ladder = work.rows(|r| matches!(work.word("kernel", r).as_str(), "exact" | "reference"));
+    let all: Vec<usize> = ladder.into_iter().filter(whole).collect();
+    let accurate: Vec<usize> = all.iter().copied().filter(|r| error[*r] <= ACCURATE).collect();
+    let of = if accurate.is_empty() { &all } else { &accurate };
+    let Some(best) = of.iter().copied().min_by(|a, b| time[*a].total_cmp(&time[*b])) else {
+        return Ok("No kernel has a time and an error.".to_owned());
+    };
+    Ok(format!(
+        "The fastest, {} {}, solves a tap in {} ns ({} million taps a second) with 99 of 100 strains accurate to {}.",
+        work.word("backend", best),
+        work.word("precision", best),
+        rounded(time[best]),
+        rounded(1e3 / time[best]),
+        percent(error[best])
+    ))
+}
+
+/// A census of errors.
+pub fn of_verify(table: &Table) -> Result<String, InputError> {
+    let (worst, bound, taps) =
+        (table.numbers("strain_error_worst")?, table.numbers("bound")?, table.numbers("taps")?);
+    let line = |r: usize| {
+        format!(
+            "{} {}, {}",
+            table.word("backend", r),
+            table.word("precision", r),
+            table.word("configuration", r)
+        )
+    };
+    let broken = table.rows(|r| table.word("verdict", r) != "ok");
+    let near = |r: &usize| if bound[*r] > 0.0 { worst[*r] / bound[*r] } else { 0.0 };
+    let nearest = |rows: Vec<usize>| {
+        rows.into_iter().filter(|r| worst[*r].is_finite()).max_by(|a, b| near(a).total_cmp(&near(b)))
+    };
+    let told = |r: usize| {
+        format!(
+            "{} is off by {} of a strain at most, where {} is allowed",
+            line(r),
+            percent(worst[r]),
+            percent(bound[r])
+        )
+    };
+    let all = taps.iter().filter(|n| n.is_finite()).sum::<f64>() as usize;
+    let lines = count(table.len, "check");
+    if let Some(first) = broken.first() {
+        let worst = nearest(broken.clone()).unwrap_or(*first);
+        let verdict = table.word("verdict", worst);
+        return Ok(format!("{} of {lines} fail: {} (verdict: {verdict}).", broken.len(), told(worst)));
+    }
+    let nearest = nearest((0..table.len).collect())
+        .map_or(String::new(), |r| format!("; nearest to its bound, {}", told(r)));
+    Ok(format!(
+        "Every backend keeps its bounds: {lines} against the reference passed, {} in all{nearest}.",
+        count(all, "tap")
+    ))
+}
+
+/// Bent whiskers.
+pub fn of_shapes(contacts: &Table, drive: &str) -> Result<String, InputError> {
+    let solved = contacts.rows(|r| contacts.number("contact_x_mm", r).is_finite());
+    let taps = count(solved.len(), "tap");
+    let drives = distinct(solved.iter().map(|r| contacts.number(drive, *r)));
+    let ends = match drives[..] {
+        [] => return Ok(format!("None of {} has a shape.", count(contacts.len, "tap"))),
+        [one] => said(drive, one),
+        [first, .., last] => {
+            format!("{} to {}", said(drive, first), said(drive, last).rsplit("= ").next().unwrap_or_default())
+        }
+    };
+    let column = |name: &'static str| solved.iter().map(move |r| contacts.number(name, *r));
+    let parts = [
+        range(column("strain").map(|x| 100.0 * x), rounded, " %")
+            .map(|s| format!("the gauge is strained by {s}")),
+        range(column("normal_force_N"), rounded, " N").map(|s| format!("the pole is pushed with {s}")),
+    ];
+    Ok(format!("In {taps} ({ends}) {}.", parts.into_iter().flatten().collect::<Vec<_>>().join(" and ")))
+}

@@ -1,0 +1,129 @@
+//! Ends of an axis that a few points far away do not flatten.
+
+use super::quantity::short;
+use crate::figure::{Mark, Panel};
+
+/// Median deviations about the median that always have room: 4.7 σ of a normal distribution.
+const WIDE: f64 = 7.0;
+/// Share of the samples at either end that may have none.
+const SHARE: f64 = 0.1;
+/// An axis is cut where it gets shorter by this factor.
+const WORTH: f64 = 2.0;
+/// Free space at either end, as a share of the bulk: arrows have room there.
+const ROOM: f64 = 0.08;
+
+/// Least and greatest of `samples` without outliers; none where these are one value.
+fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
+    let mut all: Vec<f64> = samples.iter().copied().filter(|x| x.is_finite()).collect();
+    all.sort_by(f64::total_cmp);
+    let last = all.len().checked_sub(1)?;
+    let at = |share: f64| all[(share * last as f64).round() as usize];
+    let middle = at(0.5);
+    let mut off: Vec<f64> = all.iter().map(|x| (x - middle).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let wide = WIDE * off[off.len() / 2];
+    let (low, high) = ((middle - wide).min(at(SHARE)), (middle + wide).max(at(1.0 - SHARE)));
+    let ends = reach(all.into_iter().filter(|x| (low..=high).contains(x)));
+    (ends[0] < ends[1]).then_some(ends)
+}
+
+/// Least and greatest of what is finite.
+fn reach(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    numbers.filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
+}
+
+/// `panel` with an axis up that fits the bulk of its points called `name` and of their bars. What lies beyond is drawn at the edge, and
+/// the key says how many taps that are.
+pub fn cut(mut panel: Panel, name: &str) -> Panel {
+    let points = || {
+        panel.marks.iter().filter_map(|m| match m {
+            Mark::Points { path, error, .. } => Some((path, error)),
+            _ => None,
+        })
+    };
+    let mut errors: Vec<f64> =
+        points().flat_map(|(_, error)| error).copied().filter(|e| e.is_finite()).collect();
+    errors.sort_by(f64::total_cmp);
+    // Longer bars than half of them have may run to the edge: the errors are what is to be seen.
+    let usual = errors.get(errors.len() / 2).copied().unwrap_or(0.0);
+    let samples: Vec<f64> =
+        points().filter(|(path, _)| path.name == name).flat_map(|(path, _)| &path.y).copied().collect();
+    let Some([low, high]) = bulk(&samples).map(|[low, high]| [low - usual, high + usual]) else {
+        return panel;
+    };
+    let [least, most] = reach(panel.marks.iter().flat_map(Mark::reach).map(|p| p.1));
+    if most - least <= WORTH * (high - low) {
+        return panel;
+    }
+    let room = ROOM * (high - low);
+    let ends = [low - room, high + room];
+    let out = |y: &f64| *y < ends[0] || *y > ends[1];
+    let taps: Vec<f64> =
+        points().flat_map(|(path, _)| &path.y).copied().filter(|y| y.is_finite() && out(y)).collect();
+    let ends_of = |(y, e): (&f64, &f64)| [y - e, y + e].iter().any(|end| end.is_finite() && out(end));
+    let bars =
+        points().flat_map(|(path, error)| path.y.iter().zip(error)).filter(|bar| ends_of(*bar)).count();
+    let farthest = taps.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let unit = if panel.y.unit.is_empty() { String::new() } else { format!(" {}", panel.y.unit) };
+    let mut words = Vec::new();
+    if let Some(far) = farthest {
+        let sign = if far < 0.0 { "−" } else { "" };
+        words.push(match taps.len() {
+            1 => format!("1 tap, at {sign}{}{unit}", short(far.abs())),
+            n => format!("{n} taps, the farthest at {sign}{}{unit}", short(far.abs())),
+        });
+    }
+    if bars > 0 {
+        words.push(format!("the bars of {bars}"));
+    }
+    panel.beyond = format!("beyond the axis: {}", words.join(", "));
+    panel.y.ends = Some(ends);
+    panel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Axis, Marker, Path};
+
+    /// A panel of used taps with bars and one suspect.
+    fn panel(used: &[f64], error: &[f64], suspect: f64) -> Panel {
+        let path = |name: &str, y: &[f64]| Path::new(name, 0, y.iter().map(|y| (1.0, *y)));
+        let mut marks =
+            [("used", used), ("suspect", &[suspect])].map(|(n, y)| Mark::points(path(n, y), Marker::Circle));
+        if let Mark::Points { error: bars, .. } = &mut marks[0] {
+            *bars = error.to_vec();
+        }
+        let panel = Panel::new("", Axis::new("a", "mm"), Axis::new("error", "mm"));
+        cut(marks.into_iter().fold(panel, Panel::with), "used")
+    }
+
+    #[test]
+    fn a_few_points_far_away_do_not_flatten_the_rest() {
+        let bulk: Vec<f64> = (0..50).map(|i| (f64::from(i) * 0.7).sin()).collect();
+        assert_eq!(panel(&bulk, &[], 1.2).y.ends, None);
+        for outliers in [0, 1, 3, 5] {
+            let mut all = bulk.clone();
+            all.extend((0..outliers).map(|i| 80.0 + f64::from(i)));
+            let p = panel(&all, &[], -300.0);
+            let [low, high] = p.y.ends.expect("cut");
+            assert!(
+                bulk.iter().all(|x| (low..=high).contains(x)) && high < 1.5 && low > -1.5,
+                "{low} {high}"
+            );
+            let told = match outliers {
+                0 => "beyond the axis: 1 tap, at −300 mm".to_owned(),
+                n => format!("beyond the axis: {} taps, the farthest at −300 mm", n + 1),
+            };
+            assert_eq!(p.beyond, told);
+        }
+        // Nor do a few bars; what is spread evenly has no outliers, and one value alone has no bulk.
+        let bars: Vec<f64> = (0..50).map(|i| if i % 10 == 0 { 90.0 } else { 0.2 }).collect();
+        let p = panel(&bulk, &bars, 0.0);
+        assert!(p.y.ends.is_some_and(|[low, high]| low > -2.0 && high < 2.0), "{:?}", p.y.ends);
+        assert_eq!(p.beyond, "beyond the axis: the bars of 5");
+        let even: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!((panel(&even, &[], 1.0).y.ends, panel(&[0.5; 20], &[], 9.0).y.ends), (None, None));
+    }
+}

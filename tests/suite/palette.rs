@@ -1,0 +1,91 @@
+//! Colours of figures and pages: far enough apart for every reader, on white and on the dark ground of a page.
+
+use vibrissa::figure::{COLOURS, DARK, MAP_DARK};
+
+type Linear = [f64; 3];
+
+/// A colour as in CSS, in linear light.
+fn linear(text: &str) -> Linear {
+    std::array::from_fn(|i| {
+        let part = u8::from_str_radix(&text[2 * i + 1..2 * i + 3], 16).expect("hexadecimal digits");
+        let c = f64::from(part) / 255.0;
+        if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+    })
+}
+
+fn times(m: &[Linear; 3], v: Linear) -> Linear {
+    m.map(|row| (0..3).map(|k| row[k] * v[k]).sum::<f64>().clamp(0.0, 1.0))
+}
+
+/// Machado, Oliveira and Fernandes (2009), severity 1: normal sight, protanopia, deuteranopia, tritanopia.
+const SIGHT: [[Linear; 3]; 4] = [
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+    [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+];
+
+fn lab(rgb: Linear) -> Linear {
+    let xyz = [
+        [0.4124564, 0.3575761, 0.1804375],
+        [0.2126729, 0.7151522, 0.0721750],
+        [0.0193339, 0.1191920, 0.9503041],
+    ];
+    let white = [0.95047, 1.0, 1.08883];
+    let f: Linear = std::array::from_fn(|i| {
+        let x = (0..3).map(|k| xyz[i][k] * rgb[k]).sum::<f64>() / white[i];
+        if x > 216.0 / 24389.0 { x.cbrt() } else { (24389.0 / 27.0 * x + 16.0) / 116.0 }
+    });
+    [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
+}
+
+/// CIEDE2000 (Sharma, Wu and Dalal 2005).
+fn distance(p: Linear, q: Linear) -> f64 {
+    let seven = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
+    let g = 0.5 * (1.0 - seven(0.5 * (p[1].hypot(p[2]) + q[1].hypot(q[2]))));
+    let polar = |v: Linear| {
+        let a = v[1] * (1.0 + g);
+        (a.hypot(v[2]), v[2].atan2(a).to_degrees().rem_euclid(360.0))
+    };
+    let ((c1, h1), (c2, h2)) = (polar(p), polar(q));
+    let grey = c1 * c2 == 0.0;
+    let dh = if grey { 0.0 } else { (h2 - h1 + 540.0).rem_euclid(360.0) - 180.0 };
+    let hue = if grey { h1 + h2 } else { (h1 + 0.5 * dh).rem_euclid(360.0) };
+    let (light, chroma) = (0.5 * (p[0] + q[0]), 0.5 * (c1 + c2));
+    let cos = |k: f64, off: f64| (k * hue + off).to_radians().cos();
+    let t =
+        1.0 - 0.17 * cos(1.0, -30.0) + 0.24 * cos(2.0, 0.0) + 0.32 * cos(3.0, 6.0) - 0.2 * cos(4.0, -63.0);
+    let turn = 30.0 * (-((hue - 275.0) / 25.0).powi(2)).exp();
+    let l = (q[0] - p[0]) / (1.0 + 0.015 * (light - 50.0).powi(2) / (20.0 + (light - 50.0).powi(2)).sqrt());
+    let c = (c2 - c1) / (1.0 + 0.045 * chroma);
+    let h = 2.0 * (c1 * c2).sqrt() * (0.5 * dh).to_radians().sin() / (1.0 + 0.015 * chroma * t);
+    (l * l + c * c + h * h - (2.0 * turn).to_radians().sin() * 2.0 * seven(chroma) * c * h).sqrt()
+}
+
+/// Least distance of two of `colours` to each kind of sight.
+fn least(colours: &[&str; 8]) -> [f64; 4] {
+    SIGHT.map(|sight| {
+        let seen = colours.map(|c| lab(times(&sight, linear(c))));
+        let pairs = (0..8).flat_map(|i| (0..i).map(move |j| (i, j)));
+        pairs.map(|(i, j)| distance(seen[i], seen[j])).fold(f64::INFINITY, f64::min)
+    })
+}
+
+#[test]
+fn no_two_colours_look_the_same_to_any_reader() {
+    // A pair of the paper's own table.
+    let pair = distance([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485]);
+    assert!((pair - 2.0425).abs() < 1e-4, "{pair}");
+    for (colours, told) in [(COLOURS, [22.2, 12.2, 8.2, 10.9]), (DARK, [26.7, 15.9, 16.0, 13.9])] {
+        let found = least(&colours);
+        assert!(found.iter().zip(told).all(|(x, told)| (x - told).abs() < 0.1), "{found:?}, told {told:?}");
+    }
+    let light = |c: Linear| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2] + 0.05;
+    let ground =
+        include_str!("../../src/page/report.css").split("--ground: ").nth(2).expect("the dark ground");
+    let map = MAP_DARK.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}"));
+    for (colours, least) in [(&DARK[..], 4.5), (&map.each_ref().map(String::as_str)[..], 4.0)] {
+        let contrasts = colours.iter().map(|c| light(linear(c)) / light(linear(&ground[..7])));
+        assert!(contrasts.clone().all(|x| x >= least), "{:?}", contrasts.collect::<Vec<_>>());
+    }
+}
