@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pyo3::prelude::*;
 use toml::Table;
 use vibrissa::error::{Error, InputError};
-use vibrissa::spec;
+use vibrissa::{files, spec};
 
 use crate::error;
 
@@ -63,6 +63,13 @@ impl Asked {
     pub fn read<T>(&self, read: impl FnOnce(&str, &str, &Path) -> Result<T, InputError>) -> Result<T, Error> {
         Ok(read(&self.label, &self.text, &self.base)?)
     }
+}
+
+/// Unit of every key of a spec under its dotted name, and of those of an array's whiskers as `array.x`; empty where it has none.
+#[pyfunction]
+pub fn units() -> Vec<(String, &'static str)> {
+    let of_array = files::ARRAY_UNITS.map(|(key, unit)| (format!("array.{key}"), unit));
+    spec::keys::units().chain(of_array).collect()
 }
 
 /// As [`Asked::new`], as a function of Python raises.

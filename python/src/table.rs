@@ -8,10 +8,11 @@ use arrow_array::ffi::FFI_ArrowSchema;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
-    Array, ArrayRef, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator, StringArray,
+    Array, ArrayRef, BooleanArray, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator,
+    StringArray, make_array,
 };
 use arrow_buffer::{NullBuffer, ScalarBuffer};
-use arrow_schema::{ArrowError, DataType, Field, Schema};
+use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit};
 use numpy::ndarray::ArrayView1;
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyKeyError;
@@ -27,10 +28,12 @@ const SCHEMA: &CStr = c"arrow_schema";
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
-/// (null in Arrow), a missing word None.
+/// (null in Arrow), a missing word None, a missing time NaT.
 #[pyclass(frozen, module = "vibrissa")]
 pub struct Table {
     batch: RecordBatch,
+    /// The user's own columns as a frame of pandas with its index, where they came so.
+    own: Option<Py<PyAny>>,
 }
 
 impl Table {
@@ -39,20 +42,21 @@ impl Table {
     /// # Errors
     /// None of a whole table.
     pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
-        Self::of_arrays(names, columns.0.into_iter().map(array).collect())
+        Self::of_arrays(names, columns.0.into_iter().map(array).collect(), None)
             .map_err(|e| Error::Run(e.to_string()))
     }
 
-    fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>) -> Result<Self, ArrowError> {
+    fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>, own: Option<Py<PyAny>>) -> Result<Self, ArrowError> {
         if names.len() != arrays.len() {
             return Err(ArrowError::InvalidArgumentError("as many names as columns are needed".into()));
         }
         let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
         let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
-        Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)? })
+        Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)?, own })
     }
 
-    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty.
+    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty, and none would become another
+    /// number, or a name with other digits, when it is written again.
     ///
     /// # Errors
     /// None of a table of the library.
@@ -81,12 +85,25 @@ impl Table {
 /// Columns that are of words even where none is in them.
 const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
 
+/// A number that says all that its field says: not 007, and no whole number that float64 lacks.
+fn number(cell: &str) -> Option<f64> {
+    if cell.is_empty() {
+        return Some(f64::NAN);
+    }
+    let padded = cell.len() > 1 && cell.starts_with('0') && cell.bytes().all(|c| c.is_ascii_digit());
+    let value: f64 = cell.parse().ok().filter(|_| !padded)?;
+    let lost = cell.parse::<i128>().is_ok_and(|whole| value as i128 != whole);
+    (!lost).then_some(value)
+}
+
 /// A column of a CSV table.
 fn column(name: &str, cells: &[Cow<'_, str>]) -> Values {
-    let number = |cell: &Cow<'_, str>| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
-    let numbers = || cells.iter().map(number).collect::<Option<Vec<f64>>>();
-    match (!OF_WORDS.contains(&name)).then(numbers).flatten() {
-        Some(numbers) => Values::Numbers(numbers),
+    let numbers = || cells.iter().map(|cell| number(cell)).collect::<Option<Vec<f64>>>();
+    let counts = || cells.iter().map(|cell| whole(cell)).collect::<Option<Vec<u64>>>();
+    let of_words = OF_WORDS.contains(&name);
+    let found = (!of_words).then(|| numbers().map(Values::Numbers).or_else(|| counts().map(Values::Counts)));
+    match found.flatten() {
+        Some(values) => values,
         None => {
             let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
             for cell in cells {
@@ -98,6 +115,12 @@ fn column(name: &str, cells: &[Cow<'_, str>]) -> Values {
             Values::Words(words)
         }
     }
+}
+
+/// A whole number of 64 bits as it is written, with the bits of its sign.
+fn whole(cell: &str) -> Option<u64> {
+    let value: i64 = cell.parse().ok()?;
+    (value.to_string() == cell).then_some(value.cast_unsigned())
 }
 
 /// A column where it lies.
@@ -141,6 +164,9 @@ fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowErro
 enum Given<'py> {
     Numbers(PyReadonlyArray1<'py, f64>),
     Counts(PyReadonlyArray1<'py, i64>),
+    Flags(PyReadonlyArray1<'py, bool>),
+    /// Their bits, and the type of numpy.
+    Times(PyReadonlyArray1<'py, i64>, String),
     Words(PyReadonlyArray1<'py, i32>, Vec<String>),
 }
 
@@ -151,9 +177,33 @@ impl Given<'_> {
             Self::Counts(n) => {
                 array(Values::Counts(n.as_array().iter().map(|n| n.cast_unsigned()).collect()))
             }
+            Self::Flags(x) => Arc::new(BooleanArray::from(x.as_array().to_vec())),
+            Self::Times(x, kind) => times(x.as_array().to_vec(), &kind)?,
             Self::Words(codes, words) => dictionary(codes.as_array().to_vec(), words)?,
         })
     }
+}
+
+/// Types of numpy for moments and spans of time, and those of Arrow.
+const OF_TIME: [(&str, DataType); 8] = [
+    ("M8[s]", DataType::Timestamp(TimeUnit::Second, None)),
+    ("M8[ms]", DataType::Timestamp(TimeUnit::Millisecond, None)),
+    ("M8[us]", DataType::Timestamp(TimeUnit::Microsecond, None)),
+    ("M8[ns]", DataType::Timestamp(TimeUnit::Nanosecond, None)),
+    ("m8[s]", DataType::Duration(TimeUnit::Second)),
+    ("m8[ms]", DataType::Duration(TimeUnit::Millisecond)),
+    ("m8[us]", DataType::Duration(TimeUnit::Microsecond)),
+    ("m8[ns]", DataType::Duration(TimeUnit::Nanosecond)),
+];
+
+/// Times by their bits; the smallest number stands for none.
+fn times(bits: Vec<i64>, kind: &str) -> Result<ArrayRef, ArrowError> {
+    let unknown = || ArrowError::InvalidArgumentError(format!("{kind} is no type of times"));
+    let (_, of_arrow) = OF_TIME.iter().find(|(of_numpy, _)| *of_numpy == kind).ok_or_else(unknown)?;
+    let known = bits.iter().map(|x| *x != i64::MIN).collect::<NullBuffer>();
+    let nulls = (known.null_count() > 0).then_some(known);
+    let plain = PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(bits), nulls);
+    Ok(make_array(plain.into_data().into_builder().data_type(of_arrow.clone()).build()?))
 }
 
 /// `values` as a numpy array that reads them where they lie, and keeps `of` alive.
@@ -191,12 +241,25 @@ impl Table {
         self.columns()
     }
 
-    /// A table of columns as they are read of another: of numbers (float64), of counts (int64), or codes (int32) with their words.
+    /// A table of columns as they are read of another: of numbers (float64), of counts (int64), of flags (bool), bits (int64) of times with their
+    /// type, or codes (int32) with their words; `own` are the user's own as a frame of pandas.
     #[staticmethod]
-    fn _of_columns(py: Python<'_>, names: Vec<String>, columns: Vec<Given<'_>>) -> PyResult<Self> {
+    #[pyo3(signature = (names, columns, own = None))]
+    fn _of_columns(
+        py: Python<'_>,
+        names: Vec<String>,
+        columns: Vec<Given<'_>>,
+        own: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let arrays = columns.into_iter().map(Given::array).collect::<Result<_, _>>();
-        arrays.and_then(|arrays| Self::of_arrays(&names, arrays)).map_err(|e| failed(py, &e))
+        arrays.and_then(|arrays| Self::of_arrays(&names, arrays, own)).map_err(|e| failed(py, &e))
+    }
+
+    /// The user's own columns as a frame of pandas with its index, where they came so.
+    #[getter]
+    fn _own(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.own.as_ref().map(|own| own.clone_ref(py))
     }
 
     /// For pickle: by columns.
@@ -231,6 +294,14 @@ impl Table {
         if let Some(n) = column.as_any().downcast_ref::<PrimitiveArray<Int64Type>>() {
             return view(slf, n.values());
         }
+        if let Some(flags) = column.as_any().downcast_ref::<BooleanArray>() {
+            return Ok(PyArray1::from_iter(py, flags.iter().flatten()).into_any());
+        }
+        if let Some((kind, _)) = OF_TIME.iter().find(|(_, of_arrow)| of_arrow == column.data_type()) {
+            // The bits are those of the column, which the view keeps alive.
+            let bits = column.to_data();
+            return view(slf, bits.buffers()[0].typed_data::<i64>())?.call_method1("view", (*kind,));
+        }
         let (codes, words) = Self::codes(slf, name)?;
         py.import("vibrissa._frames")?.call_method1("words", (codes, words))
     }
@@ -246,11 +317,13 @@ impl Table {
         Ok((view(slf, words.keys().values())?, PyList::new(slf.py(), all)?))
     }
 
-    /// Kind of each column: "number", "count" or "words".
+    /// Kind of each column: "number", "count", "flag", "time" or "words".
     fn kinds(&self) -> Vec<&'static str> {
         let kind = |f: &Arc<Field>| match f.data_type() {
             DataType::Float64 => "number",
             DataType::Int64 => "count",
+            DataType::Boolean => "flag",
+            DataType::Timestamp(..) | DataType::Duration(_) => "time",
             _ => "words",
         };
         self.batch.schema_ref().fields().iter().map(kind).collect()
