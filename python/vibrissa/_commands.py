@@ -70,13 +70,22 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
     return n, flat[:7] + [named.get(key) for key in _DIRECTIONS.values()]
 
 
+def _unread(tuples: Any) -> list[str]:
+    """That columns of taps given one by one are none that is known."""
+    names = list(tuples) if isinstance(tuples, Mapping) else list(getattr(tuples, "columns", ()))
+    known = {*_TUPLES, *_DIRECTIONS, "theta_deg", "delta_mm", "file"}
+    ignored = ", ".join(str(name) for name in names if name not in known)
+    return [f"tuples: ignored columns {ignored}"] if ignored else []
+
+
 def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None,
           run: Section | None = None, tuples: Any = None, name: str | None = None, progress: Progress = None) -> Sweep:
     """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
 
     A value is a number, a list, a numpy array, a range, :func:`axis`, or :func:`samples`; all are crossed, the last fastest, in
-    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N. Nothing is written.
+    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N; quantities with units (pint, astropy) are
+    converted. Nothing is written.
 
     >>> result = sweep(whisker=dict(D=10, d=[4, 7, 10], L_a=50), gauge=dict(x_ss=5, l=2),
     ...                tap=dict(a=range(21, 49, 3), theta=[0.5, *range(1, 11)]))
@@ -99,8 +108,8 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
 
     Returns:
-        :class:`Sweep`: tables ``tuples``, ``designs``, ``distances``, and ``run``. Every row asked for is there; a failed one
-        says why in ``status``.
+        :class:`Sweep`: tables ``tuples``, ``designs``, ``distances``, and ``run``; ``best()``. Every row asked for is there; a failed
+        one says why in ``status``.
 
     Raises:
         InputError: with ``key``, ``value`` and ``allowed``, where a key or value cannot be used.
@@ -114,7 +123,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     path, text, listed = _asked(spec, tuples, sections)
     with shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
-    warn(result.run.get("warnings") or ())
+    warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result
 
 

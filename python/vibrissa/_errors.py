@@ -16,7 +16,7 @@ _OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
 def short(value: Any) -> str:
     """``value`` in a message."""
     try:
-        text = repr(value).encode(errors="replace").decode()
+        text = " ".join(repr(value).encode(errors="replace").decode().split())
     except Exception:  # What a foreign object raises while it is told is no matter of the message.
         text = f"<{type(value).__name__}>"
     return text if len(text) <= 60 else text[:59] + "…"

@@ -88,6 +88,11 @@ def _kind(dtype: np.dtype[Any]) -> str:
 
 def _values(column: Any) -> NDArray[Any]:
     """The values of a column as an array; where some are missing that an array of this type does not show, as objects."""
+    if isinstance(column, (list, tuple)) and len(kinds := set(map(type, column))) > 1 and kinds & {str, bool, np.str_, np.bool_}:
+        # numpy would make words of numbers, and numbers of truth values.
+        objects = np.empty(len(column), dtype=object)
+        objects[:] = column
+        return objects
     numbers, missing = filled(column)
     array: NDArray[Any] = np.atleast_1d(np.asarray(numbers))
     if missing is None or not np.any(missing):
@@ -146,25 +151,26 @@ class Data(NamedTuple):
     """Its name in messages."""
     bytes: bytes
     """It as CSV."""
-    columns: list[Any] | None
-    """Its columns as they were given, or in the units of their names; None of a file."""
+    columns: list[NDArray[Any]]
+    """Its columns as they were given, or in the units of their names; none of a file."""
+    converted: list[int]
+    """Places of those that had a unit."""
     frame: Any
     """It as a frame, where pandas made it."""
 
     def keep(self, table: Table) -> Table:
         """``table``, whose columns after the number of the line begin with those of this one, with these as they were given."""
-        values = [_values(column) for column in self.columns or ()]
-        if any(len(column) != len(table) for column in values) or not values:
+        given = slice(1, 1 + len(self.columns))
+        if not self.columns or len(self.columns[0]) != len(table):
             return table
         names, columns = table.columns, _held(table)
-        columns[1:1 + len(values)] = map(_native_column, values)
+        columns[given] = map(_native_column, self.columns)
         own = None
         if self.frame is not None:
             own = self.frame.copy()
-            for place, column in enumerate(self.columns or ()):
-                if not hasattr(column, "iloc"):  # It had a unit.
-                    own.isetitem(place, column)
-            own.columns = names[1:1 + len(values)]
+            for place in self.converted:
+                own.isetitem(place, self.columns[place])
+            own.columns = names[given]
             own = own.loc[:, ~own.columns.duplicated()]
         return _of_columns(names, columns, own)
 
@@ -175,7 +181,7 @@ def _polars(column: Any) -> Any:
 
 
 def _arrow(column: Any) -> Any:
-    return np.array(column.to_pylist(), dtype=object) if column.null_count else np.asarray(column)
+    return np.array(column.to_pylist(), dtype=object) if column.null_count and "int" in str(column.type) else np.asarray(column)
 
 
 def _named(data: Any, what: str) -> list[tuple[str, Any]]:
@@ -193,8 +199,7 @@ def _named(data: Any, what: str) -> list[tuple[str, Any]]:
     raise InputError(f"{type(data).__name__} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns, what simulate gave")
 
 
-def _lines(names: list[str], columns: list[Any]) -> bytes:
-    arrays = [_values(column) for column in columns]
+def _lines(names: list[str], arrays: list[NDArray[Any]]) -> bytes:
     if len({len(a) for a in arrays}) > 1 or any(a.ndim > 1 for a in arrays):
         shapes = ", ".join(f"{name}: {a.shape}" for name, a in zip(names, arrays))
         raise InputError("columns must be of one length", key="data", value=shapes)
@@ -210,15 +215,19 @@ def _units(columns: dict[str, str] | str | None) -> dict[str, str | None]:
     return {name: UNITS.get(f"tap.{role}") or unit_of_column(long.get(role, role)) for name, role in named.items()}
 
 
+def _is_read(name: str, said: dict[str, str | None]) -> bool:
+    """Whether numbers stand in the column of this name."""
+    return name in said or name in ("reading", "reading_2") or unit_of_column(name) is not None
+
+
 def _without_unit(name: str, column: Any, said: dict[str, str | None]) -> Any:
-    """A column in the unit of its name; what its unit is none of may only stand in a column that is not used, as words."""
-    unit = said[name] if name in said else unit_of_column(name)
-    if unit is None and not (name in said or name in ("reading", "reading_2")):
-        try:
-            return bare(name, column, None)
-        except InputError:
-            return np.array([str(x) for x in column], dtype=object)
-    return bare(name, column, unit)
+    """A column in the unit of its name; where the name is none that is known, and the column is not used, quantities are words."""
+    if _is_read(name, said):
+        return bare(name, column, said[name] if name in said else unit_of_column(name))
+    try:
+        return bare(name, column, None)
+    except InputError:
+        return np.array([str(x) for x in column], dtype=object)
 
 
 def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Data:
@@ -229,7 +238,7 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
         path = os.fspath(data)
         try:
             with open(path, "rb") as file:
-                return Data(str(path), file.read(), None, None)
+                return Data(str(path), file.read(), [], [], None)
         except (OSError, ValueError) as e:
             why = e.strerror if isinstance(e, OSError) else "this is no path"
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
@@ -237,6 +246,11 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
         raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
     named, said = _named(data, what), _units(columns)
     held = [_without_unit(name, column, said) for name, column in named]
+    values = [_values(column) for column in held]
+    for (name, column), array in zip(named, values):
+        if _is_read(name, said) and array.dtype.kind in "mMcbV":
+            raise InputError(f"{array.dtype} is no type of numbers", key=name, value=short(column), allowed="numbers")
+    converted = [place for place, (_, column) in enumerate(named) if held[place] is not column]
     pandas = sys.modules.get("pandas")
     frame = data if pandas is not None and isinstance(data, pandas.DataFrame) else None
-    return Data("data", _lines([name for name, _ in named], held), held, frame)
+    return Data("data", _lines([name for name, _ in named], values), values, converted, frame)

@@ -59,7 +59,7 @@ class Sweep(_Result):
         """The row of ``designs`` with the smallest ``by``, among those of which every tap counts; the first of equals.
 
         Args:
-            by: a column of numbers of ``designs``: ``"K_sd"``, ``"total_rms_mm"``, …
+            by: a column of numbers of ``designs``: ``"K_sd"``, ``"total_rms_mm"``, …; a unit at its end may be left out.
 
         Raises:
             InputError: no such column, no such table.
@@ -69,6 +69,7 @@ class Sweep(_Result):
         if table is None:
             raise InputError("this sweep has no designs", key="output.designs", allowed="True")
         numbers = [name for name, kind in zip(table.columns, table.kinds()) if kind != "words"]
+        by = f"{by}_mm" if f"{by}_mm" in numbers else by
         if by not in numbers:
             raise InputError("designs have no such column of numbers", key="by", value=short(by), allowed=", ".join(numbers))
         codes, words = table.codes("status")

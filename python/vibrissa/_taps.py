@@ -14,7 +14,7 @@ from . import _native
 from ._errors import InputError, short, warn
 from ._progress import Progress, shown
 from ._spec import document, flag
-from ._units import UNITS, bare, filled
+from ._units import UNITS, bare, filled, has_flags
 
 Number = Union[float, NDArray[np.float64]]
 
@@ -126,6 +126,8 @@ def number_array(name: str, value: Any, allowed: str, unit: str | None) -> NDArr
         return InputError(why, key=name, value=short(value), allowed=allowed)
 
     try:
+        if has_flags(value):
+            raise wrong("truth values are no numbers")
         numbers, missing = filled(bare(name, value, unit))
         array = np.asarray(numbers)
         if array.dtype.kind == "O":

@@ -98,17 +98,20 @@ def _read(key: str, value: Any, unit: str | None) -> Any:
     holder, said = _said(value)
     if said is None:
         return value
-    if isinstance(said, (str, bytes)):
-        said = said.decode(errors="replace") if isinstance(said, bytes) else said
-        numbers = value if unit is not None and said.strip() in _WRITTEN.get(unit, (unit,)) else None
-    else:
-        numbers = None if unit is None else _converted(holder, unit)
+    said = said.decode(errors="replace") if isinstance(said, bytes) else said
+    numbers = None if unit is None else _converted(holder, unit)
+    if numbers is None and unit is not None and isinstance(said, str) and said.strip() in _WRITTEN.get(unit, (unit,)):
+        numbers = value
     if numbers is not None:
         return numbers[()] if isinstance(numbers, np.ndarray) and numbers.ndim == 0 else numbers
-    number = f"a number in {unit}" if unit else "a number without a unit"
-    allowed = number if unit is None else f"{number}, or what converts to {unit or 'one'}"
-    why = "no unit is known here" if unit is None else f"{said} is not {unit}" if unit else f"{said} is a unit, and there is none here"
-    raise InputError(f"this has a unit: {why}", key=key, value=short(value), allowed=allowed)
+    said = str(said) or "none"
+    if unit is None:
+        why, allowed = f"it has a unit ({said}), and none is known here", "a number without a unit"
+    elif unit == "":
+        why, allowed = f"its unit ({said}) is not that of a pure number", "a number, or a quantity without dimension"
+    else:
+        why, allowed = f"its unit ({said}) is not {unit}", f"a number in {unit}, or a quantity that converts to it"
+    raise InputError(why, key=key, value=short(value), allowed=allowed)
 
 
 def bare(key: str, value: Any, unit: str | None) -> Any:
@@ -130,6 +133,14 @@ def bare(key: str, value: Any, unit: str | None) -> Any:
             read.flat[place] = bare(key, x, unit)
         return read
     return _read(key, value, unit)
+
+
+def has_flags(value: Any) -> bool:
+    """Whether truth values stand in a list, of which numpy would make numbers beside others."""
+    if not isinstance(value, (list, tuple)):
+        return False
+    kinds = set(map(type, value))
+    return bool(kinds & {bool, np.bool_}) or bool(kinds & {list, tuple}) and any(map(has_flags, value))
 
 
 def filled(value: Any) -> tuple[Any, Any]:

@@ -57,9 +57,14 @@ impl Doubt {
     fn say(&self, value: f64, unit: &str) -> String {
         let Self { why, factor, other } = self;
         let meant: f64 = format!("{:.4e}", value * factor).parse().unwrap_or(f64::NAN);
-        let meant = if meant < 1e-3 { format!("{meant:e}") } else { meant.to_string() };
-        format!("{value}{unit} {why}; is it {meant}{unit}, written in {other}?")
+        let meant = if meant < 1e-3 { format!("{meant:e}") } else { shown(meant) };
+        format!("{}{unit} {why}; is it {meant}{unit}, written in {other}?", shown(value))
     }
+}
+
+/// A number without a row of zeros.
+fn shown(value: f64) -> String {
+    if (1e-9..1e12).contains(&value) { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Ends of the lengths beside which others are judged, mm; NaN where they are not known, or doubted themselves.
@@ -106,7 +111,7 @@ pub fn of_taps(
         ..MANY => (0..n).fold(Rows::new(drive), take),
         _ => (0..n).into_par_iter().fold(|| Rows::new(drive), take).reduce(|| Rows::new(drive), Rows::joined),
     };
-    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(value);
+    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
     rows.said(say)
 }
 
@@ -324,7 +329,7 @@ impl Rows {
     pub fn doubts(self, file: &str, line: impl Fn(usize) -> Option<usize>) -> Vec<String> {
         let drive = self.drive;
         self.said(|column, value, words, place| {
-            InputError::new(words).at(file, place.and_then(&line)).key(column.name(drive)).value(value)
+            InputError::new(words).at(file, place.and_then(&line)).key(column.name(drive)).value(shown(value))
         })
     }
 
