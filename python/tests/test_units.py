@@ -195,6 +195,14 @@ def test_labels_of_units(desk):
     refused(lambda: strain(D=xarray.DataArray(ten, attrs=dict(units="cm"))), "D", "cm", "mm")
     refused(lambda: strain(theta=xarray.DataArray([0.07], attrs=dict(units="rad"))), "theta", "rad", "degrees")
     refused(lambda: vibrissa.spec_text(whisker=dict(D=xarray.DataArray(ten, attrs=dict(units="cm")))), "whisker.D", "cm", "mm")
+    # Of a frame, for each of its columns; those that are not read may have any.
+    frame = pd.DataFrame(dict(theta_deg=[4.0, 4.0], strain=[0.02, 0.021], warm=[20.5, 21.0]))
+    plain = desk[1].locator().table(frame)
+    frame.attrs["units"] = dict(theta_deg="deg", warm="K")
+    found = desk[1].locator().table(frame)
+    assert found["warm"].tolist() == [20.5, 21.0] and found["distance_mm"].tolist() == plain["distance_mm"].tolist()
+    frame.attrs["units"] = dict(theta_deg="rad")
+    refused(lambda: desk[1].locator().table(frame), "theta_deg", "rad", "degrees")
     centimetres = pd.Series(ten)
     centimetres.attrs["unit"] = "cm"
     refused(lambda: strain(D=centimetres), "D", "cm", "mm")
@@ -263,6 +271,20 @@ def test_strain_doubts_as_sweep_does(changes, text):
         strain(theta=np.nan), strain(D=-1.0), strain(theta=[]), strain(D=1e300, d=1e300)
         with pytest.raises(vibrissa.VibrissaWarning, match="hardly a tap"):
             strain(theta=0.07)
+
+
+def test_every_warning_is_of_one_class(desk, tmp_path):
+    rig = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), run=CPU)
+    small, doubted = dict(a=[21, 30], theta=vibrissa.axis(0.02, 0.1, steps=3)), dict(RIG, gauge=dict(RIG["gauge"], factor=221))
+    for call in (lambda: vibrissa.chart(**rig, tap=small), lambda: vibrissa.verify(**rig, tap=small, quick=True, samples=2), lambda: vibrissa.sweep(**rig, tap=small),
+                 lambda: vibrissa.shape(**rig, tap=small, nodes=3), lambda: vibrissa.simulate(**{k: v for k, v in rig.items() if k != "run"}, tap=small),
+                 lambda: vibrissa.calibrate(desk[0], **doubted), lambda: vibrissa.Locator(tmp_path / "cal.toml")):
+        with pytest.warns(vibrissa.VibrissaWarning) as told:
+            found = call()
+        assert {w.category for w in told} == {vibrissa.VibrissaWarning} and {w.filename for w in told} == {__file__}
+        assert any("radians" in str(w.message) or "percent" in str(w.message) for w in told), [str(w.message) for w in told]
+        if isinstance(found, vibrissa.Calibration):
+            found.save(tmp_path / "cal.toml")
 
 
 def test_columns_of_taps_that_are_not_read_are_told():

@@ -249,9 +249,9 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     path, text = resolve(spec, {**sections, "run": run})
     with shown(progress) as tell:
         asked = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound, "")
-        *result, told = _native.verify(path, text, flag("quick", quick), *asked, tell)
+        census, document, ok, told = _native.verify(path, text, flag("quick", quick), *asked, tell)
     warn(told)
-    return Verification(*result)
+    return Verification(census, document, ok)
 
 
 def devices() -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, short
-from ._units import UNITS, bare, filled, unit_of_column
+from ._units import UNITS, bare, filled, is_labelled, unit_of_column
 
 if TYPE_CHECKING:
     import pandas
@@ -34,7 +34,7 @@ def _held(table: Table) -> list[Any]:
     """The columns of ``table`` as :meth:`Table._of_columns` takes them."""
     columns = []
     for name, kind in zip(table.columns, table.kinds()):
-        column = table.codes(name) if kind == "words" else table[name]
+        column: Any = table.codes(name) if kind == "words" else table[name]
         columns.append((column.view(np.int64), _kind(column.dtype)) if kind == "time" else column)
     return columns
 
@@ -225,7 +225,7 @@ def _without_unit(name: str, column: Any, said: dict[str, str | None]) -> Any:
     if _is_read(name, said):
         return bare(name, column, said[name] if name in said else unit_of_column(name))
     try:
-        return bare(name, column, None)
+        return column if is_labelled(column) else bare(name, column, None)
     except InputError:
         return np.array([str(x) for x in column], dtype=object)
 

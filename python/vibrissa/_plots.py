@@ -11,6 +11,7 @@ from ._errors import InputError, short
 from ._native import Table
 from ._spec import whole
 from ._taps import number_array
+from ._units import unit_of_column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +92,7 @@ def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: An
     rows = np.flatnonzero(number == design)
     column, label = _drive(table)
     of = table[column][rows]
-    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm"))
+    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm", unit_of_column(column)))
     ax = _axes(ax)
     if kind == "strain":
         _strain(table, rows, ax)

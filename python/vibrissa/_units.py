@@ -63,7 +63,14 @@ def _said(value: Any) -> tuple[Any, Any]:
     attributes = getattr(value, "attrs", None)
     if said is None and isinstance(attributes, Mapping):
         said = next((attributes[name] for name in ("units", "unit") if attributes.get(name) is not None), None)
-    return value, said
+    if isinstance(said, Mapping):  # Of all columns of a frame.
+        said = said.get(getattr(value, "name", None))
+    return value, said.decode(errors="replace") if isinstance(said, bytes) else said
+
+
+def is_labelled(value: Any) -> bool:
+    """Whether ``value`` is of plain numbers beside which a unit is written."""
+    return isinstance(_said(value)[1], str)
 
 
 def _same_kind(before: Any, after: Any, unit: str) -> bool:
@@ -98,7 +105,6 @@ def _read(key: str, value: Any, unit: str | None) -> Any:
     holder, said = _said(value)
     if said is None:
         return value
-    said = said.decode(errors="replace") if isinstance(said, bytes) else said
     numbers = None if unit is None else _converted(holder, unit)
     if numbers is None and unit is not None and isinstance(said, str) and said.strip() in _WRITTEN.get(unit, (unit,)):
         numbers = value
@@ -149,7 +155,7 @@ def filled(value: Any) -> tuple[Any, Any]:
         return np.asarray(value.data), np.ma.getmaskarray(value)
     if hasattr(value, "unmasked") and hasattr(value, "mask"):  # astropy
         return np.asarray(value.unmasked), np.asarray(value.mask)
-    kind = getattr(value, "dtype", None)
+    kind: Any = getattr(value, "dtype", None)
     if hasattr(kind, "numpy_dtype") and hasattr(value, "isna") and kind.kind in "fiub":  # pandas
         return value.to_numpy(dtype=kind.numpy_dtype, na_value=0), np.asarray(value.isna())
     return value, None
