@@ -322,6 +322,13 @@ def test_a_value_that_is_not_known_is_no_tuple(key, missing, tmp_path):
         refused(lambda: vibrissa.sweep(tuples={"file": str(tmp_path / "taps.csv")}), "tilt_deg", "finite")
     with pytest.raises(vibrissa.InputError, match="finite"):
         vibrissa.sweep(**{**RIG, "tap": dict(a=30, theta=4, tilt=np.nan)})
+    # What a file says of its own whisker is not passed over.
+    spec = tmp_path / "spec.toml"
+    for text, key in (("[whisker]\nD = 5\n", "whisker.D"), ("[tap]\ntilt = 5\n", "tap.tilt"), ("[tuples]\nfile = 'taps.csv'\n", "tuples.file")):
+        spec.write_text(text)
+        with pytest.raises(vibrissa.InputError) as caught:
+            vibrissa.sweep(spec, tuples=taps, run=CPU)
+        assert caught.value.key == key and "tuples" in str(caught.value)
     # One of the two directions, without the other: upright in that.
     leaning = vibrissa.sweep(tuples={**taps, "lean_deg": [5.0, 0.0]}, run=CPU).tuples
     assert "lean_deg" in leaning and "tilt_deg" not in leaning and leaning["strain"][1] == strain()
