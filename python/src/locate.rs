@@ -13,8 +13,7 @@ use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
 use crate::contour::Told;
-use crate::error::keywords;
-use crate::error::raise;
+use crate::error::{keywords, raise};
 use crate::job::{self, Far};
 use crate::table::Table;
 use crate::taps::bits;

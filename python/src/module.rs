@@ -22,7 +22,7 @@ mod _native {
     #[pymodule_export]
     use crate::shape::shape;
     #[pymodule_export]
-    use crate::spec::units;
+    use crate::spec::{read_columns, units};
     #[pymodule_export]
     use crate::sweep::sweep;
     #[pymodule_export]

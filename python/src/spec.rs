@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use toml::Table;
+use vibrissa::contour::rows;
 use vibrissa::error::{Error, InputError};
+use vibrissa::measure::columns;
 use vibrissa::{files, spec};
 
 use crate::error;
@@ -70,6 +72,12 @@ impl Asked {
 pub fn units() -> Vec<(String, &'static str)> {
     let of_array = files::ARRAY_UNITS.map(|(key, unit)| (format!("array.{key}"), unit));
     spec::keys::units().chain(of_array).collect()
+}
+
+/// Columns of measurements that are read as numbers.
+#[pyfunction]
+pub fn read_columns() -> Vec<&'static str> {
+    columns::names().chain(rows::NEEDED).chain(rows::MORE).collect()
 }
 
 /// As [`Asked::new`], as a function of Python raises.

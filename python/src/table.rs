@@ -9,18 +9,19 @@ use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
     Array, ArrayRef, BooleanArray, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator,
-    StringArray, make_array,
+    StringArray,
 };
-use arrow_buffer::{NullBuffer, ScalarBuffer};
-use arrow_schema::{ArrowError, DataType, Field, Schema, TimeUnit};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
 use numpy::ndarray::ArrayView1;
-use numpy::{Element, PyArray1, PyReadonlyArray1};
+use numpy::{Element, PyArray1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyIterator, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
-use vibrissa::sink::columns::{Columns, Values, Words};
+use vibrissa::sink::columns::Columns;
+
+use crate::column::{Given, OF_TIME, array, of_cells};
 
 /// Names of capsules, as the Arrow PyCapsule interface has them.
 const STREAM: &CStr = c"arrow_array_stream";
@@ -68,7 +69,7 @@ impl Table {
         for line in lines {
             cells.iter_mut().zip(fields(line, ',')).for_each(|(column, cell)| column.push(cell));
         }
-        let columns = header.iter().zip(&cells).map(|(name, cells)| column(name, cells)).collect();
+        let columns = header.iter().zip(&cells).map(|(name, cells)| of_cells(name, cells)).collect();
         let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
         Self::new(&names, Columns(columns))
     }
@@ -80,130 +81,6 @@ impl Table {
             PyKeyError::new_err(format!("no column {name:?}; there are {}", names.join(", ")))
         })
     }
-}
-
-/// Columns that are of words even where none is in them.
-const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
-
-/// A number that says all that its field says: not 007, and no whole number that float64 lacks.
-fn number(cell: &str) -> Option<f64> {
-    if cell.is_empty() {
-        return Some(f64::NAN);
-    }
-    let padded = cell.len() > 1 && cell.starts_with('0') && cell.bytes().all(|c| c.is_ascii_digit());
-    let value: f64 = cell.parse().ok().filter(|_| !padded)?;
-    let lost = cell.parse::<i128>().is_ok_and(|whole| value as i128 != whole);
-    (!lost).then_some(value)
-}
-
-/// A column of a CSV table.
-fn column(name: &str, cells: &[Cow<'_, str>]) -> Values {
-    let numbers = || cells.iter().map(|cell| number(cell)).collect::<Option<Vec<f64>>>();
-    let counts = || cells.iter().map(|cell| whole(cell)).collect::<Option<Vec<u64>>>();
-    let of_words = OF_WORDS.contains(&name);
-    let found = (!of_words).then(|| numbers().map(Values::Numbers).or_else(|| counts().map(Values::Counts)));
-    match found.flatten() {
-        Some(values) => values,
-        None => {
-            let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
-            for cell in cells {
-                words.codes.push(*places.entry(cell).or_insert_with(|| {
-                    words.known.push(cell.to_string());
-                    words.known.len() as u32 - 1
-                }));
-            }
-            Values::Words(words)
-        }
-    }
-}
-
-/// A whole number of 64 bits as it is written, with the bits of its sign.
-fn whole(cell: &str) -> Option<u64> {
-    let value: i64 = cell.parse().ok()?;
-    (value.to_string() == cell).then_some(value.cast_unsigned())
-}
-
-/// A column where it lies.
-fn array(values: Values) -> ArrayRef {
-    match values {
-        Values::Numbers(x) => {
-            let nulls =
-                x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
-            Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
-        }
-        // These collect in place.
-        Values::Counts(n) => {
-            let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
-            Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
-        }
-        Values::Words(Words { codes, known, .. }) => {
-            let mut words = known;
-            let missing = words.iter().position(String::is_empty).map(|at| {
-                words.remove(at);
-                at as u32
-            });
-            let place = |code: u32| match missing {
-                Some(missing) if code == missing => -1,
-                Some(missing) if code > missing => code.cast_signed() - 1,
-                _ => code.cast_signed(),
-            };
-            dictionary(codes.into_iter().map(place).collect(), words).expect("codes are places of words")
-        }
-    }
-}
-
-/// A column of words by their places in `words`, −1 where there is none.
-fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowError> {
-    let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
-    let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
-    Ok(Arc::new(DictionaryArray::<Int32Type>::try_new(keys, Arc::new(StringArray::from(words)))?))
-}
-
-/// A column as [`Table::__getitem__`] and [`Table::codes`] give it.
-#[derive(FromPyObject)]
-enum Given<'py> {
-    Numbers(PyReadonlyArray1<'py, f64>),
-    Counts(PyReadonlyArray1<'py, i64>),
-    Flags(PyReadonlyArray1<'py, bool>),
-    /// Their bits, and the type of numpy.
-    Times(PyReadonlyArray1<'py, i64>, String),
-    Words(PyReadonlyArray1<'py, i32>, Vec<String>),
-}
-
-impl Given<'_> {
-    fn array(self) -> Result<ArrayRef, ArrowError> {
-        Ok(match self {
-            Self::Numbers(x) => array(Values::Numbers(x.as_array().to_vec())),
-            Self::Counts(n) => {
-                array(Values::Counts(n.as_array().iter().map(|n| n.cast_unsigned()).collect()))
-            }
-            Self::Flags(x) => Arc::new(BooleanArray::from(x.as_array().to_vec())),
-            Self::Times(x, kind) => times(x.as_array().to_vec(), &kind)?,
-            Self::Words(codes, words) => dictionary(codes.as_array().to_vec(), words)?,
-        })
-    }
-}
-
-/// Types of numpy for moments and spans of time, and those of Arrow.
-const OF_TIME: [(&str, DataType); 8] = [
-    ("M8[s]", DataType::Timestamp(TimeUnit::Second, None)),
-    ("M8[ms]", DataType::Timestamp(TimeUnit::Millisecond, None)),
-    ("M8[us]", DataType::Timestamp(TimeUnit::Microsecond, None)),
-    ("M8[ns]", DataType::Timestamp(TimeUnit::Nanosecond, None)),
-    ("m8[s]", DataType::Duration(TimeUnit::Second)),
-    ("m8[ms]", DataType::Duration(TimeUnit::Millisecond)),
-    ("m8[us]", DataType::Duration(TimeUnit::Microsecond)),
-    ("m8[ns]", DataType::Duration(TimeUnit::Nanosecond)),
-];
-
-/// Times by their bits; the smallest number stands for none.
-fn times(bits: Vec<i64>, kind: &str) -> Result<ArrayRef, ArrowError> {
-    let unknown = || ArrowError::InvalidArgumentError(format!("{kind} is no type of times"));
-    let (_, of_arrow) = OF_TIME.iter().find(|(of_numpy, _)| *of_numpy == kind).ok_or_else(unknown)?;
-    let known = bits.iter().map(|x| *x != i64::MIN).collect::<NullBuffer>();
-    let nulls = (known.null_count() > 0).then_some(known);
-    let plain = PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(bits), nulls);
-    Ok(make_array(plain.into_data().into_builder().data_type(of_arrow.clone()).build()?))
 }
 
 /// `values` as a numpy array that reads them where they lie, and keeps `of` alive.

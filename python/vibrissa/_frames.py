@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, short
-from ._units import UNITS, bare, filled, is_labelled, unit_of_column
+from ._units import READ, UNITS, bare, filled, has_quantities, is_labelled, unit_of_column
 
 if TYPE_CHECKING:
     import pandas
@@ -212,20 +212,22 @@ def _units(columns: dict[str, str] | str | None) -> dict[str, str | None]:
     parts = (part.partition("=") for part in columns.split(",")) if isinstance(columns, str) else ((role, "", name) for role, name in (columns or {}).items())
     long = {"bridge": "bridge_mV_per_V", "bridge_2": "bridge_mV_per_V_2"}
     named = {str(name).strip(): str(role).strip() for role, _, name in parts}
-    return {name: UNITS.get(f"tap.{role}") or unit_of_column(long.get(role, role)) for name, role in named.items()}
+    return {name: UNITS.get(f"tap.{role}") or unit_of_column(long.get(role, role)) for name, role in named.items() if role != "ignore"}
 
 
-def _is_read(name: str, said: dict[str, str | None]) -> bool:
-    """Whether numbers stand in the column of this name."""
-    return name in said or name in ("reading", "reading_2") or unit_of_column(name) is not None
+def _read(name: str, column: Any, unit: str | None) -> NDArray[Any]:
+    """A column of numbers in this unit."""
+    values = _values(bare(name, column, unit))
+    if values.dtype.kind in "mMcbV":
+        raise InputError(f"{values.dtype} is no type of numbers", key=name, value=short(column), allowed="numbers")
+    found: NDArray[Any] = bare(name, values, unit)
+    return found
 
 
-def _without_unit(name: str, column: Any, said: dict[str, str | None]) -> Any:
-    """A column in the unit of its name; where the name is none that is known, and the column is not used, quantities are words."""
-    if _is_read(name, said):
-        return bare(name, column, said[name] if name in said else unit_of_column(name))
+def _kept(name: str, column: Any) -> NDArray[Any]:
+    """A column that is not read: quantities are numbers in the unit of its name, else words."""
     try:
-        return column if is_labelled(column) else bare(name, column, None)
+        return _values(column if is_labelled(column) else bare(name, column, unit_of_column(name)))
     except InputError:
         return np.array([str(x) for x in column], dtype=object)
 
@@ -245,12 +247,10 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
     if not (columns is None or isinstance(columns, (str, Mapping))):
         raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
     named, said = _named(data, what), _units(columns)
-    held = [_without_unit(name, column, said) for name, column in named]
-    values = [_values(column) for column in held]
-    for (name, column), array in zip(named, values):
-        if _is_read(name, said) and array.dtype.kind in "mMcbV":
-            raise InputError(f"{array.dtype} is no type of numbers", key=name, value=short(column), allowed="numbers")
-    converted = [place for place, (_, column) in enumerate(named) if held[place] is not column]
+    values = [
+        _read(name, column, said[name] if name in said else unit_of_column(name)) if name in said or name in READ else _kept(name, column)
+        for name, column in named]
+    converted = [place for place, (_, column) in enumerate(named) if has_quantities(column)]
     pandas = sys.modules.get("pandas")
     frame = data if pandas is not None and isinstance(data, pandas.DataFrame) else None
     return Data("data", _lines([name for name, _ in named], values), values, converted, frame)

@@ -14,6 +14,9 @@ from ._errors import InputError, short
 UNITS: dict[str, str] = dict(_native.units())
 """Unit of every key of a spec under its dotted name, "" where it has none."""
 
+READ = frozenset(_native.read_columns())
+"""Columns of measurements that are read as numbers."""
+
 # As the engine says of the keys of an axis.
 _THAT_OF_THE_KEY = "that of the key"
 _PLAIN = frozenset({float, int, bool, str, np.float64, np.float32, np.int64, np.int32, type(None)})
@@ -71,6 +74,14 @@ def _said(value: Any) -> tuple[Any, Any]:
 def is_labelled(value: Any) -> bool:
     """Whether ``value`` is of plain numbers beside which a unit is written."""
     return isinstance(_said(value)[1], str)
+
+
+def has_quantities(column: Any) -> bool:
+    """Whether a column of a frame is of quantities, or some of its objects are."""
+    said = _said(column)[1]
+    if said is not None and not isinstance(said, str):
+        return True
+    return str(getattr(column, "dtype", "")) == "object" and any(_said(x)[1] is not None for x in column if type(x) not in _PLAIN)
 
 
 def _same_kind(before: Any, after: Any, unit: str) -> bool:
