@@ -42,22 +42,22 @@ impl Argument {
     }
 }
 
-impl Argument {
-    /// NaN for all taps stands for what was not given.
-    fn is_missing(&self) -> bool {
-        matches!(self, Self::One(x) if x.is_nan())
-    }
+/// Taps as arguments: D, d, L_a, x_ss, l, a and the drive; tilt and lean, or nothing where poles are upright.
+pub struct Given {
+    seven: [Argument; 7],
+    directions: [Option<Argument>; 2],
 }
 
-/// Taps as arguments: D, d, L_a, x_ss, l, a and the drive, and where poles need not be upright, tilt and lean.
-pub struct Given(Vec<Argument>);
+/// A column, or none where it was not given.
+pub type Column<'py> = Option<PyReadonlyArray1<'py, f64>>;
 
 impl Given {
-    /// `n` taps from seven contiguous arrays of one or `n` values, or from nine.
+    /// `n` taps from contiguous arrays of one or `n` values: seven, and after them tilt and lean, which may both be left out, or one of them be
+    /// none. A NaN is a value like others.
     ///
     /// # Errors
     /// Arrays of other lengths.
-    pub fn new(py: Python<'_>, n: usize, columns: Vec<PyReadonlyArray1<'_, f64>>) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, n: usize, columns: Vec<Column<'_>>) -> PyResult<Self> {
         let wrong = || crate::error::run(py, "arrays of other lengths");
         let one = |column: PyReadonlyArray1<'_, f64>| match column.as_slice().map_err(|_| wrong())? {
             [one] => Ok(Argument::One(*one)),
@@ -67,31 +67,34 @@ impl Given {
             }
             _ => Err(wrong()),
         };
-        let all = columns.into_iter().map(one).collect::<PyResult<Vec<_>>>()?;
-        if [7, 9].contains(&all.len()) { Ok(Self(all)) } else { Err(wrong()) }
+        let mut columns = columns.into_iter();
+        let seven = columns.by_ref().take(7).flatten().map(one).collect::<PyResult<Vec<_>>>()?;
+        let seven = <[Argument; 7]>::try_from(seven).map_err(|_| wrong())?;
+        let mut direction = || columns.next().flatten().map(one).transpose();
+        let directions = [direction()?, direction()?];
+        if columns.next().is_none() { Ok(Self { seven, directions }) } else { Err(wrong()) }
     }
 
     /// Tap `i`.
     #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
-        let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.0[k].at(i));
-        let given = |k: usize| self.0.get(k).filter(|column| !column.is_missing());
-        let [tilt, lean] = [7, 8].map(|k| given(k).map_or(0.0, |column| column.at(i)));
+        let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.seven[k].at(i));
+        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, |c| c.at(i)));
         Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive }
     }
 
-    /// Whether poles tilt, and lean, in any of the `n` taps.
+    /// Whether poles tilt, and lean, in any of the `n` taps; where it is not known, they do.
     pub fn leaning(&self, n: usize) -> [bool; 2] {
         let some = |column: &Argument| match column {
-            Argument::One(x) => !x.is_nan() && *x != 0.0,
+            Argument::One(x) => *x != 0.0,
             Argument::Each(all) => (0..n).any(|i| all.at(i) != 0.0),
         };
-        [7, 8].map(|k| self.0.get(k).is_some_and(some))
+        self.directions.each_ref().map(|column| column.as_ref().is_some_and(some))
     }
 
     /// Which of tilt and lean were given.
     pub fn directions(&self) -> DirectionColumns {
-        let [tilt, lean] = [7, 8].map(|k| self.0.get(k).is_some_and(|column| !column.is_missing()));
+        let [tilt, lean] = self.directions.each_ref().map(Option::is_some);
         DirectionColumns { tilt, lean }
     }
 }

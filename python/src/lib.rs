@@ -4,6 +4,8 @@
 #[cfg(feature = "extension")]
 mod array;
 #[cfg(feature = "extension")]
+mod column;
+#[cfg(feature = "extension")]
 mod contour;
 #[cfg(feature = "extension")]
 mod error;

@@ -13,7 +13,7 @@ use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
 use crate::contour::Told;
-use crate::error::raise;
+use crate::error::{keywords, raise};
 use crate::job::{self, Far};
 use crate::table::Table;
 use crate::taps::bits;
@@ -153,6 +153,12 @@ impl Locator {
     #[getter]
     fn estimator(&self) -> &'static str {
         self.locator.estimator.name()
+    }
+
+    /// What should be known of the calibration.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.calibration.rig.warnings.iter().map(|text| keywords(text)).collect()
     }
 
     /// Column of the signal: strain, microstrain, bridge_mV_per_V or reading.

@@ -31,22 +31,22 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
     interrupt.map_or(Ok(all), Err)
 }
 
-/// Charts of a spec over its ranges, as JSON.
+/// Charts of a spec over its ranges, as JSON; what should be known of it.
 #[pyfunction]
-pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<String> {
+pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<(String, Vec<String>)> {
     let read = || Asked::new(path, text, "chart")?.read(spec::parse);
     let spec = read().map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let tolerance = spec.run.tolerance.unwrap_or(charts::TOLERANCE);
         let found = charts::of_study(&spec.study, tolerance, stop)?;
-        Ok(document::document(&spec.study.setup, &found).to_string())
+        Ok((document::document(&spec.study.setup, &found).to_string(), spec.warnings))
     };
     let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;
     interrupt.map_or(Ok(found), Err)
 }
 
-/// Every backend against the reference: the census, run.json, and what is broken, if anything is.
+/// Every backend against the reference: the census, run.json, whether nothing is broken, and what should be known of the spec.
 #[pyfunction]
 #[pyo3(signature = (path, text, quick, samples, seed, bound, progress = None))]
 #[allow(clippy::too_many_arguments)]
@@ -59,7 +59,7 @@ pub fn verify<'py>(
     seed: u64,
     bound: Option<f64>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Table, String, bool)> {
+) -> PyResult<(Table, String, bool, Vec<String>)> {
     if let Some(bad) = bound.filter(|b| !(*b > 0.0 && b.is_finite())) {
         let error = InputError::new("a bound on an error must be a positive number").key("bound").value(bad);
         return Err(raise(py, error.allowed("> 0").into()));
@@ -70,7 +70,7 @@ pub fn verify<'py>(
     let read = || -> Result<_, Error> {
         let asked = Asked::new(path, text, "verify")?;
         match built_in {
-            true => Ok((None, crate::taps::shared(&asked)?.run)),
+            true => Ok((None, asked.read(spec::parse_listed)?.run)),
             false => asked.read(spec::parse).map(|spec| (Some(spec.clone()), spec.run)),
         }
     };
@@ -99,7 +99,8 @@ pub fn verify<'py>(
         };
         let table = Table::of_csv(&write::table(&lines, &backends)?)?;
         let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
-        Ok((table, write::document(&verified).to_string(), good))
+        let document = write::document(&verified).to_string();
+        Ok((table, document, good, spec.map_or_else(Vec::new, |spec| spec.warnings)))
     };
     let (found, interrupt) = job::run(py, threads, work, job::shown(progress))?;
     interrupt.map_or(Ok(found), Err)

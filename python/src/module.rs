@@ -22,11 +22,13 @@ mod _native {
     #[pymodule_export]
     use crate::shape::shape;
     #[pymodule_export]
+    use crate::spec::{read_columns, units};
+    #[pymodule_export]
     use crate::sweep::sweep;
     #[pymodule_export]
     use crate::table::Table;
     #[pymodule_export]
-    use crate::taps::Taps;
+    use crate::taps::{Taps, counts};
     use pyo3::prelude::*;
 
     #[pymodule_init]

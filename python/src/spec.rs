@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use toml::Table;
+use vibrissa::contour::rows;
 use vibrissa::error::{Error, InputError};
-use vibrissa::spec;
+use vibrissa::measure::columns;
+use vibrissa::{files, spec};
 
 use crate::error;
 
@@ -63,6 +65,19 @@ impl Asked {
     pub fn read<T>(&self, read: impl FnOnce(&str, &str, &Path) -> Result<T, InputError>) -> Result<T, Error> {
         Ok(read(&self.label, &self.text, &self.base)?)
     }
+}
+
+/// Unit of every key of a spec under its dotted name, and of those of an array's whiskers as `array.x`; empty where it has none.
+#[pyfunction]
+pub fn units() -> Vec<(String, &'static str)> {
+    let of_array = files::ARRAY_UNITS.map(|(key, unit)| (format!("array.{key}"), unit));
+    spec::keys::units().chain(of_array).collect()
+}
+
+/// Columns of measurements that are read as numbers.
+#[pyfunction]
+pub fn read_columns() -> Vec<&'static str> {
+    columns::names().chain(rows::NEEDED).chain(rows::MORE).collect()
 }
 
 /// As [`Asked::new`], as a function of Python raises.

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use vibrissa::backend::Choice;
@@ -16,7 +15,7 @@ use vibrissa::sink::table::Table as Of;
 use vibrissa::sweep::collect;
 use vibrissa::{files, spec};
 
-use crate::held::Given;
+use crate::held::{self, Given};
 use crate::job::{self, Ahead};
 use crate::spec::{Asked, asked};
 use crate::table::Table;
@@ -51,7 +50,7 @@ pub fn leave_files(spec: &mut Spec) {
 }
 
 /// Taps one by one: how many, and their columns.
-pub type Listed<'py> = (usize, Vec<PyReadonlyArray1<'py, f64>>);
+pub type Listed<'py> = (usize, Vec<held::Column<'py>>);
 
 /// The spec that was `asked`, or that of the taps `listed`.
 ///
@@ -63,13 +62,15 @@ pub fn read(py: Python<'_>, asked: &Asked, listed: Option<Listed<'_>>) -> PyResu
         let tuples: Vec<Tuple> = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
         Ok::<_, PyErr>((tuples, given.leaning(n), given.directions()))
     });
-    let read = |listed| match listed {
+    let read = |listed: Option<(Vec<Tuple>, _, _)>| match listed {
         None => asked.read(spec::parse),
         Some((tuples, leaning, directions)) => {
-            let mut spec = taps::shared(asked)?;
+            let mut spec = asked.read(spec::parse_listed)?;
             taps::refuse(&spec.study.setup.model, leaning)?;
             spec.study.setup.directions = directions;
             let kind = spec.study.setup.drive;
+            let name = |column: Column| column.name(kind).to_owned();
+            spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), |i| tuples[i], name));
             spec.study.space = Space::List(tuples);
             let of_tuples =
                 |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));

@@ -8,18 +8,20 @@ use arrow_array::ffi::FFI_ArrowSchema;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
-    Array, ArrayRef, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator, StringArray,
+    Array, ArrayRef, BooleanArray, DictionaryArray, PrimitiveArray, RecordBatch, RecordBatchIterator,
+    StringArray,
 };
-use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use numpy::ndarray::ArrayView1;
-use numpy::{Element, PyArray1, PyReadonlyArray1};
+use numpy::{Element, PyArray1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyIterator, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
-use vibrissa::sink::columns::{Columns, Values, Words};
+use vibrissa::sink::columns::Columns;
+
+use crate::column::{Given, OF_TIME, array, of_cells};
 
 /// Names of capsules, as the Arrow PyCapsule interface has them.
 const STREAM: &CStr = c"arrow_array_stream";
@@ -27,10 +29,12 @@ const SCHEMA: &CStr = c"arrow_schema";
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
-/// (null in Arrow), a missing word None.
+/// (null in Arrow), a missing word None, a missing time NaT.
 #[pyclass(frozen, module = "vibrissa")]
 pub struct Table {
     batch: RecordBatch,
+    /// The user's own columns as a frame of pandas with its index, where they came so.
+    own: Option<Py<PyAny>>,
 }
 
 impl Table {
@@ -39,20 +43,21 @@ impl Table {
     /// # Errors
     /// None of a whole table.
     pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
-        Self::of_arrays(names, columns.0.into_iter().map(array).collect())
+        Self::of_arrays(names, columns.0.into_iter().map(array).collect(), None)
             .map_err(|e| Error::Run(e.to_string()))
     }
 
-    fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>) -> Result<Self, ArrowError> {
+    fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>, own: Option<Py<PyAny>>) -> Result<Self, ArrowError> {
         if names.len() != arrays.len() {
             return Err(ArrowError::InvalidArgumentError("as many names as columns are needed".into()));
         }
         let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
         let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
-        Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)? })
+        Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)?, own })
     }
 
-    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty.
+    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty, and none would become another
+    /// number, or a name with other digits, when it is written again.
     ///
     /// # Errors
     /// None of a table of the library.
@@ -64,7 +69,7 @@ impl Table {
         for line in lines {
             cells.iter_mut().zip(fields(line, ',')).for_each(|(column, cell)| column.push(cell));
         }
-        let columns = header.iter().zip(&cells).map(|(name, cells)| column(name, cells)).collect();
+        let columns = header.iter().zip(&cells).map(|(name, cells)| of_cells(name, cells)).collect();
         let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
         Self::new(&names, Columns(columns))
     }
@@ -74,84 +79,6 @@ impl Table {
             let names: Vec<&str> =
                 self.batch.schema_ref().fields().iter().map(|f| f.name().as_str()).collect();
             PyKeyError::new_err(format!("no column {name:?}; there are {}", names.join(", ")))
-        })
-    }
-}
-
-/// Columns that are of words even where none is in them.
-const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
-
-/// A column of a CSV table.
-fn column(name: &str, cells: &[Cow<'_, str>]) -> Values {
-    let number = |cell: &Cow<'_, str>| if cell.is_empty() { Some(f64::NAN) } else { cell.parse().ok() };
-    let numbers = || cells.iter().map(number).collect::<Option<Vec<f64>>>();
-    match (!OF_WORDS.contains(&name)).then(numbers).flatten() {
-        Some(numbers) => Values::Numbers(numbers),
-        None => {
-            let (mut words, mut places) = (Words::default(), std::collections::HashMap::new());
-            for cell in cells {
-                words.codes.push(*places.entry(cell).or_insert_with(|| {
-                    words.known.push(cell.to_string());
-                    words.known.len() as u32 - 1
-                }));
-            }
-            Values::Words(words)
-        }
-    }
-}
-
-/// A column where it lies.
-fn array(values: Values) -> ArrayRef {
-    match values {
-        Values::Numbers(x) => {
-            let nulls =
-                x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
-            Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
-        }
-        // These collect in place.
-        Values::Counts(n) => {
-            let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
-            Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
-        }
-        Values::Words(Words { codes, known, .. }) => {
-            let mut words = known;
-            let missing = words.iter().position(String::is_empty).map(|at| {
-                words.remove(at);
-                at as u32
-            });
-            let place = |code: u32| match missing {
-                Some(missing) if code == missing => -1,
-                Some(missing) if code > missing => code.cast_signed() - 1,
-                _ => code.cast_signed(),
-            };
-            dictionary(codes.into_iter().map(place).collect(), words).expect("codes are places of words")
-        }
-    }
-}
-
-/// A column of words by their places in `words`, −1 where there is none.
-fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowError> {
-    let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
-    let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
-    Ok(Arc::new(DictionaryArray::<Int32Type>::try_new(keys, Arc::new(StringArray::from(words)))?))
-}
-
-/// A column as [`Table::__getitem__`] and [`Table::codes`] give it.
-#[derive(FromPyObject)]
-enum Given<'py> {
-    Numbers(PyReadonlyArray1<'py, f64>),
-    Counts(PyReadonlyArray1<'py, i64>),
-    Words(PyReadonlyArray1<'py, i32>, Vec<String>),
-}
-
-impl Given<'_> {
-    fn array(self) -> Result<ArrayRef, ArrowError> {
-        Ok(match self {
-            Self::Numbers(x) => array(Values::Numbers(x.as_array().to_vec())),
-            Self::Counts(n) => {
-                array(Values::Counts(n.as_array().iter().map(|n| n.cast_unsigned()).collect()))
-            }
-            Self::Words(codes, words) => dictionary(codes.as_array().to_vec(), words)?,
         })
     }
 }
@@ -191,12 +118,25 @@ impl Table {
         self.columns()
     }
 
-    /// A table of columns as they are read of another: of numbers (float64), of counts (int64), or codes (int32) with their words.
+    /// A table of columns as they are read of another: of numbers (float64), of counts (int64), of flags (bool), bits (int64) of times with their
+    /// type, or codes (int32) with their words; `own` are the user's own as a frame of pandas.
     #[staticmethod]
-    fn _of_columns(py: Python<'_>, names: Vec<String>, columns: Vec<Given<'_>>) -> PyResult<Self> {
+    #[pyo3(signature = (names, columns, own = None))]
+    fn _of_columns(
+        py: Python<'_>,
+        names: Vec<String>,
+        columns: Vec<Given<'_>>,
+        own: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let arrays = columns.into_iter().map(Given::array).collect::<Result<_, _>>();
-        arrays.and_then(|arrays| Self::of_arrays(&names, arrays)).map_err(|e| failed(py, &e))
+        arrays.and_then(|arrays| Self::of_arrays(&names, arrays, own)).map_err(|e| failed(py, &e))
+    }
+
+    /// The user's own columns as a frame of pandas with its index, where they came so.
+    #[getter]
+    fn _own(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.own.as_ref().map(|own| own.clone_ref(py))
     }
 
     /// For pickle: by columns.
@@ -231,6 +171,14 @@ impl Table {
         if let Some(n) = column.as_any().downcast_ref::<PrimitiveArray<Int64Type>>() {
             return view(slf, n.values());
         }
+        if let Some(flags) = column.as_any().downcast_ref::<BooleanArray>() {
+            return Ok(PyArray1::from_iter(py, flags.iter().flatten()).into_any());
+        }
+        if let Some((kind, _)) = OF_TIME.iter().find(|(_, of_arrow)| of_arrow == column.data_type()) {
+            // The bits are those of the column, which the view keeps alive.
+            let bits = column.to_data();
+            return view(slf, bits.buffers()[0].typed_data::<i64>())?.call_method1("view", (*kind,));
+        }
         let (codes, words) = Self::codes(slf, name)?;
         py.import("vibrissa._frames")?.call_method1("words", (codes, words))
     }
@@ -246,11 +194,13 @@ impl Table {
         Ok((view(slf, words.keys().values())?, PyList::new(slf.py(), all)?))
     }
 
-    /// Kind of each column: "number", "count" or "words".
+    /// Kind of each column: "number", "count", "flag", "time" or "words".
     fn kinds(&self) -> Vec<&'static str> {
         let kind = |f: &Arc<Field>| match f.data_type() {
             DataType::Float64 => "number",
             DataType::Int64 => "count",
+            DataType::Boolean => "flag",
+            DataType::Timestamp(..) | DataType::Duration(_) => "time",
             _ => "words",
         };
         self.batch.schema_ref().fields().iter().map(kind).collect()

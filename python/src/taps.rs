@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
@@ -14,13 +14,14 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::evaluate::Method;
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
+use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
-use vibrissa::scene::{BackendChoice, Model, RunOptions, Spec};
+use vibrissa::scene::{BackendChoice, Model, RunOptions, Setup};
 use vibrissa::spec;
 use vibrissa::status::Status;
 
 use crate::error::raise;
-use crate::held::Given;
+use crate::held::{Column, Given};
 use crate::job::{self, Far};
 use crate::spec::Asked;
 
@@ -30,24 +31,6 @@ const FEW: usize = 256;
 /// Taps between two looks at signals.
 const PART: usize = 1 << 17;
 
-/// A whisker with a tap on it, in place of what a spec of taps given by arrays does not say.
-pub const ANY: [&str; 2] = [
-    "[whisker]\nD = 10\nd = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 1\n",
-    "[whisker]\nD = 10\nd = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ndelta = 1\n",
-];
-
-/// The spec of taps given by arrays.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn shared(asked: &Asked) -> Result<Spec, Error> {
-    asked.read(|label, text, base| {
-        let table: toml::Table = text.parse().unwrap_or_default();
-        let drive = table.get("tap").and_then(|t| t.get("drive")).and_then(toml::Value::as_str);
-        spec::parse_with(label, text, base, ANY[usize::from(drive == Some("displacement"))])
-    })
-}
-
 /// A status as a number: a bit for each word, in the order of the words.
 pub fn bits(status: Status) -> u16 {
     if status == Status::OK {
@@ -56,11 +39,20 @@ pub fn bits(status: Status) -> u16 {
     Status::ALL.iter().enumerate().map(|(k, (word, _))| u16::from(status.has(*word)) << k).sum()
 }
 
+/// Whether every tap of a row with these `words` counts in its statistics.
+#[pyfunction]
+pub fn counts(words: &str) -> bool {
+    let known = Status::ALL.iter().filter(|(_, word)| words.split('+').any(|w| w == *word));
+    known.fold(Status::OK, |all, (one, _)| all | *one).counts()
+}
+
 /// Solves taps of one model, as often as it is asked, from any thread.
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Taps {
     taps: Arc<vibrissa::api::Taps>,
     threads: Option<usize>,
+    /// What should be known of the model.
+    warnings: Vec<String>,
 }
 
 /// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
@@ -127,6 +119,15 @@ fn parts(
     Ok(())
 }
 
+/// What should be known of taps, if anything should.
+type Doubts = Option<Vec<String>>;
+
+/// Which of `n` taps were probably meant in another unit.
+fn doubts(setup: &Setup, n: usize, tap: impl Fn(usize) -> Tuple + Sync) -> Doubts {
+    let all = spec::doubts_of_taps(setup.drive, n, tap, |column| write::key(setup, column).to_owned());
+    Some(all).filter(|all| !all.is_empty())
+}
+
 impl Taps {
     /// Refuses poles of which there is no model with this contact.
     fn allowed(&self, py: Python<'_>, leaning: [bool; 2]) -> PyResult<()> {
@@ -150,17 +151,24 @@ impl Taps {
     #[new]
     fn new(py: Python<'_>, text: String) -> PyResult<Self> {
         let made = || {
-            let spec = shared(&Asked::new(None, text, "strain")?)?;
+            let mut spec = Asked::new(None, text, "strain")?.read(spec::parse_listed)?;
+            let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
             let options = RunOptions { backend: Some(backend), ..spec.run };
             let taps = vibrissa::api::Taps::new(spec.study.setup, &options)?;
-            Ok(Self { taps: Arc::new(taps), threads: options.threads })
+            Ok(Self { taps: Arc::new(taps), threads: options.threads, warnings })
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
+    /// What should be known of the model.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
+    }
+
     /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks; strain of the second gauge, azimuth
-    /// (degrees) and slide.
+    /// (degrees) and slide; what should be known of it.
     #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, tilt = 0.0, lean = 0.0, /))]
     #[allow(non_snake_case, clippy::too_many_arguments, clippy::type_complexity)]
     fn one(
@@ -175,28 +183,32 @@ impl Taps {
         drive: f64,
         tilt: f64,
         lean: f64,
-    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64)> {
+    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64, Doubts)> {
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let mut found = [Told::default()];
         let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive };
         let solved = job::here(py, || self.taps.solve(|_| tap, told, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
+        let doubts = doubts(self.taps.setup(), 1, |_| tap);
         let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
             found;
-        Ok((strain, linear, deviation, normal, tangential, arc, status, sticks, second, azimuth, slide))
+        Ok((
+            strain, linear, deviation, normal, tangential, arc, status, sticks, second, azimuth, slide,
+            doubts,
+        ))
     }
 
-    /// `n` taps from seven contiguous arrays of one or `n` values each, or nine; the numbers of [`Self::one`], each as an array. Only the strain
-    /// unless `full`.
+    /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], each as an array, only the strain unless `full`; what should be
+    /// known of them.
     #[pyo3(signature = (n, columns, full, progress = None))]
     fn many<'py>(
         &self,
         py: Python<'py>,
         n: usize,
-        columns: Vec<PyReadonlyArray1<'py, f64>>,
+        columns: Vec<Column<'py>>,
         full: bool,
         progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyTuple>> {
+    ) -> PyResult<(Bound<'py, PyTuple>, Doubts)> {
         let given = Given::new(py, n, columns)?;
         self.allowed(py, given.leaning(n))?;
         let taps = Arc::clone(&self.taps);
@@ -218,9 +230,10 @@ impl Taps {
                 };
                 parts(n, one, go_on)?;
             }
-            Ok((strains, answers))
+            let doubts = doubts(taps.setup(), n, |i| given.tap(i));
+            Ok((strains, answers, doubts))
         };
-        let (strains, answers) = if n <= FEW {
+        let (strains, answers, doubts) = if n <= FEW {
             job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
             let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
@@ -233,10 +246,11 @@ impl Taps {
             interrupt.map_or(Ok(()), Err)?;
             answers
         };
-        match full {
+        let arrays = match full {
             true => answers.into_arrays(py),
             false => PyTuple::new(py, [PyArray1::from_vec(py, strains)]),
-        }
+        };
+        Ok((arrays?, doubts))
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,
@@ -245,7 +259,7 @@ impl Taps {
         &self,
         py: Python<'_>,
         n: usize,
-        columns: Vec<PyReadonlyArray1<'_, f64>>,
+        columns: Vec<Column<'_>>,
         engine: bool,
         repeats: usize,
     ) -> PyResult<f64> {

@@ -7,8 +7,8 @@ Arrays in, arrays out::
     result = vibrissa.sweep("sweeps/prototypes.toml")                 # or whisker=dict(…), gauge=…, tap=…
     result.designs.to_pandas()
 
-Functions have the names of the program's commands, keywords those of a spec's sections; units are mm, degrees, MPa, N. Tables are
-Arrow (:class:`Table`); errors are :class:`InputError` with ``key``, ``value``, ``allowed``. All of it runs without the interpreter's
+Functions have the names of the program's commands, keywords those of a spec's sections; units are mm, degrees, MPa, N, and quantities
+with units (pint, astropy) are converted. Tables are (:class:`Table`); errors are :class:`InputError` with ``key``, ``value``, ``allowed``, warnings :class:`VibrissaWarning`. All of it runs without the interpreter's
 lock and ends within two seconds of Ctrl-C. Not modelled: dynamics, viscoelasticity, gravity (README).
 """
 
@@ -23,7 +23,7 @@ if "XDG_RUNTIME_DIR" not in _os.environ:
 from . import _native, _taps
 from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
 from ._contour import Array, contour
-from ._errors import Error, InputError, Interrupted, RunError
+from ._errors import Error, InputError, Interrupted, RunError, VibrissaWarning
 from ._lab import calibrate, simulate
 from ._locate import Located, Locator
 from ._native import Table, __version__
@@ -34,7 +34,7 @@ from ._taps import Status, Tap, status_words, strain
 
 __all__ = [
     "Array", "BestTap", "Calibration", "Contour", "Error", "InputError", "Interrupted", "Located", "Locator", "RunError", "Search", "Shapes",
-    "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "__version__", "axis", "calibrate", "chart", "contour",
+    "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "__version__", "axis", "calibrate", "chart", "contour",
     "devices", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
 

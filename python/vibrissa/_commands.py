@@ -4,33 +4,23 @@ from __future__ import annotations
 
 import json
 import os
-import re
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _native
-from ._errors import InputError, Interrupted
+from ._errors import InputError, Interrupted, short, warn
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
-from ._spec import Section, Spec, _short, flag, given, number, resolve, section, whole, word
-from ._taps import _UNITS, columns as broadcast
+from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
+from ._taps import ALLOWED, columns as broadcast
 
-# Place of a warning about keywords, which have none.
-_OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
 # As `verify --samples`: the reference takes hours for as many.
 _MOST_SAMPLES = 10**6
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
 _DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
 _OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
-
-
-def _warn(run: dict[str, Any]) -> None:
-    """Things worth telling that are no errors."""
-    for text in run.get("warnings") or ():
-        warnings.warn(_OF_KEYWORDS.sub("", text), stacklevel=3)
 
 
 def _name(spec: Spec, name: str | None, command: str) -> str:
@@ -46,7 +36,7 @@ def _asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> tupl
 
 
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
-    """Taps given one by one: their number, and seven columns, or nine with tilt and lean."""
+    """Taps given one by one: their number, and their columns; None in the place of a tilt or a lean that is not there."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
         return None
     said = {name: section(name, sections.get(name)) or {} for name in _OF_TUPLES}
@@ -62,24 +52,30 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
             given[key] = tuples[column]
         except (KeyError, IndexError, TypeError, ValueError):
             raise InputError(f"column {column} is missing", key="tuples", allowed=", ".join(wanted)) from None
-    directions = {}
+    directions: dict[str, Any] = {}
     for column, key in _DIRECTIONS.items():
         try:
             directions[key] = tuples[column]
         except (KeyError, IndexError, TypeError, ValueError):
             pass
     given |= directions
-    shape, n, flat = broadcast(given, _UNITS)
+    shape, n, flat = broadcast(given, ALLOWED, prefix="tuples.")
     if len(shape) > 1:
         raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {shape}")
     for key, values in zip(given, flat):
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
-            raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=_UNITS[key])
-    if len(directions) == 1:
-        # What is missing is NaN, in its place.
-        flat.insert(8 if "tilt" in directions else 7, np.array([np.nan]))
-    return n, flat
+            raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=ALLOWED[key])
+    named = dict(zip(given, flat))
+    return n, flat[:7] + [named.get(key) for key in _DIRECTIONS.values()]
+
+
+def _unread(tuples: Any) -> list[str]:
+    """That columns of taps given one by one are none that is known."""
+    names = list(tuples) if isinstance(tuples, Mapping) else list(getattr(tuples, "columns", ()))
+    known = {*_TUPLES, *_DIRECTIONS, "theta_deg", "delta_mm", "file"}
+    ignored = ", ".join(str(name) for name in names if name not in known)
+    return [f"tuples: ignored columns {ignored}"] if ignored else []
 
 
 def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -88,7 +84,8 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
 
     A value is a number, a list, a numpy array, a range, :func:`axis`, or :func:`samples`; all are crossed, the last fastest, in
-    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N. Nothing is written.
+    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N; quantities with units (pint, astropy) are
+    converted. Nothing is written.
 
     >>> result = sweep(whisker=dict(D=10, d=[4, 7, 10], L_a=50), gauge=dict(x_ss=5, l=2),
     ...                tap=dict(a=range(21, 49, 3), theta=[0.5, *range(1, 11)]))
@@ -111,8 +108,8 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
 
     Returns:
-        :class:`Sweep`: tables ``tuples``, ``designs``, ``distances``, and ``run``. Every row asked for is there; a failed one
-        says why in ``status``.
+        :class:`Sweep`: tables ``tuples``, ``designs``, ``distances``, and ``run``; ``best()``. Every row asked for is there; a failed
+        one says why in ``status``.
 
     Raises:
         InputError: with ``key``, ``value`` and ``allowed``, where a key or value cannot be used.
@@ -126,7 +123,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     path, text, listed = _asked(spec, tuples, sections)
     with shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
-    _warn(result.run)
+    warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result
 
 
@@ -151,9 +148,9 @@ def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | N
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
     if not isinstance(objective, str):
-        raise InputError("unknown word", key="objective", value=_short(objective), allowed='"distance", "sd"')
+        raise InputError("unknown word", key="objective", value=short(objective), allowed='"distance", "sd"')
     result = BestTap(*_native.tap(path, text, objective))
-    _warn(result.run)
+    warn(result.run.get("warnings") or ())
     return result
 
 
@@ -202,14 +199,14 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "optimise": optimise, "run": run}
     path, text = resolve(spec, sections)
     if callback is not None and not callable(callback):
-        raise InputError("this cannot be called", key="callback", value=_short(callback), allowed="a function of a Step")
+        raise InputError("this cannot be called", key="callback", value=short(callback), allowed="a function of a Step")
 
     def hear(*told: Any) -> bool:
         answer = callback(Step(*told)) if callback is not None else None
         try:
             return bool(answer)
         except (TypeError, ValueError):
-            raise InputError("what this returns is neither true nor false", key="callback", value=_short(answer), allowed="a true result to end the search, else a false one or None") from None
+            raise InputError("what this returns is neither true nor false", key="callback", value=short(answer), allowed="a true result to end the search, else a false one or None") from None
 
     tables, best, document_, interrupt = _native.optimise(path, text, _name(spec, name, "optimise"), None if callback is None else hear)
     result = Search(tables, best, document_)
@@ -217,7 +214,7 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         raise Interrupted(result) from None
     if interrupt is not None:
         raise interrupt
-    _warn(result.run)
+    warn(result.run.get("warnings") or ())
     return result
 
 
@@ -251,8 +248,10 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     """
     path, text = resolve(spec, {**sections, "run": run})
     with shown(progress) as tell:
-        asked = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound)
-        return Verification(*_native.verify(path, text, flag("quick", quick), *asked, tell))
+        asked = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound, "")
+        census, document, ok, told = _native.verify(path, text, flag("quick", quick), *asked, tell)
+    warn(told)
+    return Verification(census, document, ok)
 
 
 def devices() -> dict[str, Any]:
@@ -274,7 +273,9 @@ def chart(spec: Spec = None, **sections: Section) -> dict[str, Any]:
         InputError: a list of tuples, too many distances, a model without a chart.
     """
     path, text = resolve(spec, sections)
-    found: dict[str, Any] = json.loads(_native.chart(path, text))
+    document, told = _native.chart(path, text)
+    warn(told)
+    found: dict[str, Any] = json.loads(document)
     return found
 
 

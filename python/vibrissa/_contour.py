@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import types
-import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
 import numpy as np
 
 from . import _native
-from ._errors import InputError
+from ._errors import InputError, short, warn
 from ._frames import csv
 from ._locate import calibration_text, roles
 from ._results import Calibration, Contour
-from ._spec import Section, _name, _short, _whole_text, flag, given, number, section, whole, word
+from ._spec import Section, _name, _whole_text, flag, given, number, section, whole, word
+from ._units import UNITS, bare
 
 # As [run] threads.
 _MOST_THREADS = 4096
@@ -33,7 +33,7 @@ def _path(key: str, path: Any) -> str:
         os.fsencode(path)
         return os.fsdecode(path)
     except (TypeError, UnicodeError):
-        raise InputError("this is no path", key=key, value=_short(path), allowed="str or os.PathLike") from None
+        raise InputError("this is no path", key=key, value=short(path), allowed="str or os.PathLike") from None
 
 
 def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None, angle_noise: float = 0.1,
@@ -72,16 +72,15 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
 
     Source: docs/contour.md.
     """
-    label, table = csv(data, "data")
+    table = csv(data, "data", columns)
     said = types.SimpleNamespace(
-        estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise), base_noise=number("base_noise", base_noise),
-        touch_noise=given(number, "touch_noise", touch_noise), contact=given(word, "contact", contact), taps=flag("taps", taps),
+        estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise, "degrees"),
+        base_noise=number("base_noise", base_noise, "mm"), touch_noise=given(number, "touch_noise", touch_noise, "degrees"), contact=given(word, "contact", contact), taps=flag("taps", taps),
         curve=given(word, "curve", curve), truth=given(_path, "truth", truth), zero=_zero(zero), columns=roles(columns),
         trust=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
-    tables, run, told = _native.contour(label, table, calibration_text(calibration), said)
-    for text in told:
-        warnings.warn(text, stacklevel=2)
-    return Contour(tables, run)
+    tables, run, told = _native.contour(table.label, table.bytes, calibration_text(calibration), said)
+    warn(told)
+    return Contour([(name, table.keep(found) if name == "points" else found) for name, found in tables], run)
 
 
 Whiskers = Union[str, "os.PathLike[str]", Iterable[Section]]
@@ -99,7 +98,7 @@ def _text(whiskers: Iterable[Section]) -> tuple[str, list[tuple[str, str] | None
             if key == "calibration" and isinstance(value, Calibration):
                 value, known[-1] = "calibration.toml", calibration_text(value)
             if value is not None:
-                lines.append(f"{_name(key)} = {_whole_text(f'whisker.{key}', value)}")
+                lines.append(f"{_name(key)} = {_whole_text(f'whisker.{key}', bare(f'whisker.{key}', value, UNITS.get(f'array.{key}')))}")
     return "\n".join([*lines, ""]), known
 
 
@@ -125,7 +124,7 @@ class Array:
     def __init__(self, array: Whiskers, *, angle_noise: float | None = None, base_noise: float | None = None, estimator: str | None = None,
                  zero: float | tuple[float, float] | None = None, trust: bool = False) -> None:
         if isinstance(array, (str, os.PathLike)):
-            label, data = csv(array, "array")
+            label, data = csv(array, "array")[:2]
             known: list[tuple[str, str] | None] = []
             try:
                 text, folder = data.decode(), os.path.dirname(label)
@@ -133,13 +132,12 @@ class Array:
                 raise InputError("this is no array: it is not UTF-8 text", key="array", file=label) from None
         else:
             if isinstance(array, (Mapping, bytes)) or not isinstance(array, Iterable):
-                raise InputError("this is no array", key="array", value=_short(array), allowed="a path, or a list of dicts")
+                raise InputError("this is no array", key="array", value=short(array), allowed="a path, or a list of dicts")
             label, folder = "array.keywords", ""
             text, known = _text(array)
-        noise = given(number, "angle_noise", angle_noise), given(number, "base_noise", base_noise)
+        noise = given(number, "angle_noise", angle_noise, "degrees"), given(number, "base_noise", base_noise, "mm")
         self.__setstate__((label, text, folder, known, noise, given(word, "estimator", estimator), _zero(zero), flag("trust", trust)))
-        for warning in self._native.warnings:
-            warnings.warn(warning, stacklevel=2)
+        warn(self._native.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
         self._native = _native.Array(*args)
@@ -173,8 +171,7 @@ class Array:
         Raises:
             InputError: a whisker that is not there, readings that do not fit a calibration.
         """
-        label, table = csv(data, "data")
-        found, told = self._native.locate(label, table, roles(columns))
-        for text in told:
-            warnings.warn(text, stacklevel=2)
-        return found
+        table = csv(data, "data", columns)
+        found, told = self._native.locate(table.label, table.bytes, roles(columns))
+        warn(told)
+        return table.keep(found)

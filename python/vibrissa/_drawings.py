@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import InputError
+from ._errors import InputError, short
 from ._plots import _COLOURS, _axes, _drive, _shown
-from ._spec import _short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +28,7 @@ _WHISKERS = 4
 
 def _known(kind: Any, kinds: tuple[str, ...]) -> None:
     if not isinstance(kind, str) or kind not in kinds:
-        raise InputError("there is no such figure", key="kind", value=_short(kind), allowed=", ".join(kinds))
+        raise InputError("there is no such figure", key="kind", value=short(kind), allowed=", ".join(kinds))
 
 
 def _to_scale(ax: Axes) -> None:
@@ -92,7 +91,7 @@ def shapes(result: Shapes, kind: str, taps: Any, ax: Axes | None) -> Axes:
     else:
         chosen = np.atleast_1d(np.asarray(taps))
         if chosen.dtype.kind not in "iu" or chosen.ndim > 1 or not np.isin(chosen, solved).all():
-            raise InputError("there is no shape of such a tap", key="taps", value=_short(taps), allowed="numbers of taps with a shape (column tap)")
+            raise InputError("there is no shape of such a tap", key="taps", value=short(taps), allowed="numbers of taps with a shape (column tap)")
     ax = _axes(ax)
     draw = _whisker if kind == "whisker" else _strain
     draw(result, [int(tap) for tap in chosen], ax)

@@ -2,10 +2,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._results import Search
+
+_OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
+
+
+def short(value: Any) -> str:
+    """``value`` in a message."""
+    try:
+        text = " ".join(repr(value).encode(errors="replace").decode().split())
+    except Exception:  # What a foreign object raises while it is told is no matter of the message.
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+class VibrissaWarning(UserWarning):
+    """What should be known but is no error: a number that was probably meant in another unit, data that a calibration does not fit."""
+
+
+def warn(texts: Iterable[str]) -> None:
+    """Warns of ``texts``, at the line that called the function that calls this."""
+    for text in texts:
+        # Keywords have no place in a file.
+        warnings.warn(_OF_KEYWORDS.sub("", text), VibrissaWarning, stacklevel=3)
 
 
 class Error(Exception):

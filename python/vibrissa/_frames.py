@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import os
+import sys
 from collections.abc import Mapping
-from csv import QUOTE_MINIMAL, QUOTE_NONNUMERIC
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._errors import InputError
+from ._errors import InputError, short
+from ._units import READ, UNITS, bare, filled, has_quantities, is_labelled, unit_of_column
 
 if TYPE_CHECKING:
     import pandas
@@ -24,103 +24,233 @@ def words(codes: NDArray[np.int32], all_words: list[str]) -> NDArray[np.object_]
     return np.array([*all_words, None], dtype=object)[codes]
 
 
-def _of_columns(names: list[str], columns: list[Any]) -> Table:
+def _of_columns(names: list[str], columns: list[Any], own: Any = None) -> Table:
     from ._native import Table
 
-    return Table._of_columns(names, columns)
+    return Table._of_columns(names, columns, own)
+
+
+def _held(table: Table) -> list[Any]:
+    """The columns of ``table`` as :meth:`Table._of_columns` takes them."""
+    columns = []
+    for name, kind in zip(table.columns, table.kinds()):
+        column: Any = table.codes(name) if kind == "words" else table[name]
+        columns.append((column.view(np.int64), _kind(column.dtype)) if kind == "time" else column)
+    return columns
 
 
 def reduced(table: Table) -> tuple[Any, ...]:
     """What :mod:`pickle` makes ``table`` of again."""
-    columns = [table.codes(name) if kind == "words" else table[name] for name, kind in zip(table.columns, table.kinds())]
-    return _of_columns, (table.columns, columns)
+    return _of_columns, (table.columns, _held(table), table._own)
 
 
 def to_pandas(table: Table) -> pandas.DataFrame:
-    """Columns of numbers are those of the table, not copies; words become categories."""
+    """Columns of numbers are those of the table, not copies; words become categories; what was a frame's own is as it was."""
     try:
         import pandas as pd
     except ImportError:
         raise ImportError("to_pandas needs pandas (pip install pandas); table[\"name\"] is a numpy array without it") from None
 
+    own = table._own
     columns: dict[str, Any] = {}
     for name, kind in zip(table.columns, table.kinds()):
-        if kind == "words":
+        if own is not None and name in own.columns:
+            columns[name] = own[name]
+        elif kind == "words":
             codes, categories = table.codes(name)
             columns[name] = pd.Categorical.from_codes(codes, pd.Index(categories, dtype=object))
         else:
             columns[name] = table[name]
-    return pd.DataFrame(columns, copy=False)
+    return pd.DataFrame(columns, copy=False, index=None if own is None else own.index)
+
+
+def _is_missing(value: Any) -> bool:
+    """None, NaN, NaT, NA, a masked value."""
+    # NA of pandas is neither equal to itself nor not.
+    return value is None or type(value).__name__ in ("NAType", "MaskedConstant") or isinstance(value, (float, np.generic)) and bool(value != value)
 
 
 def _cell(value: Any) -> str:
-    # NA of pandas is neither equal to itself nor not.
-    if value is None or type(value).__name__ in ("NAType", "MaskedConstant") or value != value:
+    if _is_missing(value):
         return ""
     text = repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
     # A row is a line.
     text = " ".join(text.splitlines())
     # What begins with # would be a comment at the begin of a line.
-    quoted = any(c in text for c in ',"') or _is_comment(text)
+    quoted = any(c in text for c in ',"') or text.lstrip().startswith("#")
     return '"' + text.replace('"', '""') + '"' if quoted else text
 
 
-def _is_comment(value: Any) -> bool:
-    return isinstance(value, str) and value.lstrip().startswith("#")
+def _kind(dtype: np.dtype[Any]) -> str:
+    """``M8[ns]`` and the like, of times."""
+    return f"{dtype.kind}8[{np.datetime_data(dtype)[0]}]"
 
 
-def _line(value: Any) -> Any:
-    """A text without line ends."""
-    return " ".join(value.splitlines()) if isinstance(value, str) else value
+def _values(column: Any) -> NDArray[Any]:
+    """The values of a column as an array; where some are missing that an array of this type does not show, as objects."""
+    if isinstance(column, (list, tuple)) and len(kinds := set(map(type, column))) > 1 and kinds & {str, bool, np.str_, np.bool_}:
+        # numpy would make words of numbers, and numbers of truth values.
+        objects = np.empty(len(column), dtype=object)
+        objects[:] = column
+        return objects
+    numbers, missing = filled(column)
+    array: NDArray[Any] = np.atleast_1d(np.asarray(numbers))
+    if missing is None or not np.any(missing):
+        return array
+    objects = array.astype(object)
+    objects[np.atleast_1d(missing)] = None
+    return objects
 
 
-def _column(column: Any) -> NDArray[Any]:
-    """A column whose masked values are missing."""
-    if isinstance(column, np.ma.MaskedArray):
-        missing: Any = np.nan if column.dtype.kind in "biuf" else None
-        kept: NDArray[Any] = np.asarray(column, dtype=np.float64 if missing is not None else object)
-        return np.atleast_1d(np.where(np.ma.getmaskarray(column), missing, kept))
-    return np.atleast_1d(np.asarray(column))
+def _texts(values: NDArray[Any]) -> list[str]:
+    """The fields of a column of a CSV table."""
+    if values.dtype.kind == "f":
+        return ["" if x != x else repr(float(x)) for x in values.tolist()]
+    if values.dtype.kind in "mM":
+        return ["" if empty else text for empty, text in zip(np.isnat(values), values.astype(str).tolist())]
+    return [_cell(x) for x in values.tolist()]
 
 
-def _csv_of(columns: Mapping[str, Any]) -> bytes:
-    arrays = {str(name): _column(column) for name, column in columns.items()}
-    lengths = {len(a) for a in arrays.values()}
-    if len(lengths) > 1 or any(a.ndim > 1 for a in arrays.values()):
-        shapes = ", ".join(f"{name}: {a.shape}" for name, a in arrays.items())
+# Times of Arrow, and units of numpy that are whole ones of them.
+_OF_TIME = {"W": "s", "D": "s", "h": "s", "m": "s", "s": "s", "ms": "ms", "us": "us", "ns": "ns"}
+
+
+def _is_float(value: Any) -> bool:
+    """Whether ``value`` is missing, or a number that float64 holds."""
+    if value is None:
+        return True
+    real = isinstance(value, (float, int, np.floating, np.integer)) and not isinstance(value, bool)
+    return real and (abs(value) < 2**63 or isinstance(value, float)) and float(value) == value
+
+
+def _native_column(values: NDArray[Any]) -> Any:
+    """A column as :meth:`Table._of_columns` takes it, every value as it is: numbers, flags and times as such, anything else as words."""
+    kind = values.dtype.kind
+    if kind == "f" and values.dtype.itemsize <= 8:
+        return np.array(values, dtype=np.float64)
+    if kind == "b":
+        return np.array(values)
+    if kind in "iu" and (values.size == 0 or int(values.max()) < 2**63):
+        return np.array(values, dtype=np.int64)
+    unit = _OF_TIME.get(np.datetime_data(values.dtype)[0]) if kind in "mM" else None
+    if unit is not None:
+        times = np.array(values, dtype=f"{kind}8[{unit}]")
+        return times.view(np.int64), _kind(times.dtype)
+    items = [None if _is_missing(x) else x for x in (values.astype(object) if kind in "mM" else values).tolist()]
+    if all(map(_is_float, items)):
+        return np.array([np.nan if x is None else float(x) for x in items])
+    known: dict[str, int] = {}
+    codes = [-1 if x is None else known.setdefault(str(x), len(known)) for x in items]
+    return np.array(codes, dtype=np.int32), list(known)
+
+
+class Data(NamedTuple):
+    """A table of measurements."""
+
+    label: str
+    """Its name in messages."""
+    bytes: bytes
+    """It as CSV."""
+    columns: list[NDArray[Any]]
+    """Its columns as they were given, or in the units of their names; none of a file."""
+    converted: list[int]
+    """Places of those that had a unit."""
+    frame: Any
+    """It as a frame, where pandas made it."""
+
+    def keep(self, table: Table) -> Table:
+        """``table``, whose columns after the number of the line begin with those of this one, with these as they were given."""
+        given = slice(1, 1 + len(self.columns))
+        if not self.columns or len(self.columns[0]) != len(table):
+            return table
+        names, columns = table.columns, _held(table)
+        columns[given] = map(_native_column, self.columns)
+        own = None
+        if self.frame is not None:
+            own = self.frame.copy()
+            for place in self.converted:
+                own.isetitem(place, self.columns[place])
+            own.columns = names[given]
+            own = own.loc[:, ~own.columns.duplicated()]
+        return _of_columns(names, columns, own)
+
+
+def _polars(column: Any) -> Any:
+    # An array of whole numbers shows none that is missing.
+    return np.array(column.to_list(), dtype=object) if column.dtype.is_integer() and column.null_count() else column.to_numpy()
+
+
+def _arrow(column: Any) -> Any:
+    return np.array(column.to_pylist(), dtype=object) if column.null_count and "int" in str(column.type) else np.asarray(column)
+
+
+def _named(data: Any, what: str) -> list[tuple[str, Any]]:
+    """The columns of a table in memory with their names."""
+    if isinstance(data, Mapping):
+        return [(str(name), column) for name, column in data.items()]
+    if hasattr(data, "iloc") and hasattr(data, "columns"):
+        return [(str(name), data.iloc[:, place]) for place, name in enumerate(data.columns)]
+    if hasattr(data, "write_csv"):
+        return [(name, _polars(data[name])) for name in data.columns]
+    if hasattr(data, "schema") and hasattr(data, "to_pylist"):
+        return [(name, _arrow(data.column(place))) for place, name in enumerate(data.schema.names)]
+    if hasattr(data, "columns") and hasattr(data, "kinds"):
+        return [(name, data[name]) for name in data.columns]
+    raise InputError(f"{type(data).__name__} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns, what simulate gave")
+
+
+def _lines(names: list[str], arrays: list[NDArray[Any]]) -> bytes:
+    if len({len(a) for a in arrays}) > 1 or any(a.ndim > 1 for a in arrays):
+        shapes = ", ".join(f"{name}: {a.shape}" for name, a in zip(names, arrays))
         raise InputError("columns must be of one length", key="data", value=shapes)
-    out = io.StringIO()
-    out.write(",".join(_cell(name) for name in arrays) + "\n")
-    for row in zip(*(a.tolist() for a in arrays.values())):
-        out.write(",".join(map(_cell, row)) + "\n")
-    return out.getvalue().encode()
+    lines = [",".join(map(_cell, names)), *map(",".join, zip(*map(_texts, arrays)))]
+    return "\n".join([*lines, ""]).encode()
 
 
-def csv(data: Any, what: str) -> tuple[str, bytes]:
-    """Name and bytes of a table of measurements: a path, a data frame (pandas, polars), a mapping of names to columns, or what simulate gave."""
+def _units(columns: dict[str, str] | str | None) -> dict[str, str | None]:
+    """Units of the columns that the user names, by what each is said to be."""
+    parts = (part.partition("=") for part in columns.split(",")) if isinstance(columns, str) else ((role, "", name) for role, name in (columns or {}).items())
+    long = {"bridge": "bridge_mV_per_V", "bridge_2": "bridge_mV_per_V_2"}
+    named = {str(name).strip(): str(role).strip() for role, _, name in parts}
+    return {name: UNITS.get(f"tap.{role}") or unit_of_column(long.get(role, role)) for name, role in named.items() if role != "ignore"}
+
+
+def _read(name: str, column: Any, unit: str | None) -> NDArray[Any]:
+    """A column of numbers in this unit."""
+    values = _values(bare(name, column, unit))
+    if values.dtype.kind in "mMcbV":
+        raise InputError(f"{values.dtype} is no type of numbers", key=name, value=short(column), allowed="numbers")
+    found: NDArray[Any] = bare(name, values, unit)
+    return found
+
+
+def _kept(name: str, column: Any) -> NDArray[Any]:
+    """A column that is not read: quantities are numbers in the unit of its name, else words."""
+    try:
+        return _values(column if is_labelled(column) else bare(name, column, unit_of_column(name)))
+    except InputError:
+        return np.array([str(x) for x in column], dtype=object)
+
+
+def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Data:
+    """A table of measurements: a path, a data frame (pandas, polars), a mapping of names to columns, or what simulate gave; ``columns`` says
+    what those with other names are."""
     data = getattr(data, "measurements", data)
     if isinstance(data, (str, os.PathLike)):
         path = os.fspath(data)
         try:
             with open(path, "rb") as file:
-                return str(path), file.read()
+                return Data(str(path), file.read(), [], [], None)
         except (OSError, ValueError) as e:
             why = e.strerror if isinstance(e, OSError) else "this is no path"
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
-    if isinstance(data, Mapping):
-        return "data", _csv_of(data)
-    if hasattr(data, "to_csv"):
-        kept = data.apply(lambda column: column if column.dtype.kind in "biuf" else column.map(_line))
-        kept.columns = [_line(str(name)) for name in data.columns]
-        comments = len(kept.columns) > 0 and (_is_comment(kept.columns[0]) or any(map(_is_comment, kept.iloc[:, 0])))
-        return "data", kept.to_csv(index=False, quoting=QUOTE_NONNUMERIC if comments else QUOTE_MINIMAL).encode()
-    if hasattr(data, "write_csv"):
-        if all(t.is_numeric() for t in data.dtypes) and not any(_is_comment(n) or n != _line(n) for n in data.columns):
-            return "data", data.write_csv().encode()
-        return "data", _csv_of({name: np.array(data[name].to_list(), dtype=object) for name in data.columns})
-    if hasattr(data, "schema") and hasattr(data, "to_pylist"):
-        return "data", _csv_of({name: np.array(data[name].to_pylist(), dtype=object) for name in data.schema.names})
-    if hasattr(data, "columns") and hasattr(data, "kinds"):
-        return "data", _csv_of({name: data[name] for name in data.columns})
-    kind = type(data).__name__
-    raise InputError(f"{kind} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns, what simulate gave")
+    if not (columns is None or isinstance(columns, (str, Mapping))):
+        raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
+    named, said = _named(data, what), _units(columns)
+    values = [
+        _read(name, column, said[name] if name in said else unit_of_column(name)) if name in said or name in READ else _kept(name, column)
+        for name, column in named]
+    converted = [place for place, (_, column) in enumerate(named) if has_quantities(column)]
+    pandas = sys.modules.get("pandas")
+    frame = data if pandas is not None and isinstance(data, pandas.DataFrame) else None
+    return Data("data", _lines([name for name, _ in named], values), values, converted, frame)

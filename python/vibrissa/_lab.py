@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import types
-import warnings
 from typing import Any
 
 import numpy as np
 
 from . import _native
-from ._commands import _warn
-from ._errors import InputError
+from ._errors import InputError, short, warn
 from ._frames import csv
 from ._locate import roles
 from ._results import Calibration, Simulation
-from ._spec import Section, Spec, _short, given, number, resolve, whole, word
+from ._spec import Section, Spec, given, number, resolve, whole, word
 
 
 def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
@@ -41,21 +39,19 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
 
     Source: docs/calibration.md.
     """
-    label, table = csv(data, "data")
+    label, table = csv(data, "data", columns)[:2]
     sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
     widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
     if not isinstance(fit, (str, list, tuple)):
-        raise InputError("this is no list of parameters", key="fit", value=_short(fit), allowed="a word or a list of words")
+        raise InputError("this is no list of parameters", key="fit", value=short(fit), allowed="a word or a list of words")
     parameters = [word("fit", name) for name in ([fit] if isinstance(fit, str) else fit)]
     said = types.SimpleNamespace(
-        theta=given(number, "theta", theta), delta=given(number, "delta", delta), columns=roles(columns), group=widths, fit=parameters)
+        theta=given(number, "theta", theta, "degrees"), delta=given(number, "delta", delta, "mm"), columns=roles(columns), group=widths, fit=parameters)
     if theta is not None and delta is not None:
         raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
     result = Calibration(*_native.calibrate(label, table, path, text, said))
-    _warn(result.run)
-    for text in result.warnings:
-        warnings.warn(text, stacklevel=2)
+    warn([*(result.run.get("warnings") or ()), *result.warnings])
     return result
 
 
@@ -85,10 +81,12 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     """
     path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "run": run})
     numbers = dict(drift=drift, outliers=outliers, hysteresis=hysteresis, factor=factor, drive_offset=drive_offset, a_offset=a_offset)
+    # That of the drive is degrees or mm, as the spec has it: a number says it.
+    units = dict(drift="", outliers="", hysteresis="", factor="", drive_offset=None, a_offset="mm")
     added = types.SimpleNamespace(
         repeats=whole("repeats", repeats), seed=whole("seed", seed), zero_every=given(whole, "zero_every", zero_every),
-        noise=given(number, "noise", noise), saturate=given(number, "saturate", saturate), signal=word("signal", signal),
-        **{key: number(key, value) for key, value in numbers.items()})
+        noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=word("signal", signal),
+        **{key: number(key, value, units[key]) for key, value in numbers.items()})
     result = Simulation(*_native.simulate(path, text, added))
-    _warn(result.run)
+    warn(result.run.get("warnings") or ())
     return result

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, Union
 
 import numpy as np
 
 from . import _native
-from ._errors import InputError
+from ._errors import InputError, short, warn
 from ._frames import csv
 from ._results import Calibration, Simulation
-from ._spec import _short, flag, given, number, plain, word
+from ._spec import flag, given, number, plain, word
 from ._taps import _SCALARS, Status, columns
+from ._units import unit_of_column
 
 
 class Located(NamedTuple):
@@ -45,6 +45,7 @@ class Locator:
                  zero: float | None = None, trust: bool = False) -> None:
         label, text = calibration_text(calibration)
         self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust)))
+        warn(self._native.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
         self._args = args
@@ -89,7 +90,9 @@ class Locator:
             except OverflowError as e:
                 raise InputError(str(e), key="reading", allowed="numbers that a float holds") from None
             return Located(distance, sigma, Status(status))
-        shape, n, flat = columns({"drive": drive, "reading": reading}, {"drive": "numbers, degrees or mm", "reading": "numbers"})
+        drive_unit, reading_unit = self._units()
+        shape, n, flat = columns(
+            {"drive": drive, "reading": reading}, {"drive": f"numbers, {drive_unit}", "reading": "numbers"}, {"drive": drive_unit, "reading": reading_unit})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
         found = [x.reshape(shape) for x in self._native.many(drives, readings)]
         return Located(*(found if shape else [x[()] for x in found]))
@@ -102,33 +105,38 @@ class Locator:
         try:
             items = iter(readings)
         except TypeError:
-            raise InputError("these are no readings", key="readings", value=_short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
+            raise InputError("these are no readings", key="readings", value=short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
         return self._answers(items)
 
     def _answers(self, readings: Iterator[Any]) -> Iterator[Located]:
-        native = _native.Locator(*self._args)
+        native, units = _native.Locator(*self._args), self._units()
         for item in readings:
             try:
                 pair = isinstance(item, (tuple, list)) or isinstance(item, np.ndarray) and item.ndim == 1
                 drive, reading = item if pair else (self._only(), item)
-                distance, sigma, status = native.one(float(drive), float(reading), True)
+                if not {type(drive), type(reading)} <= _SCALARS:
+                    drive, reading = number("readings", drive, units[0]), number("readings", reading, units[1])
+                distance, sigma, status = native.one(drive, reading, True)
             except (TypeError, ValueError, OverflowError) as e:
                 if isinstance(e, InputError):
                     raise
-                raise InputError("this is no reading", key="readings", value=_short(item), allowed="(drive, reading), or a reading") from None
+                raise InputError("this is no reading", key="readings", value=short(item), allowed="(drive, reading), or a reading") from None
             yield Located(distance, sigma, Status(status))
 
     def table(self, readings: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
-        """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status."""
-        label, data = csv(readings, "readings")
-        found, told = self._native.table(label, data, roles(columns))
-        for text in told:
-            warnings.warn(text, stacklevel=2)
-        return found
+        """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.
+
+        Columns in memory come back as they were given: words as words (``"007"``), times as times, whole numbers as whole numbers; to_pandas()
+        of what came from a DataFrame has its types and its index.
+        """
+        data = csv(readings, "readings", columns)
+        found, told = self._native.table(data.label, data.bytes, roles(columns))
+        warn(told)
+        return data.keep(found)
 
     def expected(self, a: float, drive: float, sign: float = 1.0) -> float:
         """Signal expected of a tap at ``a`` mm, on the side of ``sign``; NaN where none is."""
-        return self._native.expected(number("a", a), number("drive", drive), number("sign", sign))
+        return self._native.expected(number("a", a, "mm"), number("drive", drive, self._units()[0]), number("sign", sign))
 
     def export(self, language: str) -> str:
         """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
@@ -137,6 +145,8 @@ class Locator:
     def _pair(self, readings: Any) -> tuple[Any, Any]:
         """Drives and signals where one thing holds both, or only signals."""
         table = readings.measurements if isinstance(readings, Simulation) else readings
+        if hasattr(table, "iloc") and hasattr(table, "columns") or isinstance(table, Mapping):
+            raise InputError("this is a table", key="reading", value=type(table).__name__, allowed="numbers; Locator.table(…) takes tables")
         if not isinstance(table, _native.Table):
             return self._only(), readings
         wanted = (self._native.drive, self._native.signal)
@@ -144,6 +154,10 @@ class Locator:
             if name not in table:
                 raise InputError(f"column {name} is missing", key="reading", value=", ".join(table.columns), allowed=" and ".join(wanted))
         return table[wanted[0]], table[wanted[1]]
+
+    def _units(self) -> tuple[str | None, str | None]:
+        """Those of drive and signal; None of a reading, which has none that is known."""
+        return unit_of_column(self._native.drive), unit_of_column(self._native.signal)
 
     def _only(self) -> float:
         only = self._native.only_drive
@@ -157,8 +171,8 @@ def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple
     if isinstance(calibration, Calibration):
         return "calibration.toml", calibration.text
     if not isinstance(calibration, (str, os.PathLike)):
-        raise InputError("this is no calibration", key="calibration", value=_short(calibration), allowed="a path, or what calibrate gave")
-    label, data = csv(calibration, "calibration")
+        raise InputError("this is no calibration", key="calibration", value=short(calibration), allowed="a path, or what calibrate gave")
+    label, data = csv(calibration, "calibration")[:2]
     try:
         return label, data.decode()
     except UnicodeDecodeError:
@@ -170,5 +184,5 @@ def roles(columns: dict[str, str] | str | None) -> str | None:
     if isinstance(columns, Mapping):
         columns = ",".join(f"{role}={name}" for role, name in columns.items())
     if not (columns is None or isinstance(columns, str)):
-        raise InputError("this names no columns", key="columns", value=_short(columns), allowed='dict(a="…", theta="…", reading="…")')
+        raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
     return None if columns is None else plain("columns", columns)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._errors import InputError
+from ._errors import InputError, short
 from ._native import Table
-from ._spec import _short, whole
+from ._spec import whole
 from ._taps import number_array
+from ._units import unit_of_column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +82,7 @@ def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: An
     """Figs. 5 to 8 of the paper, and the error against the drive."""
     kinds: dict[str, Any] = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
     if not isinstance(kind, str) or kind not in kinds:
-        raise InputError("there is no such figure", key="kind", value=_short(kind), allowed=", ".join(kinds))
+        raise InputError("there is no such figure", key="kind", value=short(kind), allowed=", ".join(kinds))
     if kind == "sd":
         return _sd(_needs(result.designs, "designs", kind), _axes(ax))
     name = "designs" if kind == "error" else "tuples"
@@ -91,7 +92,7 @@ def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: An
     rows = np.flatnonzero(number == design)
     column, label = _drive(table)
     of = table[column][rows]
-    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm"))
+    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm", unit_of_column(column)))
     ax = _axes(ax)
     if kind == "strain":
         _strain(table, rows, ax)

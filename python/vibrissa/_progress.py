@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Union
 
-from ._errors import InputError
-from ._spec import _short
+from ._errors import InputError, short
 
 Progress = Union[bool, Callable[[int, int], object], None]
 
@@ -19,7 +18,7 @@ def shown(progress: Progress, unit: str = "tap") -> Iterator[Callable[[int, int]
         yield progress
         return
     if not (progress is None or isinstance(progress, bool)):
-        raise InputError("this cannot be called", key="progress", value=_short(progress), allowed="True (tqdm), a function of (done, total), or None")
+        raise InputError("this cannot be called", key="progress", value=short(progress), allowed="True (tqdm), a function of (done, total), or None")
     if not progress:
         yield None
         return

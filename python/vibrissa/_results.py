@@ -6,9 +6,11 @@ import json
 import os
 from typing import TYPE_CHECKING, Any
 
-from ._errors import InputError
+import numpy as np
+
+from . import _native
+from ._errors import InputError, RunError, short
 from ._native import Table
-from ._spec import _short
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -52,6 +54,31 @@ class Sweep(_Result):
         super().__init__(run)
         named = dict(tables)
         self.tuples, self.designs, self.distances = (named.get(n) for n in ("tuples", "designs", "distances"))
+
+    def best(self, by: str = "K_sd") -> dict[str, Any]:
+        """The row of ``designs`` with the smallest ``by``, among those of which every tap counts; the first of equals.
+
+        Args:
+            by: a column of numbers of ``designs``: ``"K_sd"``, ``"total_rms_mm"``, …; a unit at its end may be left out.
+
+        Raises:
+            InputError: no such column, no such table.
+            RunError: no row in which every tap counts and ``by`` has a value; ``status`` says why.
+        """
+        table = self.designs
+        if table is None:
+            raise InputError("this sweep has no designs", key="output.designs", allowed="True")
+        numbers = [name for name, kind in zip(table.columns, table.kinds()) if kind != "words"]
+        by = f"{by}_mm" if f"{by}_mm" in numbers else by
+        if by not in numbers:
+            raise InputError("designs have no such column of numbers", key="by", value=short(by), allowed=", ".join(numbers))
+        codes, words = table.codes("status")
+        whole = np.array([_native.counts(word) for word in words], dtype=bool)[codes] if words else np.zeros(len(table), dtype=bool)
+        values = np.where(whole, table[by], np.nan)
+        if np.isnan(values).all():
+            raise RunError(f"in no row does every tap count and {by} have a value: {', '.join(words) or 'there is no row'}")
+        place = int(np.nanargmin(values))
+        return {name: table[name][place].item() if name in numbers else table[name][place] for name in table.columns}
 
     def to_pandas(self, table: str = "designs") -> Any:
         """One of the tables as a DataFrame over the same memory: ``"tuples"``, ``"designs"`` or ``"distances"``."""
@@ -167,7 +194,7 @@ class Calibration(_Result):
         try:
             path = os.fsdecode(path)
         except TypeError:
-            raise InputError("this is no path", key="path", value=_short(path), allowed="str or os.PathLike") from None
+            raise InputError("this is no path", key="path", value=short(path), allowed="str or os.PathLike") from None
         part = f"{path}.part"
         with open(part, "w", encoding="utf-8", newline="\n") as file:
             file.write(self.text)

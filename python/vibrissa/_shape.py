@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from . import _native
-from ._commands import _asked, _name, _warn
+from ._commands import _asked, _name, _unread
+from ._errors import warn
 from ._progress import Progress, shown
 from ._results import Shapes
 from ._spec import Section, Spec, whole
@@ -39,5 +40,5 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     least, most = _NODES
     with shown(progress) as tell:
         result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
-    _warn(result.run)
+    warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result

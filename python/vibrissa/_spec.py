@@ -10,7 +10,8 @@ from typing import Any, TypeVar, Union
 
 import numpy as np
 
-from ._errors import InputError
+from ._errors import InputError, short
+from ._units import bare, unit_of
 
 _T = TypeVar("_T")
 
@@ -45,7 +46,9 @@ def _is_number(value: Any) -> bool:
 
 
 def _text(key: str, value: Any) -> str:
-    """``value`` as TOML on one line; ``key`` names it in complaints."""
+    """``value`` as TOML on one line; ``key`` names it in complaints, and says the unit of quantities."""
+    if not isinstance(value, (list, tuple)):
+        value = bare(key, value, unit_of(key))
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -65,17 +68,17 @@ def _text(key: str, value: Any) -> str:
         if array.ndim > 1:
             raise InputError(f"an axis has one dimension, not {array.ndim}", key=key, value=f"array of shape {array.shape}", allowed="a one-dimensional array")
         if array.dtype.kind in "mMcVS":
-            raise InputError(f"{array.dtype} is nothing that a spec holds", key=key, value=_short(value), allowed="an array of numbers or words")
+            raise InputError(f"{array.dtype} is nothing that a spec holds", key=key, value=short(value), allowed="an array of numbers or words")
         return _text(key, array.tolist())
     kind = type(value).__name__
-    raise InputError(f"{kind} is nothing that a spec holds", key=key, value=_short(value), allowed="numbers, words, true or false, lists, ranges, numpy arrays, dicts")
+    raise InputError(f"{kind} is nothing that a spec holds", key=key, value=short(value), allowed="numbers, words, true or false, lists, ranges, numpy arrays, dicts")
 
 
 def _whole_text(key: str, value: Any) -> str:
     try:
         return _text(key, value)
     except RecursionError:
-        raise InputError("this holds itself, or is nested too deep", key=key, value=_short(value), allowed="numbers, words, lists of them") from None
+        raise InputError("this holds itself, or is nested too deep", key=key, value=short(value), allowed="numbers, words, lists of them") from None
 
 
 def plain(key: str, text: str) -> str:
@@ -87,35 +90,30 @@ def plain(key: str, text: str) -> str:
     return text
 
 
-def _short(value: Any) -> str:
-    try:
-        text = repr(value).encode(errors="replace").decode()
-    except Exception:  # What a foreign object raises while it is told is no matter of the message.
-        text = f"<{type(value).__name__}>"
-    return text if len(text) <= 60 else text[:59] + "…"
-
-
 def _name(key: Any) -> str:
     if not isinstance(key, str):
-        raise InputError("a key must be a word", key=_short(key), allowed="str")
+        raise InputError("a key must be a word", key=short(key), allowed="str")
     return key if _BARE.fullmatch(key) else _text("spec", key)
 
 
-def number(key: str, value: Any) -> float:
-    """``value`` as a float."""
+def number(key: str, value: Any, unit: str | None = None) -> float:
+    """``value`` as a float; a quantity is told in ``unit``, and refused where there is none."""
+    value = bare(key, value, unit)
+    if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "fiu":
+        value = value[()]
     if _is_number(value):
         try:
             return float(value)
         except OverflowError:
             pass
-    raise InputError("this is no number", key=key, value=_short(value), allowed="a number that a float holds")
+    raise InputError("this is no number", key=key, value=short(value), allowed="a number that a float holds")
 
 
 def whole(key: str, value: Any, most: int = 2**64 - 1, least: int = 0) -> int:
     """``value`` as a whole number from ``least`` to ``most``."""
     if _is_number(value) and isinstance(value, numbers.Integral) and least <= int(value) <= most:
         return int(value)
-    raise InputError("this is no such number", key=key, value=_short(value), allowed=f"a whole number from {least} to {most}")
+    raise InputError("this is no such number", key=key, value=short(value), allowed=f"a whole number from {least} to {most}")
 
 
 def flag(key: str, value: Any) -> bool:
@@ -124,26 +122,26 @@ def flag(key: str, value: Any) -> bool:
         return bool(value)
     if isinstance(value, np.bool_) or _is_number(value) and value in (0, 1):
         return bool(value)
-    raise InputError("this is neither true nor false", key=key, value=_short(value), allowed="True, False")
+    raise InputError("this is neither true nor false", key=key, value=short(value), allowed="True, False")
 
 
 def word(key: str, value: Any) -> str:
     """``value`` if it is a word."""
     if isinstance(value, str):
         return plain(key, value)
-    raise InputError("this is no word", key=key, value=_short(value), allowed="str")
+    raise InputError("this is no word", key=key, value=short(value), allowed="str")
 
 
-def given(read: Callable[[str, Any], _T], key: str, value: Any) -> _T | None:
-    """``value`` as ``read`` reads it; nothing stays nothing."""
-    return None if value is None else read(key, value)
+def given(read: Callable[..., _T], key: str, value: Any, *unit: str | None) -> _T | None:
+    """``value`` as ``read`` reads it, perhaps with a unit; nothing stays nothing."""
+    return None if value is None else read(key, value, *unit)
 
 
 def section(name: str, given: Any) -> Section | None:
     """What is ``given`` as a section."""
     if given is None or isinstance(given, Mapping):
         return given
-    raise InputError("a section is a dict of its keys", key=name, value=_short(given), allowed=f"{name}=dict(…)")
+    raise InputError("a section is a dict of its keys", key=name, value=short(given), allowed=f"{name}=dict(…)")
 
 
 def document(sections: Mapping[str, Section | None]) -> str:
@@ -176,4 +174,4 @@ def resolve(spec: Spec, sections: Mapping[str, Section | None]) -> tuple[str | N
         os.fsencode(spec)
         return os.fsdecode(spec), document(sections)
     except (TypeError, UnicodeError):
-        raise InputError("this is no spec", key="spec", value=_short(spec), allowed="a path, a dict of sections, or nothing") from None
+        raise InputError("this is no spec", key="spec", value=short(spec), allowed="a path, a dict of sections, or nothing") from None

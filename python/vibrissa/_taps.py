@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import enum
-import numbers
+import numbers as numbers_
+from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._errors import InputError
+from ._errors import InputError, short, warn
 from ._progress import Progress, shown
-from ._spec import _short, document, flag
+from ._spec import document, flag
+from ._units import UNITS, bare, filled, has_flags
 
 Number = Union[float, NDArray[np.float64]]
 
@@ -43,7 +45,7 @@ def status_words(status: ArrayLike) -> NDArray[np.object_]:
     bits = np.asarray(status)
     whole = bits.dtype.kind in "iu" and (bits.size == 0 or 0 <= bits.min() and bits.max() < 2 * Status.bad_input)
     if bits.size > 0 and not whole:
-        raise InputError("these are no bits of a status", key="status", value=_short(status), allowed=f"integers 0 … {2 * Status.bad_input - 1}")
+        raise InputError("these are no bits of a status", key="status", value=short(status), allowed=f"integers 0 … {2 * Status.bad_input - 1}")
     different, place = np.unique(np.atleast_1d(bits), return_inverse=True)
     names = np.array([Status(int(s)).words for s in different], dtype=object)
     return names[place].reshape(bits.shape)
@@ -87,12 +89,12 @@ _SECTION = {
 }
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a", "theta")
-_solvers: dict[str, _native.Taps] = {}
+_solvers: dict[str, tuple[_native.Taps, list[str]]] = {}
 _MOST_SOLVERS = 64
 
 
-def _solver(model: dict[str, Any], displaced: bool) -> _native.Taps:
-    """What solves taps of this model: made once."""
+def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[str]]:
+    """What solves taps of this model, made once, and what should be known of it."""
     text = ""
     if model or displaced:
         sections: dict[str, dict[str, Any]] = {}
@@ -105,7 +107,8 @@ def _solver(model: dict[str, Any], displaced: bool) -> _native.Taps:
     if found is None:
         if len(_solvers) >= _MOST_SOLVERS:
             _solvers.clear()
-        found = _solvers[text] = _native.Taps(text)
+        taps = _native.Taps(text)
+        found = _solvers[text] = taps, taps.warnings
     return found
 
 
@@ -116,30 +119,43 @@ def forget_solvers() -> object:
     return old
 
 
-def number_array(name: str, value: Any, unit: str) -> NDArray[np.float64]:
-    """``value`` as an array of float64; complaints name the argument."""
-    if isinstance(value, np.ma.MaskedArray):
-        value = np.ma.filled(value.astype(np.float64), np.nan)
+def number_array(name: str, value: Any, allowed: str, unit: str | None) -> NDArray[np.float64]:
+    """``value``, of which quantities are told in ``unit``, as an array of float64, NaN where it is missing; complaints name the argument."""
+
+    def wrong(why: str) -> InputError:
+        return InputError(why, key=name, value=short(value), allowed=allowed)
+
     try:
-        array = np.asarray(value)
-    except (TypeError, ValueError) as e:
-        raise InputError(f"this is no array of numbers: {e}", key=name, value=_short(value), allowed=unit) from None
+        if has_flags(value):
+            raise wrong("truth values are no numbers")
+        numbers, missing = filled(bare(name, value, unit))
+        array = np.asarray(numbers)
+        if array.dtype.kind == "O":
+            array = bare(name, array, unit)
+    except InputError:
+        raise
+    except (TypeError, ValueError, RecursionError) as e:
+        raise wrong(f"this is no array of numbers: {e}") from None
     if array.dtype.kind == "O":
-        real = all(isinstance(x, numbers.Real) and not isinstance(x, (bool, np.bool_)) for x in array.flat)
+        real = all(isinstance(x, numbers_.Real) and not isinstance(x, (bool, np.bool_)) for x in array.flat)
         if not real:
-            raise InputError("some of these objects are no numbers", key=name, value=_short(value), allowed=unit)
+            raise wrong("some of these objects are no numbers")
         try:
             return array.astype(np.float64)
         except (OverflowError, TypeError, ValueError) as e:
-            raise InputError(f"some of these objects are no numbers: {e}", key=name, value=_short(value), allowed=unit) from None
+            raise wrong(f"some of these objects are no numbers: {e}") from None
     if array.dtype.kind not in "fiu":
-        raise InputError(f"{array.dtype} is no type of numbers", key=name, value=_short(value), allowed=unit)
-    return array.astype(np.float64, copy=False)
+        raise wrong(f"{array.dtype} is no type of numbers")
+    found = array.astype(np.float64, copy=False)
+    return found if missing is None else np.where(missing, np.nan, found)
 
 
-def columns(given: dict[str, Any], units: dict[str, str]) -> tuple[tuple[int, ...], int, list[NDArray[np.float64]]]:
-    """The common shape of all arguments, its size, and each as a contiguous array of that many values, or of one."""
-    arrays = {name: number_array(name, value, units[name]) for name, value in given.items()}
+def columns(given: dict[str, Any], allowed: dict[str, str], units: Mapping[str, str | None] | None = None,
+            prefix: str = "") -> tuple[tuple[int, ...], int, list[NDArray[np.float64]]]:
+    """The common shape of all arguments, its size, and each as a contiguous array of that many values, or of one; ``prefix`` stands before their
+    names in complaints."""
+    units = _OF_TAPS if units is None else units
+    arrays = {name: number_array(prefix + name, value, allowed[name], units[name]) for name, value in given.items()}
     try:
         shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
     except ValueError:
@@ -153,11 +169,12 @@ def columns(given: dict[str, Any], units: dict[str, str]) -> tuple[tuple[int, ..
     return shape, int(np.prod(shape, dtype=np.int64)), flat
 
 
-_UNITS = {
+ALLOWED = {
     "D": "numbers > 0, mm", "d": "numbers > 0, mm", "L_a": "numbers > 0, mm", "x_ss": "numbers ≥ 0, mm", "l": "numbers > 0, mm",
     "a": "numbers > 0 and ≤ L_a, mm", "theta": "numbers > 0 and < 90, degrees", "delta": "numbers > 0, mm",
     "tilt": "numbers > −90 and < 90, degrees", "lean": "numbers > −90 and < 90, degrees",
 }
+_OF_TAPS = {name: UNITS[key] for name in ALLOWED for key in (f"whisker.{name}", f"gauge.{name}", f"tap.{name}") if key in UNITS}
 
 
 @overload
@@ -170,7 +187,8 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
            delta: Any = None, tilt: Any = 0.0, lean: Any = 0.0, full: bool = False, progress: Progress = None, **model: Any) -> Any:
     """Mean strain of the gauge when a whisker taps an object.
 
-    Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape.
+    Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape. Quantities with units
+    (pint, astropy, unyt, quantities) are converted.
 
     Args:
         D, d: diameter at base and tip, mm, > 0.
@@ -189,10 +207,14 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
 
     Returns:
         float, ndarray of float64, or :class:`Tap`. A tap that has no value (outside the domain, slipped off with ``status``,
-        not converged) is NaN; ``full=True`` says why.
+        not converged; a NaN or a masked value in any argument) is NaN; ``full=True`` says why.
 
     Raises:
-        InputError: what is no number, shapes that do not broadcast, a key or value of the model that is not allowed.
+        InputError: what is no number, a quantity that does not convert to the unit above, shapes that do not broadcast, a key or value
+            of the model that is not allowed.
+
+    Warns:
+        VibrissaWarning: numbers that were probably meant in another unit (``theta=0.07``, ``material={"hooke": 3.2e6}``).
         RunError: a device that fails.
 
     Source: the geometrically exact rod of docs/model.md §3; K by (20), (21).
@@ -209,24 +231,30 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     else:
         name, drive = "theta", theta
     full = flag("full", full)
-    solver = _solver(model, name == "delta")
+    solver, doubts = _solver(model, name == "delta")
+    if doubts:
+        warn(doubts)
     upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
         try:
             one = solver.one(D, d, L_a, x_ss, l, a, drive, tilt, lean)
         except OverflowError as e:
             raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
-        return Tap(*one[:6], Status(one[6]), *one[7:]) if full else one[0]
+        if one[11]:
+            warn(one[11])
+        return Tap(*one[:6], Status(one[6]), *one[7:11]) if full else one[0]
     given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
     if not upright:
         given |= {"tilt": tilt, "lean": lean}
-    shape, n, flat = columns(given, _UNITS)
+    shape, n, flat = columns(given, ALLOWED)
     if n == 0:
         empty = np.empty(shape)
         words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
         return Tap(empty, empty, empty, empty, empty, empty, words, sticks, empty, empty, empty) if full else empty
     with shown(progress) as tell:
-        found = solver.many(n, flat, full, tell)
+        found, doubts_ = solver.many(n, flat, full, tell)
+    if doubts_:
+        warn(doubts_)
     shaped: list[Any] = [x.reshape(shape) for x in found]
     if not shape:
         shaped = [x[()] for x in shaped]

@@ -44,15 +44,16 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
         (or("base_z_mm", 0.0)?, or("contact_deg", 0.0)?, or("sense", 1.0)?, or("stroke", f64::NAN)?);
     let mut all: Vec<Placed> = Vec::with_capacity(n);
     for i in 0..n {
-        let sense = if sense[i].is_nan() { 1.0 } else { sense[i] };
-        if sense.abs() != 1.0 {
+        let sense = sense[i];
+        if !(sense.is_nan() || sense.abs() == 1.0) {
             let error =
                 InputError::new("this is no sense of rotation").at(file(), Some(readings.rows[i].line));
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
         let pose = Pose {
             base: [needed[0][i], needed[1][i], z[i]],
-            heading: (needed[2][i] + contact[i]).to_radians(),
+            // Where the row does not say which way it turns, it does not say where it points when it touches.
+            heading: if sense.is_nan() { f64::NAN } else { (needed[2][i] + contact[i]).to_radians() },
             sense,
         };
         let stroke = Some(stroke[i]).filter(|s| s.is_finite());

@@ -9,7 +9,16 @@ use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
 
 /// What the file may say.
 const KEYS: &str = "[[whisker]] name, calibration, x, y, z, heading, sense; angle_noise, base_noise";
-const ONE: [&str; 7] = ["name", "calibration", "x", "y", "z", "heading", "sense"];
+/// Keys of a `[[whisker]]` and their units; empty where there is none.
+pub const UNITS: [(&str, &str); 7] = [
+    ("name", ""),
+    ("calibration", ""),
+    ("x", "mm"),
+    ("y", "mm"),
+    ("z", "mm"),
+    ("heading", "degrees"),
+    ("sense", ""),
+];
 
 const ANGLE: Domain =
     domain("0 … 1000 degrees, one standard deviation", |v| (0.0..=MOST_NOISE).contains(&v));
@@ -75,7 +84,7 @@ impl Array {
 }
 
 fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
-    whisker.only(&ONE, KEYS)?;
+    whisker.only(&UNITS.map(|(key, _)| key), KEYS)?;
     let place = |key: &str| whisker.needs(key, KEYS)?.sensible("mm");
     let heading = whisker.needs("heading", KEYS)?.sensible("degrees")?;
     let z = whisker.or("z", 0.0, |z| z.sensible("mm"))?;

@@ -8,6 +8,6 @@ mod rig;
 mod settle;
 mod strokes;
 
-pub use array::{Array, Mount};
+pub use array::{Array, Mount, UNITS as ARRAY_UNITS};
 pub use model_error::{model_error, settle_model_error};
 pub use settle::settle;

@@ -49,6 +49,11 @@ impl Role {
     }
 }
 
+/// Names of the columns that have a role.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    Role::ALL.into_iter().filter(|(.., role)| *role != Role::Ignored).map(|(_, column, _)| column)
+}
+
 /// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names(Vec<(Role, String)>);

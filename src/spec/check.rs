@@ -2,6 +2,7 @@
 
 use super::axis::AxisItem;
 use super::reader::Result;
+pub(super) use crate::design::MOST;
 use crate::scene::{COLUMNS, Contact, Geometry, Material, Model};
 
 /// A set of numbers and how to name it to the user.
@@ -16,10 +17,6 @@ pub(crate) struct Domain {
 pub(crate) const fn domain(allowed: &'static str, holds: fn(f64) -> bool) -> Domain {
     Domain { allowed, holds }
 }
-
-/// Largest number of any quantity, in its unit: more than a kilometre of whisker or the stiffness of diamond in pascals, so that nothing
-/// sensible follows from a larger one.
-pub(super) const MOST: f64 = 1e12;
 
 pub(crate) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
 pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);

@@ -31,6 +31,7 @@ pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 use reader::{Document, Result};
 use schema::Sections;
+pub use units::of_taps as doubts_of_taps;
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {
@@ -44,6 +45,16 @@ pub fn read_with(path: &Path, fallback: &str) -> Result<Spec> {
     let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
     let spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)?;
     Ok(read_from(path, spec))
+}
+
+/// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
+pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    let defaults = schema::defaults("");
+    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
+    of_sections(label, text, &sections, base, space::listed)
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
@@ -70,7 +81,17 @@ pub(crate) fn of_table(
     let document = Document { file: label, text };
     let defaults = schema::defaults(fallback);
     let sections = Sections::new(&document, user, &defaults)?;
+    of_sections(label, text, &sections, base, |sections, drive| space::read(sections, drive, base))
+}
 
+/// Of the sections of a `text`; `taps` reads its tuples.
+fn of_sections<'a>(
+    label: &str,
+    text: &str,
+    sections: &Sections<'a>,
+    base: &Path,
+    taps: impl FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
+) -> Result<Spec> {
     if let Some(format) = sections.format() {
         let number = format.whole(1)?;
         if number > schema::FORMAT {
@@ -87,12 +108,12 @@ pub(crate) fn of_table(
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let space::Read { space, directions, leaning, mut warnings } = space::read(&sections, drive, base)?;
+    let space::Read { space, directions, leaning, mut warnings } = taps(sections, drive)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
-    direction::told(&sections, &gauge, &estimate, &model.model)?;
+    direction::told(sections, &gauge, &estimate, &model.model)?;
     if leaning.iter().all(Option::is_none) {
-        sections::rankable(&sections, &estimate, &output)?;
+        sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
     let mut spec = Spec {
@@ -108,10 +129,10 @@ pub(crate) fn of_table(
         material_fit: model.fit,
         run,
         in_force: sections.in_force(),
-        inputs: inputs(&sections, base),
+        inputs: inputs(sections, base),
         warnings,
     };
-    let doubts = units::doubts(&sections, &spec);
+    let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);
     Ok(spec)
 }

@@ -44,6 +44,28 @@ pub(super) fn drive_key(drive: Drive) -> &'static str {
     }
 }
 
+/// The first of `keys` that is written.
+fn written<'a>(
+    sections: &Sections<'a>,
+    mut keys: impl Iterator<Item = (&'static str, &'static str)>,
+) -> Option<Item<'a>> {
+    keys.find_map(|(section, key)| sections.section(section).written(key))
+}
+
+/// No tuples yet, of `sections` that name none either: they are listed elsewhere.
+pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> {
+    let drives = [("tap", "theta"), ("tap", "delta"), ("tuples", "file")];
+    if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
+        return Err(item.error("this comes from the tuples; remove one of the two"));
+    }
+    Ok(Read {
+        space: Space::List(Vec::new()),
+        directions: DirectionColumns::default(),
+        leaning: [None, None],
+        warnings: Vec::new(),
+    })
+}
+
 /// Reads the axes of `sections`, or the tuple file that stands in their place, and warnings about it.
 pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
     let key = drive_key(drive);
@@ -62,7 +84,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
 
     let tuples = sections.section("tuples");
     if tuples.user.is_some() {
-        if let Some(item) = keys.clone().find_map(|(section, key)| sections.section(section).written(key)) {
+        if let Some(item) = written(sections, keys.clone()) {
             return Err(item.error("this comes from the tuple file of [tuples]; remove one of the two"));
         }
         return tuple_file::read(&tuples.get("file")?, drive, base);

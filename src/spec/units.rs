@@ -4,11 +4,15 @@
 //! of 30 mm by 300 mm, and for moduli from 0.05 MPa to those of steel, 200 000 MPa. Lengths are judged beside each other where they can be: one
 //! that is written in metres among millimetres is at most a thousandth of the others.
 
+mod rows;
+
+pub(super) use rows::Rows;
+pub use rows::of_taps;
+
 use super::reader::Item;
 use super::schema::Sections;
 use super::space::{KEYS, drive_key};
-use crate::error::InputError;
-use crate::scene::{Column, Drive, Material, Spec, Study, Tuple};
+use crate::scene::{Column, Drive, Material, Spec, Study};
 
 /// Shortest and longest L_a, mm: below and above is no whisker.
 const LENGTHS: [f64; 2] = [1.0, 5e3];
@@ -38,6 +42,7 @@ const RUBBER: [f64; 2] = [1e3, 2e4];
 const TEARS: f64 = 12.0;
 
 /// Why a number is doubted, how many of the right unit one of the other unit is, and the other unit.
+#[derive(Debug)]
 struct Doubt {
     why: &'static str,
     factor: f64,
@@ -53,9 +58,14 @@ impl Doubt {
     fn say(&self, value: f64, unit: &str) -> String {
         let Self { why, factor, other } = self;
         let meant: f64 = format!("{:.4e}", value * factor).parse().unwrap_or(f64::NAN);
-        let meant = if meant < 1e-3 { format!("{meant:e}") } else { meant.to_string() };
-        format!("{value}{unit} {why}; is it {meant}{unit}, written in {other}?")
+        let meant = if meant < 1e-3 { format!("{meant:e}") } else { shown(meant) };
+        format!("{}{unit} {why}; is it {meant}{unit}, written in {other}?", shown(value))
     }
+}
+
+/// A number without a row of zeros.
+fn shown(value: f64) -> String {
+    if (1e-9..1e12).contains(&value) { value.to_string() } else { format!("{value:e}") }
 }
 
 /// Ends of the lengths beside which others are judged, mm; NaN where they are not known, or doubted themselves.
@@ -85,6 +95,7 @@ impl Beside {
 }
 
 /// Whether `v` mm is doubtful as a length of this kind. A comparison with what is not known is false.
+#[inline(always)] // Taps that are given by millions are judged one by one.
 fn length(column: Column, v: f64, beside: &Beside) -> Option<Doubt> {
     let ([shortest, longest], [thinnest, thickest]) = (beside.length, beside.base);
     let metres = |why| doubt(why, 1e3, "metres");
@@ -243,56 +254,4 @@ fn material(item: &Item<'_>, spec: &Spec) -> Option<String> {
 /// What is said of the `value` at `item`.
 fn warning(item: &Item<'_>, doubt: Doubt, value: f64, unit: &str) -> Option<String> {
     Some(item.error(doubt.say(value, unit)).to_string())
-}
-
-/// What is doubtful in the rows of a tuple file: the first of it is told, and how many rows are like it.
-#[derive(Debug)]
-pub(super) struct Rows {
-    drive: Drive,
-    rows: u64,
-    doubted: u64,
-    /// Column, value, words and place of the first.
-    first: Option<(Column, f64, String, usize)>,
-    largest: f64,
-}
-
-impl Rows {
-    pub fn new(drive: Drive) -> Self {
-        Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
-    }
-
-    /// The next row, which starts at `place`.
-    pub fn take(&mut self, tuple: &Tuple, place: usize) {
-        self.rows += 1;
-        self.largest = self.largest.max(tuple.drive);
-        let values = tuple.to_array();
-        let beside = Beside::new(|column| [values[column as usize]; 2]);
-        let lengths = match self.drive {
-            Drive::Angle => &Column::ALL[..6],
-            Drive::Displacement => &Column::ALL,
-        };
-        let slip = |column: &Column| {
-            let v = values[*column as usize];
-            Some((*column, v, length(*column, v, &beside)?.say(v, " mm"), place))
-        };
-        if let Some(first) = lengths.iter().find_map(slip) {
-            self.doubted += 1;
-            self.first.get_or_insert(first);
-        }
-    }
-
-    /// The warnings, one for lengths and one for angles; `line` finds the line of a place in `file`.
-    pub fn doubts(self, file: &str, line: impl Fn(usize) -> Option<usize>) -> Vec<String> {
-        let Self { drive, rows, doubted, first, largest } = self;
-        let say = |column: Column, value: f64, words: String, line| {
-            InputError::new(words).at(file, line).key(column.name(drive)).value(value).to_string()
-        };
-        let lengths = first.map(|(column, v, words, place)| {
-            say(column, v, format!("{words} ({doubted} of {rows} rows)"), line(place))
-        });
-        let angles = angle(largest).filter(|_| drive == Drive::Angle && rows > 0);
-        let angles =
-            angles.map(|doubt| say(Column::Drive, largest, doubt.say(largest, "°") + " (the largest)", None));
-        lengths.into_iter().chain(angles).collect()
-    }
 }

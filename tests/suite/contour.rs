@@ -226,6 +226,12 @@ fn points_without_a_curve_are_still_points() {
     let status: Vec<&str> = table.rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!(status, ["ok", "bad_input", "bad_input", "no_strain"]);
     assert_eq!(table.rows[0]["given_x_mm"], "7");
+    // A row that does not say which way the whisker turns has no point; a file without the column has whiskers that turn counterclockwise.
+    desk.write("d.csv", "base_x_mm,base_y_mm,heading_deg,sense,theta_deg,strain\n1,2,90,1,4,0.02\n1,2,90,,4,0.02\n1,2,90,NaN,4,0.02\n");
+    desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out", "--force"]).exits(0);
+    let turned = Table::read(&desk.path("out/points.csv"));
+    let status: Vec<&str> = turned.rows.iter().map(|r| r["status"].as_str()).collect();
+    assert_eq!((status, turned.rows[1]["x_mm"].as_str()), (vec!["ok", "bad_input", "bad_input"], ""));
     // To the left of a whisker that points along y lies −x.
     let n = |key: &str| table.rows[0][key].parse::<f64>().unwrap();
     assert!((n("y_mm") - 2.0 - n("distance_mm")).abs() < 1e-9 && n("x_mm") < -0.9, "{:?}", table.rows[0]);

@@ -6,7 +6,9 @@ use std::path::Path;
 use crate::common::measuring::prototype;
 use crate::common::program::{Desk, SPEC};
 use crate::common::specs::{GOOD, parse, with};
+use vibrissa::api::{BackendChoice, Drive, RunOptions, Setup, Taps, Tuple};
 use vibrissa::spec;
+use vibrissa::status::Status;
 
 /// The warnings about a spec that is read.
 #[track_caller]
@@ -212,6 +214,83 @@ fn absurd_numbers_are_refused() {
     let desk = Desk::new(&SPEC.replace("D = 10", "D = 1e300"));
     let ran = desk.sweep(&[]).exits(2);
     assert!(ran.stderr.contains("whisker.D") && ran.stderr.contains("large"), "{}", ran.stderr);
+}
+
+#[test]
+fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
+    const TAP: Tuple =
+        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, tilt: 0.0, lean: 0.0, drive: 4.0 };
+    let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
+        spec::doubts_of_taps(Drive::Angle, n, tap, |column| column.name(Drive::Angle).to_owned())
+    };
+    let one = |tap: Tuple| said(1, &move |_| tap);
+    let of_spec =
+        |theta: f64| doubts(&whisker([10.0, 4.0, 50.0, 5.0, 2.0, 30.0], &format!("theta = {theta}\n")));
+    let words =
+        |all: &[String]| all.iter().map(|s| s.rsplit(": ").next().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(words(&one(Tuple { drive: 0.07, ..TAP })), words(&of_spec(0.07)));
+    assert_eq!(
+        one(Tuple { drive: 0.07, ..TAP })[0],
+        "theta_deg = 0.07: 0.07° is hardly a tap; is it 4.0107°, written in radians?"
+    );
+    assert!(one(Tuple { D: 0.01, ..TAP })[0].contains("is it 10 mm, written in metres?"));
+    // What is no number, or outside every domain, has a status, not another unit.
+    for x in [f64::NAN, 0.0, -0.0, -0.07, f64::INFINITY, 1e300] {
+        assert_eq!(one(Tuple { D: x, d: x, ..TAP }), [""; 0], "{x}");
+        assert_eq!(one(Tuple { drive: x, ..TAP }), [""; 0], "{x}");
+        assert_eq!(one(Tuple { L_a: x, ..TAP }), [""; 0], "{x}");
+    }
+    // Of many, by several threads: the first of them, how many, and the largest angle.
+    let many = |k: usize| Tuple {
+        d: if k % 1000 == 7 { 0.001 + k as f64 * 1e-9 } else { 4.0 },
+        drive: 0.05 + (k % 3) as f64 / 100.0,
+        ..TAP
+    };
+    let found = said(50_000, &many);
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(
+        found[0].starts_with("d_mm = 0.001000007: ") && found[0].ends_with("(50 of 50000 rows)"),
+        "{found:?}"
+    );
+    assert!(found[1].starts_with("theta_deg = 0.07") && found[1].ends_with("(the largest)"), "{found:?}");
+}
+
+#[test]
+fn what_no_whisker_measures_is_no_geometry() {
+    // A spec or a tuple file with it is refused; taps that are given as numbers have a status.
+    for (drive, amount) in [(Drive::Angle, 4.0), (Drive::Displacement, 1.0)] {
+        let setup = Setup { drive, ..Setup::default() };
+        let good = Tuple {
+            D: 10.0,
+            d: 4.0,
+            L_a: 50.0,
+            x_ss: 5.0,
+            l: 2.0,
+            a: 30.0,
+            tilt: 0.0,
+            lean: 0.0,
+            drive: amount,
+        };
+        let wide = Tuple { D: 1e300, d: 1e300, ..good };
+        let long = Tuple { L_a: 1e13, ..good };
+        let far = Tuple { drive: 1e300, ..good };
+        for backend in [BackendChoice::Cpu, BackendChoice::Reference] {
+            let options = RunOptions { backend: Some(backend), ..RunOptions::default() };
+            let taps = Taps::new(setup.clone(), &options).unwrap();
+            let (mut told, mut strains) = ([(0.0, Status::OK); 4], [0.0; 4]);
+            let all = [good, wide, long, far];
+            taps.solve(|i| all[i], |o| (o.strain, o.status), &mut told).unwrap();
+            taps.strains(|i| all[i], &mut strains).unwrap();
+            assert!(told[0].0 > 0.0 && told[0].1 == Status::OK, "{told:?}");
+            assert!(
+                told[1..]
+                    .iter()
+                    .all(|(strain, status)| strain.is_nan() && *status == Status::INVALID_GEOMETRY),
+                "{told:?}"
+            );
+            assert!(strains[0] > 0.0 && strains[1..].iter().all(|s| s.is_nan()), "{strains:?}");
+        }
+    }
 }
 
 #[test]

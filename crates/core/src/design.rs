@@ -10,6 +10,10 @@ use crate::scene::{Convention, Direction, Drive, Geometry, Setup, Theory, Tuple}
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
 
+/// Largest number of any quantity, in its unit: more than a kilometre of whisker or the stiffness of diamond in pascals, so that nothing
+/// sensible follows from a larger one.
+pub const MOST: f64 = 1e12;
+
 /// One whisker with its gauge.
 #[derive(Debug, Clone)]
 pub struct Design {
@@ -34,9 +38,10 @@ pub struct Shared {
     pub theory: Inverse,
 }
 
-/// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0, x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are not asked for.
+/// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0 and at most [`MOST`], x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are
+/// not asked for.
 pub fn is_whisker(t: &Tuple) -> bool {
-    let positive = [t.D, t.d, t.L_a, t.l].iter().all(|x| x.is_finite() && *x > 0.0);
+    let positive = [t.D, t.d, t.L_a, t.l].iter().all(|x| *x > 0.0 && *x <= MOST);
     positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
 }
 
@@ -72,7 +77,7 @@ impl Design {
     pub fn admits(&self, kind: Drive, a: f64, drive: f64) -> bool {
         let drive_ok = match kind {
             Drive::Angle => drive > 0.0 && drive < 90.0,
-            Drive::Displacement => drive > 0.0 && drive.is_finite(),
+            Drive::Displacement => drive > 0.0 && drive <= MOST,
         };
         self.shared.is_some() && drive_ok && a > 0.0 && a <= self.tuple.L_a * (1.0 + ROUNDING)
     }

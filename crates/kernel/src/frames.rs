@@ -6,6 +6,7 @@ use std::array::from_fn;
 use crate::cpu::Pack;
 use crate::pose::Pose;
 use crate::tap::Tap;
+use vibrissa_core::design::MOST;
 use vibrissa_core::physics::{onset::Grip, taper::Taper};
 use vibrissa_core::scene::{Contact, Drive, Geometry, Model, Setup, Side};
 
@@ -20,8 +21,8 @@ pub const DIMENSIONS: usize = 7;
 /// Least share of the largest linear strain at which the weight of an error is surely 1, with something to spare for rounding.
 const SURE: f64 = 1.001e-3;
 
-/// Lengths (mm) and drives between which no formula of the linear strain over- or underflows.
-const SIZES: [f64; 2] = [1e-20, 1e20];
+/// Lengths (mm) and drives between which no formula of the linear strain over- or underflows; no whisker has larger ones.
+const SIZES: [f64; 2] = [1e-20, MOST];
 
 /// D(a)/D, which is 1 − τa, between which the linear strain has as many digits as [`SURE`] spares.
 const RESTS: [f64; 2] = [1e-6, 1e6];

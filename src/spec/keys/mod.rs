@@ -90,6 +90,17 @@ pub const SECTIONS: [Section; 9] = [WHISKER, GAUGE, TAP, TUPLES, MODEL, ESTIMATE
 /// Inline tables, by the key that takes them. `axis` is taken by D, d, L_a, x_ss, l, a, theta and delta.
 pub const INLINE: [Section; 8] = [AXIS, CONTACT, MATERIAL, WEIGHTS, BUDGET, VARIABLES, LIMITS, ROBUST];
 
+/// Unit of every key under its dotted name, `axis.from` for that of an axis; empty where it has none.
+pub fn units() -> impl Iterator<Item = (String, &'static str)> {
+    let of = |section: &'static Section| {
+        section.keys.iter().map(|k| (format!("{}.{}", section.name, k.name), k.unit))
+    };
+    // Where a drive may be varied, it is that of the spec.
+    let delta =
+        TAP.key("delta").map(|k| [&VARIABLES, &ROBUST].map(|s| (format!("{}.delta", s.name), k.unit)));
+    SECTIONS.iter().chain(&INLINE).flat_map(of).chain(delta.into_iter().flatten())
+}
+
 /// What stands for `key` of `section` where the user says nothing, as TOML.
 pub fn default(section: &str, key: &str) -> Option<String> {
     let all = schema::defaults(optimise::DEFAULTS);

@@ -1,0 +1,145 @@
+//! Columns of a table: how they become those of Arrow.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::{Array, ArrayRef, BooleanArray, DictionaryArray, PrimitiveArray, StringArray, make_array};
+use arrow_buffer::{NullBuffer, ScalarBuffer};
+use arrow_schema::{ArrowError, DataType, TimeUnit};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use vibrissa::sink::columns::{Values, Words};
+
+/// Columns that are of words even where none is in them.
+const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
+
+/// A number that says all that its field says: not 007, and no whole number that float64 lacks.
+fn number(cell: &str) -> Option<f64> {
+    if cell.is_empty() {
+        return Some(f64::NAN);
+    }
+    let padded = cell.len() > 1 && cell.starts_with('0') && cell.bytes().all(|c| c.is_ascii_digit());
+    let value: f64 = cell.parse().ok().filter(|_| !padded)?;
+    let lost = cell.parse::<i128>().is_ok_and(|whole| value as i128 != whole);
+    (!lost).then_some(value)
+}
+
+/// A column of a CSV table.
+pub fn of_cells(name: &str, cells: &[Cow<'_, str>]) -> Values {
+    let numbers = || cells.iter().map(|cell| number(cell)).collect::<Option<Vec<f64>>>();
+    let counts = || cells.iter().map(|cell| whole(cell)).collect::<Option<Vec<u64>>>();
+    let of_words = OF_WORDS.contains(&name);
+    let found = (!of_words).then(|| numbers().map(Values::Numbers).or_else(|| counts().map(Values::Counts)));
+    match found.flatten() {
+        Some(values) => values,
+        None => {
+            let (mut words, mut places) = (Words::default(), HashMap::new());
+            for cell in cells {
+                words.codes.push(*places.entry(cell).or_insert_with(|| {
+                    words.known.push(cell.to_string());
+                    words.known.len() as u32 - 1
+                }));
+            }
+            Values::Words(words)
+        }
+    }
+}
+
+/// A whole number of 64 bits as it is written, with the bits of its sign.
+fn whole(cell: &str) -> Option<u64> {
+    let value: i64 = cell.parse().ok()?;
+    (value.to_string() == cell).then_some(value.cast_unsigned())
+}
+
+/// A column where it lies.
+pub fn array(values: Values) -> ArrayRef {
+    match values {
+        Values::Numbers(x) => {
+            let nulls =
+                x.iter().any(|x| x.is_nan()).then(|| x.iter().map(|x| !x.is_nan()).collect::<NullBuffer>());
+            Arc::new(PrimitiveArray::<Float64Type>::new(ScalarBuffer::from(x), nulls))
+        }
+        // These collect in place.
+        Values::Counts(n) => {
+            let n: Vec<i64> = n.into_iter().map(u64::cast_signed).collect();
+            Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
+        }
+        Values::Words(Words { codes, known, .. }) => {
+            let mut words = known;
+            let missing = words.iter().position(String::is_empty).map(|at| {
+                words.remove(at);
+                at as u32
+            });
+            let place = |code: u32| match missing {
+                Some(missing) if code == missing => -1,
+                Some(missing) if code > missing => code.cast_signed() - 1,
+                _ => code.cast_signed(),
+            };
+            dictionary(codes.into_iter().map(place).collect(), words).expect("codes are places of words")
+        }
+    }
+}
+
+/// A column of words by their places in `words`, −1 where there is none.
+fn dictionary(codes: Vec<i32>, words: Vec<String>) -> Result<ArrayRef, ArrowError> {
+    let nulls = codes.contains(&-1).then(|| codes.iter().map(|c| *c >= 0).collect::<NullBuffer>());
+    let keys = PrimitiveArray::<Int32Type>::new(ScalarBuffer::from(codes), nulls);
+    Ok(Arc::new(DictionaryArray::<Int32Type>::try_new(keys, Arc::new(StringArray::from(words)))?))
+}
+
+/// A column as `Table.__getitem__` and `Table.codes` give it.
+#[derive(FromPyObject)]
+pub enum Given<'py> {
+    /// float64.
+    Numbers(PyReadonlyArray1<'py, f64>),
+    /// int64.
+    Counts(PyReadonlyArray1<'py, i64>),
+    /// Truth values.
+    Flags(PyReadonlyArray1<'py, bool>),
+    /// Their bits, and the type of numpy.
+    Times(PyReadonlyArray1<'py, i64>, String),
+    /// Places in their words, −1 where there is none.
+    Words(PyReadonlyArray1<'py, i32>, Vec<String>),
+}
+
+impl Given<'_> {
+    /// As a column of Arrow.
+    ///
+    /// # Errors
+    /// Codes that are no places of words; no type of times.
+    pub fn array(self) -> Result<ArrayRef, ArrowError> {
+        Ok(match self {
+            Self::Numbers(x) => array(Values::Numbers(x.as_array().to_vec())),
+            Self::Counts(n) => {
+                array(Values::Counts(n.as_array().iter().map(|n| n.cast_unsigned()).collect()))
+            }
+            Self::Flags(x) => Arc::new(BooleanArray::from(x.as_array().to_vec())),
+            Self::Times(x, kind) => times(x.as_array().to_vec(), &kind)?,
+            Self::Words(codes, words) => dictionary(codes.as_array().to_vec(), words)?,
+        })
+    }
+}
+
+/// Types of numpy for moments and spans of time, and those of Arrow.
+pub const OF_TIME: [(&str, DataType); 8] = [
+    ("M8[s]", DataType::Timestamp(TimeUnit::Second, None)),
+    ("M8[ms]", DataType::Timestamp(TimeUnit::Millisecond, None)),
+    ("M8[us]", DataType::Timestamp(TimeUnit::Microsecond, None)),
+    ("M8[ns]", DataType::Timestamp(TimeUnit::Nanosecond, None)),
+    ("m8[s]", DataType::Duration(TimeUnit::Second)),
+    ("m8[ms]", DataType::Duration(TimeUnit::Millisecond)),
+    ("m8[us]", DataType::Duration(TimeUnit::Microsecond)),
+    ("m8[ns]", DataType::Duration(TimeUnit::Nanosecond)),
+];
+
+/// Times by their bits; the smallest number stands for none.
+fn times(bits: Vec<i64>, kind: &str) -> Result<ArrayRef, ArrowError> {
+    let unknown = || ArrowError::InvalidArgumentError(format!("{kind} is no type of times"));
+    let (_, of_arrow) = OF_TIME.iter().find(|(of_numpy, _)| *of_numpy == kind).ok_or_else(unknown)?;
+    let known = bits.iter().map(|x| *x != i64::MIN).collect::<NullBuffer>();
+    let nulls = (known.null_count() > 0).then_some(known);
+    let plain = PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(bits), nulls);
+    Ok(make_array(plain.into_data().into_builder().data_type(of_arrow.clone()).build()?))
+}

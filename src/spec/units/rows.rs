@@ -1,0 +1,108 @@
+//! Rows of taps whose numbers were probably meant in another unit: those of a tuple file, or given one by one.
+
+use rayon::prelude::*;
+
+use super::{Beside, Doubt, angle, length, shown};
+use crate::design::MOST;
+use crate::error::InputError;
+use crate::scene::{Column, Drive, Tuple};
+
+/// Rows from which on several threads look for doubts.
+const MANY: usize = 1 << 13;
+
+/// The warnings about `n` taps that are given one by one, `tap(i)` being tap i; `key` names a column. Of many, all threads look.
+pub fn of_taps(
+    drive: Drive,
+    n: usize,
+    tap: impl Fn(usize) -> Tuple + Sync,
+    key: impl Fn(Column) -> String,
+) -> Vec<String> {
+    let take = |mut rows: Rows, i: usize| {
+        rows.take(&tap(i), i);
+        rows
+    };
+    let rows = match n {
+        ..MANY => (0..n).fold(Rows::new(drive), take),
+        _ => (0..n).into_par_iter().fold(|| Rows::new(drive), take).reduce(|| Rows::new(drive), Rows::joined),
+    };
+    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
+    rows.said(say)
+}
+
+/// What is doubtful in rows of taps: the first of it is told, and how many rows are like it.
+#[derive(Debug)]
+pub(in crate::spec) struct Rows {
+    drive: Drive,
+    rows: u64,
+    doubted: u64,
+    /// Column, value, doubt and place of the first.
+    first: Option<(Column, f64, Doubt, usize)>,
+    largest: f64,
+}
+
+impl Rows {
+    pub fn new(drive: Drive) -> Self {
+        Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
+    }
+
+    /// The next row, which starts at `place`.
+    pub fn take(&mut self, tuple: &Tuple, place: usize) {
+        self.rows += 1;
+        if admissible(tuple.drive) {
+            self.largest = self.largest.max(tuple.drive);
+        }
+        let values = tuple.to_array();
+        let beside = Beside::new(|column| [values[column as usize]; 2]);
+        let lengths = match self.drive {
+            Drive::Angle => &Column::ALL[..6],
+            Drive::Displacement => &Column::ALL,
+        };
+        let slip = |column: &Column| {
+            let v = values[*column as usize];
+            Some((*column, v, length(*column, v, &beside).filter(|_| admissible(v))?, place))
+        };
+        if let Some(first) = lengths.iter().find_map(slip) {
+            self.doubted += 1;
+            self.first.get_or_insert(first);
+        }
+    }
+
+    /// These rows and `later` ones.
+    fn joined(self, later: Self) -> Self {
+        Self {
+            drive: self.drive,
+            rows: self.rows + later.rows,
+            doubted: self.doubted + later.doubted,
+            first: self.first.or(later.first),
+            largest: self.largest.max(later.largest),
+        }
+    }
+
+    /// The warnings, one for lengths and one for angles; `line` finds the line of a place in `file`.
+    pub fn doubts(self, file: &str, line: impl Fn(usize) -> Option<usize>) -> Vec<String> {
+        let drive = self.drive;
+        self.said(|column, value, words, place| {
+            InputError::new(words).at(file, place.and_then(&line)).key(column.name(drive)).value(shown(value))
+        })
+    }
+
+    /// The warnings as `say` makes them of column, value, words and, where there is one, the place.
+    fn said(self, say: impl Fn(Column, f64, String, Option<usize>) -> InputError) -> Vec<String> {
+        let Self { drive, rows, doubted, first, largest } = self;
+        let among = |words: String, what: String| if rows > 1 { words + &what } else { words };
+        let lengths = first.map(|(column, v, doubt, place)| {
+            let words = among(doubt.say(v, " mm"), format!(" ({doubted} of {rows} rows)"));
+            say(column, v, words, Some(place))
+        });
+        let angles = angle(largest).filter(|_| drive == Drive::Angle && largest > 0.0);
+        let angles = angles.map(|doubt| {
+            say(Column::Drive, largest, among(doubt.say(largest, "°"), " (the largest)".into()), None)
+        });
+        lengths.into_iter().chain(angles).map(|error| error.to_string()).collect()
+    }
+}
+
+/// Whether a value may be right: what is outside every domain has a status, and no unit that would mend it.
+fn admissible(v: f64) -> bool {
+    v > 0.0 && v <= MOST
+}
