@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
-use vibrissa::export::{Export, Language};
+use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -198,7 +198,9 @@ impl Locator {
             || InputError::new("there is no such language").key("language").value(language).allowed(words());
         let made = || -> Result<String, Error> {
             let language = found.ok_or_else(wrong)?.1;
-            Ok(Export::new(&self.locator, &self.calibration)?.text(language))
+            let open = opener(&RunOptions::default());
+            let export = Export::new(&self.locator, &self.calibration);
+            Ok(export.map_err(|e| proposing(e, &self.calibration, &open))?.text(language))
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }

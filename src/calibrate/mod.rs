@@ -19,9 +19,11 @@ pub mod noise;
 pub mod order;
 pub mod output;
 mod prepare;
+mod remarks;
 pub mod report;
 pub mod second;
 pub mod side;
+mod surface;
 pub mod suspects;
 pub mod winner;
 
@@ -29,10 +31,10 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::estimator::fit::Taring;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Tap, ZeroReading};
-use crate::estimator::{EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
@@ -87,10 +89,12 @@ pub struct Calibrated {
 /// Calibrates the whisker of `rig` from `data`.
 ///
 /// # Errors
-/// Data that no calibration can come from: no usable row, one distance only, units that cannot be; a backend that fails.
+/// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
+/// tells; a backend that fails.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
+    let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
     check(data, &rig, options)?;
     if let Some(k) = rig.setup.estimate.k.take() {
         warnings.push(format!(
@@ -121,10 +125,11 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
     let modelled = recorded && rig.known && no_exact.is_none();
     let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
-    let (noise, noise_from) = match found {
+    let found = match found {
         Some(found) => found,
         None => noise::scatter(&rig, &taps, &sides, modelled, &options.fit, &open)?,
     };
+    let (noise, noise_from) = noise::or_steps(found, &taps);
     rig.setup.gauge.noise_strain = Some(noise);
     let zero_known = if sure || !modelled { Taring::Known } else { Taring::Unknown };
     let mut results = Vec::new();
@@ -143,8 +148,9 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let winner = winner::winner(&results, rig.known);
-    warnings.extend(remarks(data, &taps, &results, winner, rig.known));
+    let winner =
+        winner::winner(&results, rig.known).ok_or_else(|| remarks::nothing_known(data, &rig, &results))?;
+    warnings.extend(remarks::remarks(data, &taps, &results, &rig, unread));
     let mut beside = None;
     if rig.setup.gauge.second {
         if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
@@ -259,96 +265,4 @@ fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
     };
     here().next()?;
     Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive), rig.before))
-}
-
-/// What a user should know before trusting the result.
-fn remarks(
-    data: &Data,
-    taps: &[Tap],
-    sides: &[SideResult],
-    winner: &dyn Estimator,
-    known: bool,
-) -> Vec<String> {
-    let mut all = Vec::new();
-    let lines = |wanted: &dyn Fn(&Tap) -> bool| {
-        let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
-        let shown = found[..found.len().min(8)].join(", ");
-        (found.len(), if found.len() > 8 { format!("{shown}, …") } else { shown })
-    };
-    let (n, shown) = lines(&|t| t.twin.is_some());
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
-             is understated (lines {shown})",
-            data.file
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
-            data.file,
-            taps.len()
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason == Some(Reason::Tilted));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are of tilted poles and serve the second gauge only (lines {shown})",
-            data.file,
-            taps.len()
-        ));
-    }
-    for s in sides {
-        if let Some(why) = &s.record.no_exact {
-            all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
-        }
-        let unsolved = s.fit.as_ref().map_or(0, |f| s.cells.len() - f.cells.len());
-        if unsolved > 0 {
-            all.push(format!(
-                "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
-                data.file,
-                s.cells.len()
-            ));
-        }
-        for c in &s.contradictions {
-            all.push(format!(
-                "{}: the signals at a = {} and {} mm are in the wrong order, at {} of {} drives, by {:.1} standard deviations: one of \
-                 these positions is not what its label says. Which one the data do not tell; both are used",
-                data.file,
-                c.a[0],
-                c.a[1],
-                c.drives,
-                s.drives.len(),
-                c.deviations
-            ));
-        }
-        if let Some(k) =
-            s.mean_k().filter(|k| data.unit.is_strain() && s.recorded && known && !(0.33..3.0).contains(k))
-        {
-            all.push(format!(
-                "K is {k:.3e} where theory expects about 1: check the unit of {} and the drive",
-                data.unit.column()
-            ));
-        }
-        if let Some(Fitted { chi2, misfit }) = s.fitted()
-            && misfit > 0.01
-            && winner == EXACT
-        {
-            all.push(format!(
-                "the model of the spec leaves {:.1} % of the strain unexplained (χ² per degree of freedom {chi2:.3}): \
-                 another material, contact or --fit may do better",
-                100.0 * misfit
-            ));
-        }
-    }
-    all
-}
-
-/// What to say of a fit.
-pub struct Fitted {
-    /// χ² per degree of freedom with noise alone.
-    pub chi2: f64,
-    /// Misfit beyond noise, relative.
-    pub misfit: f64,
 }

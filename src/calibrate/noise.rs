@@ -9,10 +9,40 @@ use crate::estimator::model::exact::Opener;
 use crate::estimator::taps::Tap;
 use crate::locate::Parameter;
 use crate::measure::Rig;
+use crate::measure::group::rounding;
 use crate::scene::Side;
 
 /// Degrees of freedom that a noise stated in the spec is worth where the repeats bear it out.
 const STATED: f64 = 200.0;
+/// Readings are of a converter where they differ by whole steps, but for this share of one, and at so many values at least.
+const WHOLE: f64 = 0.02;
+const VALUES: usize = 4;
+
+/// Step of the readings, as a difference of signals: of the converter that made them, or of the digits that were written; 0 where they
+/// have none.
+pub fn step(taps: &[Tap]) -> f64 {
+    let known = || taps.iter().filter(|t| t.value.is_finite() && t.signal.is_finite());
+    let mut values: Vec<f64> = known().map(|t| t.value).collect();
+    values.sort_by(f64::total_cmp);
+    let [Some(first), Some(last)] = [values.first(), values.last()] else { return 0.0 };
+    let [first, last] = [*first, *last];
+    values.dedup_by(|q, p| *q - *p <= rounding(last.abs().max(first.abs())));
+    let gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let whole = |gap: &f64| (gap / least - (gap / least).round()).abs() <= WHOLE;
+    if values.len() < VALUES || !gaps.iter().all(whole) {
+        return 0.0;
+    }
+    let signals = known().map(|t| t.signal).fold([f64::MAX, f64::MIN], |[lo, hi], s| [lo.min(s), hi.max(s)]);
+    least * (signals[1] - signals[0]) / (last - first)
+}
+
+/// Noise of one reading and where it comes from, where the steps of the readings are not more: their standard deviation is step/√12.
+pub fn or_steps((noise, from): (f64, String), taps: &[Tap]) -> (f64, String) {
+    let of_steps = step(taps) / 12.0f64.sqrt();
+    if noise < of_steps { (of_steps, "the steps of the readings".to_owned()) } else { (noise, from) }
+}
+
 /// Standard deviation of one reading from repeats or from the spec, and where it comes from; `None` where neither says.
 pub fn stated(
     rig: &Rig,

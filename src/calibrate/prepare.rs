@@ -1,5 +1,6 @@
 //! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
 
+use super::surface::Expected;
 use super::suspects::{self, Scatter};
 use super::{Options, Reason, constant, drift, noise};
 use crate::error::{Error, InputError};
@@ -167,7 +168,7 @@ fn flagged(
             false => None,
         };
         let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
-        let mut models: Vec<&suspects::Expected<'_>> = vec![&plain];
+        let mut models: Vec<&Expected<'_>> = vec![&plain];
         if rig.known {
             models.push(&sheared);
         }

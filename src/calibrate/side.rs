@@ -1,7 +1,7 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
+use super::Reason;
 use super::order::{Contradiction, contradictions};
-use super::{Fitted, Reason};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, cells};
@@ -243,10 +243,5 @@ impl SideResult {
     pub fn mean_k(&self) -> Option<f64> {
         let k = &self.record.paper.as_ref()?.K;
         Some(k.iter().sum::<f64>() / k.len() as f64)
-    }
-
-    /// Quality of the fit.
-    pub fn fitted(&self) -> Option<Fitted> {
-        self.fit.as_ref().map(|f| Fitted { chi2: f.chi2, misfit: f.misfit })
     }
 }

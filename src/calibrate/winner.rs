@@ -3,22 +3,27 @@
 use std::collections::BTreeMap;
 
 use super::side::SideResult;
-use crate::estimator::{ALL, Estimator, PAPER};
+use crate::estimator::{ALL, Estimator};
 
 /// Squared errors are told apart where their mean difference is larger than so many of its standard errors.
 const TOLD_APART: f64 = 2.0;
 
 /// A candidate whose error is so many times the smallest, on all taps, has no say in which are compared; such a one cannot win.
-const FAR_WORSE: f64 = 3.0;
+pub(super) const FAR_WORSE: f64 = 3.0;
 /// So many common taps, or half of all, are enough to compare on.
 const ENOUGH: usize = 20;
 
 /// The winner. Candidates are compared on the held-out taps that all of them answer, those far worse than the best left out; where these
 /// are too few, on all, a tap without an answer counting as an error of half the range. Of those that the data cannot tell apart the
-/// preferred one is taken: the fewest numbers first, but what guesses at a whisker that is not `known` last.
-pub fn winner(sides: &[SideResult], known: bool) -> &'static dyn Estimator {
+/// preferred one is taken: the fewest numbers first, but what guesses at a whisker that is not `known` last. `None` where no estimator
+/// knows anything of distances left out: it answers none, or its error is larger than the range of the distances.
+pub fn winner(sides: &[SideResult], known: bool) -> Option<&'static dyn Estimator> {
     let order = |e: &&'static dyn Estimator| (!known && e.needs_whisker(true), e.preference());
-    let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e) && s.held_out(*e).is_some());
+    let knows = |s: &SideResult, e: &dyn Estimator| {
+        let rms = s.held_out(e).and_then(|h| h.rms(|_| true).0);
+        s.has(e) && rms.is_some_and(|rms| rms < 2.0 * unanswered(s))
+    };
+    let everywhere = |e: &&dyn Estimator| sides.iter().all(|s| knows(s, *e));
     let mut candidates: Vec<&'static dyn Estimator> = ALL.into_iter().filter(everywhere).collect();
     candidates.sort_by_key(order);
     let overall: Vec<f64> = candidates.iter().map(|e| rms(sides, *e)).collect();
@@ -35,16 +40,11 @@ pub fn winner(sides: &[SideResult], known: bool) -> &'static dyn Estimator {
         let (sum, n) = squares[k].values().fold((0.0, 0.0), |(s, n), (q, m)| (s + q, n + m));
         sum / n
     };
-    let Some(best) = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b))) else {
-        let calibrated = |e: &&dyn Estimator| sides.iter().all(|s| s.has(*e));
-        let mut any: Vec<&'static dyn Estimator> = ALL.into_iter().filter(calibrated).collect();
-        any.sort_by_key(order);
-        return any.first().copied().unwrap_or(PAPER);
-    };
+    let best = (0..candidates.len()).min_by(|a, b| mean(*a).total_cmp(&mean(*b)))?;
     let as_good = |k: &usize| {
         *k == best || (mean(*k) <= FAR_WORSE.powi(2) * mean(best) && !worse(&squares[*k], &squares[best]))
     };
-    (0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k])
+    Some((0..candidates.len()).find(as_good).map_or(candidates[best], |k| candidates[k]))
 }
 
 /// Half the range of the distances of a side: the error of a tap without an answer, mm.

@@ -86,6 +86,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
         out: Some(out),
         files,
         quiet,
+        ..Reply::default()
     }
     .removing(&removed))
 }

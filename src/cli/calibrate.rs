@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::calibrate::{self, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
-use vibrissa::export::{Export, Language};
+use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Drive, RunOptions, Spec};
@@ -62,12 +62,12 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     }
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
-    if !args.export.is_empty() {
-        let calibration = found.calibration.clone().sealed();
-        let asked = |e| Locator::new(&calibration, &label, Some(e), &opener(&options));
-        let asked = args.estimator.map(asked).transpose()?;
-        exported(args, &calibration, asked.as_ref().unwrap_or(&locator), &mut folder)?;
-    }
+    let refused = match exported(args, &found.calibration, &locator, &options, &mut folder) {
+        Err(Error::Input(e)) => {
+            Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e })
+        }
+        other => other.map(|()| None)?,
+    };
     let covered = coverage::coverage(&found, &locator);
     let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
@@ -86,19 +86,29 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         backend: Value::Null,
         result,
         quiet,
+        refused,
         ..Reply::default()
     };
     Ok(reply.removing(&written.removed))
 }
 
-/// Writes the files of `--export`: `calibration` as `locator` answers.
+/// Writes the files of `--export`, if there are any: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
 fn exported(
     args: &Calibrate,
     calibration: &Calibration,
-    locator: &Locator,
+    won: &Locator,
+    options: &RunOptions,
     folder: &mut Folder,
 ) -> Result<(), Error> {
-    let export = Export::new(locator, calibration)?;
+    if args.export.is_empty() {
+        return Ok(());
+    }
+    let open = opener(options);
+    let calibration = calibration.clone().sealed();
+    let asked = |e| Locator::new(&calibration, "calibration.toml", Some(e), &open);
+    let asked = args.estimator.map(asked).transpose()?;
+    let export = Export::new(asked.as_ref().unwrap_or(won), &calibration);
+    let export = export.map_err(|e| proposing(e, &calibration, &open))?;
     for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
         let mut file = folder.file(language.file())?;
         file.write(export.text(language).as_bytes())?;

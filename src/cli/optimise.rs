@@ -77,6 +77,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
+        ..Reply::default()
     }
     .removing(&report.removed))
 }

@@ -57,6 +57,8 @@ pub struct Reply {
     pub quiet: bool,
     /// What is wrong although there is a result. Exit code 1.
     pub broken: Option<String>,
+    /// What was asked for beside the result and is refused. Exit code 2.
+    pub refused: Option<InputError>,
 }
 
 impl Reply {
@@ -76,12 +78,17 @@ impl Reply {
     pub fn print(self, quiet: bool) -> ExitCode {
         let path = |p: &Path| p.display().to_string();
         let mut told = Ok(());
+        let none = InputError::default();
+        let wrong = match (&self.broken, &self.refused) {
+            (Some(message), _) => Some((&none, message)),
+            (None, refused) => refused.as_ref().map(|e| (e, &e.message)),
+        };
         if json() {
             let mut object = json!({
                 "format": FORMAT,
                 "command": command(),
                 "version": env!("CARGO_PKG_VERSION"),
-                "ok": self.broken.is_none(),
+                "ok": wrong.is_none(),
                 "out": self.out.as_deref().map(path),
                 "files": self.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
                 "counts": self.counts,
@@ -89,19 +96,23 @@ impl Reply {
                 "backend": self.backend,
                 "result": self.result,
             });
-            if let Some(message) = &self.broken {
-                object["error"] = error_json(&InputError::default(), message);
+            if let Some((error, message)) = wrong {
+                object["error"] = error_json(error, message);
             }
             told = write_out(&format!("{object}\n"));
         } else if !quiet && !self.quiet {
             told = write_out(&self.text);
         }
-        if let Some(message) = self.broken.as_ref().filter(|_| !json()) {
-            say::line(format_args!("error: {message}"));
+        match (&self.broken, &self.refused) {
+            _ if json() => {}
+            (Some(message), _) => say::line(format_args!("error: {message}")),
+            (None, Some(error)) => say::line(format_args!("error: {error}")),
+            (None, None) => {}
         }
-        match told.is_err() || self.broken.is_some() {
-            true => ExitCode::FAILURE,
-            false => ExitCode::SUCCESS,
+        match (told.is_err() || self.broken.is_some(), self.refused.is_some()) {
+            (true, _) => ExitCode::FAILURE,
+            (_, true) => ExitCode::from(2),
+            _ => ExitCode::SUCCESS,
         }
     }
 }

@@ -109,6 +109,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         result: json!({ "census": lines.iter().map(|l| write::line_json(l, &backends[l.place])).collect::<Vec<_>>() }),
         quiet,
         broken: (!faults.is_empty()).then(|| faults.join("\n")),
+        ..Reply::default()
     }
     .removing(&removed))
 }

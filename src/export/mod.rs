@@ -10,8 +10,9 @@ mod signal;
 mod text;
 
 use crate::error::{Error, InputError};
-use crate::estimator::Shape;
+use crate::estimator::model::exact::Opener;
 use crate::estimator::model::polynomial::Polynomial;
+use crate::estimator::{ALL, Estimator, Shape};
 use crate::locate::locator::Opened;
 use crate::locate::{Calibration, Locator};
 use crate::status::Status;
@@ -91,14 +92,28 @@ impl<'a> Export<'a> {
                 Shape::Direct(polynomial) => return Ok(Side { of, form: Form::Direct(polynomial) }),
                 Shape::Inverted(forward) => forward,
             };
+            // The side that was not calibrated is answered by the model.
+            let calibrated = calibration.sides.iter().any(|record| f64::from(record.sign) == of.sign);
+            let who = if calibrated {
+                locator.estimator.name()
+            } else {
+                "exact, for the side that was not calibrated,"
+            };
             let signal = Signal::new(inverted, of, locator.spread(), length);
             let pieces = Pieces::new(&signal).map_err(|Hole(a, drive)| {
-                refused(locator, format!("it expects no signal at a = {a} mm, {} = {drive}", column(locator)))
+                refused(
+                    locator,
+                    who,
+                    format!("it expects no signal at a = {a} mm, {} = {drive}", column(locator)),
+                )
             })?;
             if pieces.error > LARGEST {
-                return Err(
-                    refused(locator, format!("it would be wrong by up to {:.1e} mm", pieces.error)).into()
-                );
+                return Err(refused(
+                    locator,
+                    who,
+                    format!("it would be wrong by up to {:.1e} mm", pieces.error),
+                )
+                .into());
             }
             let middle = of.drives[of.drives.len() / 2];
             let why = |signal: f64, otherwise| of.answers.find(middle, signal).err().unwrap_or(otherwise);
@@ -139,14 +154,30 @@ impl<'a> Export<'a> {
     }
 }
 
+/// An error of [`Export::new`] that names the estimators of `calibration` that can be written; `open` solves models.
+pub fn proposing(error: Error, calibration: &Calibration, open: Opener<'_>) -> Error {
+    let Error::Input(error) = error else { return error };
+    let written = |e: &&'static dyn Estimator| {
+        let locator = Locator::new(calibration, "", Some(*e), open);
+        locator.is_ok_and(|l| Export::new(&l, calibration).is_ok())
+    };
+    let mut names: Vec<&str> = ALL.into_iter().filter(written).map(|e| e.name()).collect();
+    names.sort_by_key(|name| *name != calibration.estimator);
+    match names.is_empty() {
+        true => error.into(),
+        false => {
+            error.allowed(format!("--estimator with one of those that can be: {}", names.join(", "))).into()
+        }
+    }
+}
+
 fn column(locator: &Locator) -> &'static str {
     if locator.drive_recorded { locator.rig.setup.drive.column() } else { "drive" }
 }
 
-fn refused(locator: &Locator, why: String) -> InputError {
-    let name = locator.estimator.name();
-    InputError::new(format!("{name} cannot be written as a table: {why}"))
+fn refused(locator: &Locator, who: &str, why: String) -> InputError {
+    InputError::new(format!("{who} cannot be written as a table: {why}"))
         .key("--export")
-        .value(name)
+        .value(locator.estimator.name())
         .allowed("another estimator (--estimator)")
 }

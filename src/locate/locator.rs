@@ -10,6 +10,7 @@ use crate::estimator::model::{SAME, between};
 use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
+use crate::measure::group::rounding;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};
@@ -234,8 +235,13 @@ impl Locator {
         &self.sides
     }
 
-    /// Whether a reading of this drive is one of the zero.
+    /// Whether a reading of this drive is one of the zero, but for rounding.
     pub fn rests(&self, drive: f64) -> bool {
+        let largest =
+            self.sides.iter().filter_map(|s| s.drives.last()).fold(self.drive_origin.abs(), |x, y| x.max(*y));
+        let known = [Some(0.0), self.tared.as_ref().and_then(|t| t.until)];
+        let same = |x: &f64| (drive - x).abs() <= rounding(largest);
+        let drive = known.into_iter().flatten().find(same).unwrap_or(drive);
         let contact = self.drive_origin != 0.0 && drive > self.drive_origin;
         !contact && self.tared.as_ref().map_or(drive == 0.0, |t| t.rests(drive))
     }

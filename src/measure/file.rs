@@ -7,8 +7,9 @@ use std::path::Path;
 use super::Unit;
 pub use super::columns::DISTANCE;
 use super::columns::{Columns, Names, all_names, followed, missing};
+use super::group::rounded;
 use super::others::Others;
-use super::text::{Decimals, fields, separator};
+use super::text::{Decimals, OTHER_MARK, fields, separator};
 use crate::error::InputError;
 use crate::scene::Drive;
 
@@ -65,6 +66,22 @@ pub struct Data {
 }
 
 impl Data {
+    /// The same with distances, drives and tilts without rounding, so that they can be compared: distances, and drives, as they are where
+    /// that is wanted.
+    pub fn rounded(&self, as_they_are: [bool; 2]) -> Self {
+        let mut data = self.clone();
+        let column = |f: fn(&Row) -> f64| rounded(&self.rows.iter().map(f).collect::<Vec<_>>());
+        let tilts = rounded(&self.beside.values.iter().map(|v| v[1]).collect::<Vec<_>>());
+        data.beside.values.iter_mut().zip(tilts).for_each(|(v, tilt)| v[1] = tilt);
+        if !as_they_are[0] {
+            data.rows.iter_mut().zip(column(|r| r.a)).for_each(|(r, a)| r.a = a);
+        }
+        if !as_they_are[1] {
+            data.rows.iter_mut().zip(column(|r| r.drive)).for_each(|(r, drive)| r.drive = drive);
+        }
+        data
+    }
+
     /// Reads the file at `path`.
     ///
     /// # Errors
@@ -132,7 +149,7 @@ impl Data {
                 decimals.number(&record[place]).ok_or_else(|| {
                     let (message, allowed) = match decimals.refuses(&record[place]) {
                         true => (
-                            "numbers before this one have another decimal mark: is this more than a thousand?",
+                            OTHER_MARK,
                             "one decimal mark in the whole file, point or comma; nothing between thousands",
                         ),
                         false => (

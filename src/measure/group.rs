@@ -4,6 +4,35 @@
 const APART: f64 = 1.0 / 8.0;
 /// A group is at most this wide, relative to its mean.
 const WIDE: f64 = 0.1;
+/// Values that differ by less than this share of their size are equal but for rounding: numbers of single precision carry no more.
+pub const ROUNDING: f64 = f32::EPSILON as f64;
+
+/// Largest difference between values of this `size` that is rounding.
+pub fn rounding(size: f64) -> f64 {
+    ROUNDING * size.abs()
+}
+
+/// The values without rounding: those that differ by nothing else become the one of them with the fewest digits, or 0. Differences of large
+/// values are rounded as these are; a few wild ones say nothing of the others.
+pub fn rounded(values: &[f64]) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    let mut sizes: Vec<f64> = sorted.iter().map(|x| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let usual = sizes.get(9 * sizes.len() / 10).copied().unwrap_or_default();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let slack = |x: f64| rounding(usual.max(x.abs()));
+    let plain = |x: f64| if x.abs() <= slack(0.0) { 0.0 } else { x };
+    let (mut firsts, mut shortest, mut rest) = (Vec::new(), Vec::new(), &sorted[..]);
+    while let Some(&first) = rest.first() {
+        let (here, after) = rest.split_at(rest.partition_point(|x| x - first <= slack(first)));
+        firsts.push(first);
+        shortest.extend(here.iter().map(|x| plain(*x)).min_by_key(|x| x.to_string().len()));
+        rest = after;
+    }
+    let place = |x: f64| firsts.partition_point(|first| *first <= x).wrapping_sub(1);
+    values.iter().map(|x| shortest.get(place(*x)).copied().filter(|_| x.is_finite()).unwrap_or(*x)).collect()
+}
 
 /// Distinct values sorted into groups.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -54,7 +83,8 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// Largest gap that is jitter: between the sizes of gaps there is a step, and what the small ones join is narrow beside its value and
-/// beside the gaps that remain; 0 where there is no such step.
+/// beside the gaps that remain; 0 where there is no such step. Of several steps the one between the largest gaps counts: whatever is finer,
+/// down to rounding, lies within the groups and says nothing of them.
 fn jitter(distinct: &[f64], alone: bool) -> f64 {
     let (Some(first), Some(last)) = (distinct.first(), distinct.last()) else { return 0.0 };
     let mut gaps: Vec<f64> = distinct.windows(2).map(|w| w[1] - w[0]).collect();
@@ -65,9 +95,8 @@ fn jitter(distinct: &[f64], alone: bool) -> f64 {
             width <= WIDE * mean(g).abs() && width <= 2.0 * APART * between
         })
     };
-    let step = gaps.windows(2).filter(|w| w[1] <= APART * w[0] && narrow(w[1], w[0]));
-    if let Some(best) = step.max_by(|v, w| (v[0] / v[1]).total_cmp(&(w[0] / w[1]))) {
-        return best[1];
+    if let Some(step) = gaps.windows(2).find(|w| w[1] <= APART * w[0] && narrow(w[1], w[0])) {
+        return step[1];
     }
     let one = alone && distinct.len() > 1 && last - first <= WIDE * mean(distinct).abs();
     if one { last - first } else { 0.0 }
@@ -102,5 +131,21 @@ mod tests {
         let one = Groups::of([4.0, 4.02, 4.1].into_iter(), None, true);
         assert!(one.joined() && one.centres.len() == 1 && one.centre(4.02) == one.centres[0]);
         assert_eq!(Groups::of([40.0, 41.0, 42.0].into_iter(), None, false).centres.len(), 3);
+        // Rounding within jitter within steps, and jitter of which two values happen to be close.
+        let finer = [60.0, 60.004, 60.004000000000005, 65.0, 65.0000001, 65.003, 70.001, 75.0];
+        assert_eq!(centres(&finer, None), [60.003, 65.001, 70.001, 75.0]);
+    }
+
+    #[test]
+    fn what_is_equal_but_for_rounding_becomes_one() {
+        let single = f64::from(70.76_f32);
+        let rough = [70.75999999999999, f64::NAN, 70.76, single, 0.1 + 0.2 - 0.3, -1e-7, 10.0, 10.00001];
+        let plain = rounded(&rough);
+        assert!(plain[1].is_nan());
+        assert_eq!([&plain[..1], &plain[2..]].concat(), [70.76, 70.76, 70.76, 0.0, 0.0, 10.0, 10.00001]);
+        assert_eq!(rounded(&[f64::INFINITY, 3.0]), [f64::INFINITY, 3.0]);
+        let slip: Vec<f64> = (0..20).map(|k| 60.0 + f64::from(k) * 0.01).chain([6.1e9]).collect();
+        assert_eq!(rounded(&slip), slip);
+        assert!(rounded(&[]).is_empty());
     }
 }

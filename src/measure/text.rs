@@ -57,6 +57,10 @@ fn mark(field: &str) -> Option<char> {
     marks.next().is_none().then_some(first)
 }
 
+/// What to say of a number that [`Decimals::refuses`].
+pub const OTHER_MARK: &str =
+    "numbers before this one have another decimal mark: is this more than a thousand?";
+
 /// The mark of decimals that a file uses: the first that it writes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Decimals(Option<char>);

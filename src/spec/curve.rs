@@ -46,8 +46,8 @@ pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<
 
 fn allowed(column: &str) -> &'static str {
     match column {
-        STRAIN => "a nominal strain > −1 (0.1 is 10 %), decimal point, no unit",
-        _ => "a nominal stress in MPa, decimal point, no unit",
+        STRAIN => "a nominal strain > −1 (0.1 is 10 %), no unit",
+        _ => "a nominal stress in MPa, no unit",
     }
 }
 

@@ -1,4 +1,4 @@
-//! CSV files that a spec names: a header with known columns, then rows of finite numbers.
+//! CSV files that a spec names: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
 
 use std::io::Read;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::check::MOST;
 use super::load;
 use super::reader::{Document, Item, Result};
 use crate::error::InputError;
-use crate::scene::listed::reader;
+use crate::measure::text::{Decimals, OTHER_MARK, separator};
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str) -> Result<(String, String)> {
@@ -50,7 +50,12 @@ pub(super) fn read<const N: usize>(
     allowed: fn(&str) -> &'static str,
     row: &mut dyn FnMut([f64; N], usize),
 ) -> Result<Header<N>> {
-    scan(document.text.as_bytes(), columns, allowed, row).map_err(|trouble| match trouble {
+    let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let mut reader = csv::ReaderBuilder::new();
+    reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
+    let reader =
+        reader.delimiter(separator(header.unwrap_or_default()) as u8).from_reader(document.text.as_bytes());
+    scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
         Trouble::Csv(e) => InputError::new(format!("this is no CSV file: {e}")).at(document.file, None),
         Trouble::Empty => {
             let error = document.error(None, "this file is empty; its first line must name the columns");
@@ -82,14 +87,14 @@ pub(super) enum Trouble {
     Line(Fault, csv::StringRecord),
 }
 
-/// As [`read`], from anything; the text need not be held.
+/// As [`read`], from any reader; the text need not be held.
 pub(super) fn scan<const N: usize>(
-    text: impl Read,
+    mut reader: csv::Reader<impl Read>,
     columns: Columns<'_, N>,
     allowed: fn(&str) -> &'static str,
     row: &mut dyn FnMut([f64; N], usize),
 ) -> std::result::Result<Header<N>, Trouble> {
-    let mut reader = reader(text);
+    let mut decimals = Decimals::default();
     let mut record = csv::StringRecord::new();
     if !reader.read_record(&mut record).map_err(Trouble::Csv)? {
         return Err(Trouble::Empty);
@@ -108,7 +113,7 @@ pub(super) fn scan<const N: usize>(
         let mut values = [0.0; N];
         for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
             let Some(place) = place else { continue };
-            *value = number(&record[place], column, allowed(column))
+            *value = number(&record[place], &mut decimals, column, allowed(column))
                 .map_err(|e| Trouble::Line(e, record.clone()))?;
         }
         row(values, record.position().map_or(0, |p| p.byte() as usize));
@@ -178,10 +183,16 @@ fn places<const N: usize>(
 }
 
 /// A finite number of `column`.
-fn number(field: &str, column: &str, allowed: &str) -> std::result::Result<f64, Fault> {
-    let message = match field.parse() {
-        Ok(value) if f64::abs(value) <= MOST => return Ok(value),
-        Ok(value) if f64::is_finite(value) => "no quantity of a whisker is this large",
+fn number(
+    field: &str,
+    decimals: &mut Decimals,
+    column: &str,
+    allowed: &str,
+) -> std::result::Result<f64, Fault> {
+    let message = match decimals.number(field) {
+        Some(value) if value.abs() <= MOST => return Ok(value),
+        Some(value) if value.is_finite() => "no quantity of a whisker is this large",
+        None if decimals.refuses(field) => OTHER_MARK,
         _ => "this is not a finite number",
     };
     Err(Fault {

@@ -7,7 +7,7 @@ use super::reader::{Document, Item, Result};
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::Rows;
-use crate::scene::listed::{Grouping, Listed, MOST_ROWS};
+use crate::scene::listed::{Grouping, Listed, MOST_ROWS, reader};
 use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Space, Tuple};
 
 /// Columns that a file may lack: its poles are then upright.
@@ -61,7 +61,7 @@ fn large(path: &Path, columns: Columns<'_, COLUMNS>, drive: Drive) -> Option<Lar
             grouping.push(&tuple);
         }
     };
-    let header = table::scan(File::open(path).ok()?, columns, allowed, &mut row).ok()?;
+    let header = table::scan(reader(File::open(path).ok()?), columns, allowed, &mut row).ok()?;
     let label = path.display().to_string();
     // The text is not held, in which the line would be counted.
     let warnings = header.warning(&label).into_iter().chain(doubted.doubts(&label, |_| None)).collect();
@@ -82,7 +82,7 @@ fn directions(header: &Header<COLUMNS>) -> DirectionColumns {
 
 fn allowed(column: &str) -> &'static str {
     match column {
-        _ if column.ends_with("_deg") => "a number in degrees, decimal point, no unit",
-        _ => "a number in mm, decimal point, no unit",
+        _ if column.ends_with("_deg") => "a number in degrees, no unit",
+        _ => "a number in mm, no unit",
     }
 }

@@ -66,6 +66,29 @@ fn any_order_extra_columns_and_compression() {
 }
 
 #[test]
+fn semicolons_and_decimal_commas_are_read_as_in_data() {
+    let fit = |text: &str| read(text.as_bytes()).unwrap_or_else(|e| panic!("{e}")).material_fit.unwrap();
+    let plain = fit(RUBBER);
+    for text in [
+        RUBBER.replace(',', ";").replace('.', ","),
+        RUBBER.replace(',', ";"),
+        RUBBER.replace(',', "\t").replace('.', ","),
+        RUBBER.replace(',', " ; ").replace('.', ",").replace('\n', "\r\n"),
+    ] {
+        let found = fit(&text);
+        assert_eq!((found.coefficients, found.points), (plain.coefficients, plain.points), "{text}");
+    }
+    let error = read(b"strain;stress_MPa\n0,1;0,3\n0.2;0,5\n").unwrap_err();
+    assert_eq!(
+        (error.line, error.key.as_deref(), error.value.as_deref()),
+        (Some(3), Some("strain"), Some("0.2"))
+    );
+    assert!(error.message.contains("decimal mark"), "{error}");
+    let error = read(b"strain;stress_MPa\n0,1;1.000,3\n").unwrap_err();
+    assert!(error.line == Some(2) && error.message.contains("not a finite number"), "{error}");
+}
+
+#[test]
 fn curves_that_are_refused() {
     let bad = |curve: &[u8], line: Option<usize>, key: Option<&str>, part: &str| {
         let error = read(curve).expect_err(part);

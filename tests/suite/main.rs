@@ -31,6 +31,7 @@ mod lab;
 mod liars;
 mod linear;
 mod locate;
+mod misled;
 mod model_error;
 mod optimise;
 mod optimise_errors;

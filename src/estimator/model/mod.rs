@@ -25,7 +25,7 @@ pub struct Found {
 }
 
 /// Relative slack with which a recorded drive equals a calibrated one.
-pub(crate) const SAME: f64 = 1e-9;
+pub(crate) use crate::measure::group::ROUNDING as SAME;
 
 /// Place of `x` among ascending `values`: index of the one before and weight of the one after; `None` outside.
 pub(crate) fn bracket(values: &[f64], x: f64) -> Option<(usize, f64)> {

@@ -1,0 +1,271 @@
+//! Calibrations that would mislead: rounding in labels, readings in steps, a whisker that is another one, columns that are swapped.
+
+use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rig, table};
+use crate::common::program::Desk;
+use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
+use vibrissa::estimator::{ALL, CURVE, EXACT};
+use vibrissa::measure::{Rig, Row};
+use vibrissa::scene::Setup;
+use vibrissa::simulate::Settings;
+use vibrissa::status::Status;
+
+const NOISE: f64 = 1e-5;
+const RANGE: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [1, 2, 3, 4, 6, 8]\n";
+
+fn noisy() -> Settings {
+    Settings { repeats: 2, noise: NOISE, zero_every: Some(20), ..Settings::default() }
+}
+
+fn spec(d: f64, model: &str) -> String {
+    prototype(d, &["noise_strain = 1e-5\n", RANGE, model])
+}
+
+/// The rows of a table as `f` makes them, as text of this signal.
+fn rows(table: &str, signal: &str, mut f: impl FnMut(usize, &Row) -> [f64; 3]) -> String {
+    let rows = data(table).rows;
+    let line = |(k, r): (usize, &Row)| {
+        f(k, r).map(|x| if x.is_nan() { String::new() } else { x.to_string() }).join(",")
+    };
+    let lines: Vec<String> = rows.iter().enumerate().map(line).collect();
+    format!("a_mm,theta_deg,{signal}\n{}\n", lines.join("\n"))
+}
+
+fn without_whisker(table: &str) -> Calibrated {
+    calibrate(&data(table), &Rig::unknown(Setup::default(), 60.0).unwrap(), &Options::default()).unwrap()
+}
+
+fn told(found: &Calibrated, what: &str) -> bool {
+    found.warnings.iter().any(|w| w.contains(what))
+}
+
+#[test]
+fn rounding_makes_no_positions_of_repeats() {
+    // Three visits to each of eight positions, a few micrometres apart.
+    let visits: Vec<String> =
+        (0..24).map(|k| format!("{}", 61.0 + f64::from(k / 3) * 3.25 + 0.003 * f64::from(k % 3))).collect();
+    let whisker = format!(
+        "[whisker]\nD = 6\nd = 3\nL_a = 100\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [{}]\ntheta = [1, 2.3, 4, 6]\n{REAL}",
+        visits.join(", ")
+    );
+    let plain = table(&whisker, &Settings { repeats: 1, ..noisy() });
+    let off = |k: usize| (k as f64 * 0.618).fract() - 0.5;
+    let single = |x: f64| f64::from(x as f32);
+    let roughened: [&dyn Fn(usize, f64) -> f64; 5] = [
+        &|k, x| if k == 50 { x.next_up() } else { x },
+        &|k, x| x + 61.0 * 1e-15 * (9.0 * off(k)).round(),
+        &|k, x| x * (1.0 + 2e-12 * off(k)) + 1e-13 * off(k),
+        &|k, x| if k % 2 == 0 { single(x) } else { x },
+        &|_, x| (x * 1e6).round() / 1e6,
+    ];
+    let judged = |text: &str| {
+        let found = [calibrated(text, &whisker, &[]), without_whisker(text)];
+        found.map(|c| {
+            let s = &c.sides[0];
+            let rms = s.held_out(CURVE).unwrap().rms(|_| true);
+            (
+                s.distances.len(),
+                s.drives.len(),
+                c.zeros.len(),
+                c.winner.name(),
+                (1e6 * rms.0.unwrap()).round(),
+            )
+        })
+    };
+    let clean = judged(&rows(&plain, "strain", |_, r| [r.a, r.drive, r.value]));
+    assert_eq!((clean[0].0, clean[0].1), (8, 4));
+    for (way, rough) in roughened.iter().enumerate() {
+        let text = rows(&plain, "strain", |k, r| [rough(k, r.a), rough(k + 7, r.drive), r.value]);
+        assert_eq!(judged(&text), clean, "way {way}");
+    }
+    // Readings whose drive is rounded are among the calibrated ones, and rest where it is 0.
+    let located = locator(&calibrated(&plain, &whisker, &[]), None);
+    assert!(located.locate(6.0 * (1.0 + 6e-8), 0.01).status != Status::OUTSIDE_CALIBRATION);
+    assert!(located.rests(5.6e-17) && !located.rests(1e-3));
+}
+
+#[test]
+fn readings_in_steps_are_no_end_stop() {
+    let whisker = spec(7.0, REAL);
+    let [measured, asked] = [&whisker, &fresh(&whisker, [22.0, 47.0], 25)].map(|s| table(s, &noisy()));
+    let largest = data(&measured).rows.iter().map(|r| r.value).fold(0.0, f64::max);
+    // Converters of 12, 10, 8 and 6 bits, in full or in part of their range, above an offset, upside down.
+    for (full, step, offset) in [
+        (4000.0, 1.0, 0.0),
+        (4000.0, 4.0, 17.0),
+        (255.0, 1.0, 0.0),
+        (60.0, 1.0, 2.0),
+        (-450.0, 1.0, 480.0),
+        (3.3, 0.05, 0.4),
+    ] {
+        let shown = |r: &Row| (r.value / largest * full / step).round() * step + offset;
+        let text = |t: &str| rows(t, "reading", |_, r| [r.a, r.drive, shown(r)]);
+        for found in [calibrated(&text(&measured), &whisker, &[]), without_whisker(&text(&measured))] {
+            let suspects: Vec<_> = found.taps.iter().filter_map(|t| t.reason.clone()).collect();
+            assert!(suspects.is_empty(), "{full}: {suspects:?}");
+            assert!(found.calibration.sides[0].end_stop.is_none() && !told(&found, "end stop"));
+            assert!(found.calibration.noise >= 0.28 * step, "{full}: {}", found.calibration.noise);
+            let located = locator(&found, None);
+            for r in data(&text(&asked)).rows.iter().filter(|r| r.drive > 0.0) {
+                let at = located.locate(r.drive, r.value - offset);
+                assert!(at.distance.is_finite(), "{full}: {r:?} {at:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_end_stop_is_found_at_both_ends_and_told() {
+    let whisker = spec(7.0, REAL);
+    let far = whisker.replace("l = 2", "l = 2\nside = \"far\"");
+    let [one, other] = [&whisker, &far].map(|s| table(s, &noisy()));
+    let both = format!("{one}{}", other.split_once('\n').unwrap().1);
+    let largest = data(&one).rows.iter().map(|r| r.value).fold(0.0, f64::max);
+    for (share, step) in [(0.5, 1e-9), (0.7, 1.0 / 2000.0), (0.8, 1.0 / 500.0)] {
+        let stop = largest * share;
+        let shown = |x: f64| (x.clamp(-stop, stop) / (largest * step)).round() * step;
+        let text = rows(&both, "reading", |_, r| [r.a, r.drive, shown(r.value)]);
+        let found = calibrated(&text, &whisker, &[]);
+        let end = shown(stop);
+        for t in &found.taps {
+            assert_eq!(t.reason == Some(Reason::Saturated), t.value.abs() == end, "{share}: {t:?}");
+        }
+        assert_eq!(found.sides.len(), 2);
+        assert_eq!(
+            found.warnings.iter().filter(|w| w.contains("end stop")).count(),
+            2,
+            "{:?}",
+            found.warnings
+        );
+        let located = locator(&found, None);
+        for sign in [1.0, -1.0] {
+            assert_eq!(located.locate(8.0, sign * 1.001 * end).status, Status::STRAIN_LIMIT);
+            assert!(located.locate(8.0, sign * 0.97 * end).distance.is_finite());
+        }
+    }
+    // One end alone; what lies beyond the value shows that it is none.
+    let [one_end, beyond] = [0.0, 0.2].map(|more| {
+        let mut first = true;
+        rows(&one, "strain", |_, r| {
+            let over = r.value > 0.6 * largest;
+            let value = 0.6 * largest + if over && std::mem::take(&mut first) { more * largest } else { 0.0 };
+            [r.a, r.drive, if over { value } else { r.value }]
+        })
+    });
+    assert!(calibrated(&one_end, &whisker, &[]).calibration.sides[0].end_stop.is_some());
+    assert!(calibrated(&beyond, &whisker, &[]).calibration.sides[0].end_stop.is_none());
+}
+
+#[test]
+fn a_whisker_that_is_another_one_is_told() {
+    let measured = table(&spec(4.0, REAL), &noisy());
+    let plain =
+        |factor: f64, off: f64| rows(&measured, "strain", |_, r| [r.a + off, r.drive, factor * r.value]);
+    let question = "Is this the whisker that was measured?";
+    let right = calibrated(&plain(1.0, 0.0), &spec(4.0, REAL), &[]);
+    assert!(!told(&right, question) && right.winner == EXACT, "{:?}", right.warnings);
+    let with = |from: &str, to: &str| spec(4.0, REAL).replace(from, to);
+    let wrong = [
+        (with("D = 10", "D = 8"), 1.0, 0.0),
+        (with("D = 10", "D = 11"), 1.0, 0.0),
+        (with("d = 4", "d = 5"), 1.0, 0.0),
+        (with("L_a = 50", "L_a = 60"), 1.0, 0.0),
+        (with("x_ss = 5", "x_ss = 8"), 1.0, 0.0),
+        (with("L_a = 50", "L_a = 70"), 1.0, 20.0),
+        (with("L_a = 50", "L_a = 52"), 1.0, 2.0),
+        // The gauge factor, which moves no distance.
+        (spec(4.0, REAL), 2.21 / 2.0, 0.0),
+    ];
+    for (spec, factor, off) in wrong {
+        let found = calibrated(&plain(factor, off), &spec, &[]);
+        let said: Vec<_> = found.warnings.iter().filter(|w| w.contains(question)).collect();
+        assert!(said.len() == 1 && said[0].contains("D, d, L_a"), "{spec} {:?}", found.warnings);
+    }
+    // A reading has a factor of its own.
+    let counts = rows(&measured, "reading", |_, r| [r.a, r.drive, 4.7e4 * r.value]);
+    assert!(!told(&calibrated(&counts, &spec(4.0, REAL), &[]), question));
+}
+
+#[test]
+fn rows_that_only_the_model_misses_are_used() {
+    let taps = "[tap]\na = { from = 25, to = 70, step = 5 }\ntheta = [1, 2, 3, 4, 5, 6, 7, 8]\n";
+    let whisker = |contact: &str| {
+        format!(
+            "[whisker]\nD = 6\nd = 3\nL_a = 80\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n{taps}{REAL}{contact}"
+        )
+    };
+    for (mu, repeats) in [(0.3, 1), (0.3, 3), (0.6, 1), (0.6, 2), (0.6, 3)] {
+        let truth = whisker(&format!("contact = {{ coulomb = {mu} }}\n"));
+        let measured = table(&truth, &Settings { repeats, ..noisy() });
+        let suspects = |text: &str| -> Vec<(usize, Reason)> {
+            let found = calibrated(text, &whisker(""), &[]);
+            found.taps.iter().filter_map(|t| Some((t.line, t.reason.clone()?))).collect()
+        };
+        assert_eq!(suspects(&measured), [], "friction {mu}, {repeats} repeats");
+        // A single row that is wrong is still found.
+        let wrong =
+            rows(&measured, "strain", |k, r| [r.a, r.drive, if k == 40 { 1.05 * r.value } else { r.value }]);
+        let lines: Vec<usize> = suspects(&wrong).into_iter().map(|s| s.0).collect();
+        assert_eq!(lines, [42], "friction {mu}, {repeats} repeats");
+    }
+}
+
+#[test]
+fn no_estimator_that_answers_nothing_is_the_default() {
+    let swap = |a: &str, theta: &str| {
+        let spec =
+            prototype(4.0, &["noise_strain = 1e-5\n", &format!("[tap]\na = {a}\ntheta = {theta}\n"), REAL]);
+        (
+            rows(&table(&spec, &noisy()), "strain", |_, r| {
+                [r.drive, if r.drive == 0.0 { 0.0 } else { r.a }, r.value]
+            }),
+            spec,
+        )
+    };
+    for (a, theta) in
+        [("[21, 30, 39, 48]", "[2, 4, 6, 8]"), ("[30, 40]", "[3, 6, 7]"), ("[25, 30, 35, 40]", "[6, 8]")]
+    {
+        let (swapped, spec) = swap(a, theta);
+        let why = calibrate(&data(&swapped), &rig(&spec), &Options::default()).unwrap_err().to_string();
+        assert!(why.contains("a_mm and theta_deg swapped") && why.contains("curve answers nothing"), "{why}");
+    }
+    // More of them are a calibration, if a strange one.
+    let (swapped, spec) = swap("[21, 30, 39, 48]", "[1, 2, 4, 6, 7, 8, 9]");
+    let found = calibrated(&swapped, &spec, &[]);
+    assert!(found.sides[0].held_out(found.winner).unwrap().answered() > 0 && told(&found, "swapped"));
+    // Two distances of a known whisker are enough.
+    let two = prototype(4.0, &["noise_strain = 1e-5\n[tap]\na = [30, 40]\ntheta = [2, 4, 8]\n", REAL]);
+    let found = calibrated(&table(&two, &noisy()), &two, &[]);
+    assert!(
+        found.winner == EXACT
+            && ALL.iter().any(|e| found.sides[0].held_out(*e).is_none_or(|h| h.answered() == 0))
+    );
+}
+
+#[test]
+fn a_refused_export_keeps_the_calibration() {
+    let taps = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 2, 4, 6, 8, 10]\n";
+    let desk = Desk::new(&prototype(0.5, &["noise_strain = 1e-5\n", taps]));
+    desk.run(&["simulate", "spec.toml", "--repeats", "2", "--out", "sim"]).exits(0);
+    let ask =
+        ["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--export", "python", "--out", "cal"];
+    let refused = desk.run(&ask).exits(2);
+    assert!(refused.stdout.contains("wrote cal/calibration.toml"), "{}", refused.stdout);
+    assert!(
+        refused.stderr.contains("exact, for the side that was not calibrated")
+            && refused.stderr.contains("--estimator")
+    );
+    assert!(
+        desk.names("cal").iter().any(|n| n == "calibration.toml")
+            && !desk.names("cal").iter().any(|n| n == "locate.py")
+    );
+    let json = desk.run(&[&ask[..], &["--json"]].concat()).exits(2).json();
+    assert_eq!((json["ok"].as_bool(), json["error"]["key"].as_str()), (Some(false), Some("--export")));
+    let won = json["result"]["estimator"].as_str().unwrap().to_owned();
+    let proposed = json["error"]["allowed"].as_str().unwrap().split_once(": ").unwrap().1.to_owned();
+    assert!(proposed.starts_with(&won) && proposed.contains("paper"), "{proposed}");
+    for name in proposed.split(", ") {
+        desk.run(&[&ask[..], &["--estimator", name]].concat()).exits(0);
+        assert!(desk.read("cal/locate.py").contains(&format!("estimator: {name}")));
+    }
+    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc"]).exits(0);
+}
