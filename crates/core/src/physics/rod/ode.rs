@@ -71,9 +71,11 @@ fn extrapolate<const N: usize>(
     h: f64,
 ) -> (Result<[f64; N], Ended>, f64) {
     let mut row = [[0.0; N]; COLUMNS];
+    // The largest on the way: where the rod is loaded at its end, all are 0 there.
+    let mut size = slope.size;
     let mut factor = 0.25;
     for k in 0..COLUMNS {
-        let Some(mut entry) = midpoint(rhs, x, y, &slope.rate, h, 2 * (k + 1)) else {
+        let Some(mut entry) = midpoint(rhs, (x, y), (&slope.rate, &mut size), h, 2 * (k + 1)) else {
             return (Err(Ended::NoValue), 0.25);
         };
         let mut change = [f64::INFINITY; N];
@@ -85,7 +87,7 @@ fn extrapolate<const N: usize>(
         row[k] = entry;
         let (here, there) = (scale(y), scale(&entry));
         let error = (0..N)
-            .filter(|&i| change[i].abs() > ROUNDINGS * h * slope.size[i])
+            .filter(|&i| change[i].abs() > ROUNDINGS * h * size[i])
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
@@ -97,12 +99,12 @@ fn extrapolate<const N: usize>(
     (Err(Ended::Inaccurate), factor.clamp(0.1, 0.6))
 }
 
-/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h.
+/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h. `size` becomes the largest
+/// that is met.
 fn midpoint<const N: usize>(
     rhs: &impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
-    x: f64,
-    y: &[f64; N],
-    rate: &[f64; N],
+    (x, y): (f64, &[f64; N]),
+    (rate, size): (&[f64; N], &mut [f64; N]),
     h: f64,
     n: usize,
 ) -> Option<[f64; N]> {
@@ -110,9 +112,10 @@ fn midpoint<const N: usize>(
     let mut before = [0.0; N];
     let mut now: [f64; N] = from_fn(|i| sub * rate[i]);
     for m in 1..n {
-        let f = rhs(x + sub * m as f64, &from_fn(|i| y[i] + now[i]))?.rate;
-        let next = from_fn(|i| before[i] + 2.0 * sub * f[i]);
+        let f = rhs(x + sub * m as f64, &from_fn(|i| y[i] + now[i]))?;
+        let next = from_fn(|i| before[i] + 2.0 * sub * f.rate[i]);
         before = std::mem::replace(&mut now, next);
+        *size = from_fn(|i| size[i].max(f.size[i]));
     }
     Some(now)
 }

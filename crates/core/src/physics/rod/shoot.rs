@@ -257,14 +257,15 @@ impl<'a> Shooter<'a> {
         if !(arc > 0.0 && taper.radius(arc) > 0.0) {
             return Err(Missed::Stalled);
         }
-        let (height, widening) = if self.problem.model.surface {
-            (taper.radius(arc), taper.radius(slid) - taper.radius(0.0))
+        // r(c), what the radius grows from a to c, and r(a). As a difference of radii the growth would lose its digits where a is small.
+        let [height, widening, start] = if self.problem.model.surface {
+            [taper.radius(arc), -taper.tan_alpha * slid, taper.radius(a)]
         } else {
-            (0.0, 0.0)
+            [0.0; 3]
         };
         let load = self.load(arc, height, [normal, tangential]);
         let bent = load.bend(&self.whisker, gauge)?;
-        let miss = self.miss(amount, slid, widening, height - widening, &bent);
+        let miss = self.miss(amount, slid, widening, start, &bent);
         let shot = Shot { normal, tangential, load, bent, miss };
         if miss.is_finite() { Ok(shot) } else { Err(Missed::Stalled) }
     }
