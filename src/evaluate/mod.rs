@@ -415,7 +415,7 @@ impl<'a> Evaluator<'a> {
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
     ) -> Result<Vec<Outcome>, SolveError> {
-        let (setup, tolerance) = (self.setup, self.tolerance());
+        let (setup, tolerance, stop) = (self.setup, self.tolerance(), self.stop);
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());
         let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
@@ -426,12 +426,18 @@ impl<'a> Evaluator<'a> {
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
             if solved.as_ref().is_some_and(open) {
+                // The reference may take long over all that is open.
+                if stop.load(Ordering::Relaxed) {
+                    return Outcome::NOTHING;
+                }
                 let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
                 return Outcome { referred: true, ..answer };
             }
             fast(setup, tolerance, design, task, solved.as_ref())
         };
-        Ok(tasks.par_iter().zip(solved).enumerate().map(finish).collect())
+        let outcomes = tasks.par_iter().zip(solved).enumerate().map(finish).collect();
+        self.go_on()?;
+        Ok(outcomes)
     }
 }
 
