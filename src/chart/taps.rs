@@ -38,7 +38,7 @@ impl<'a> Taps<'a> {
     pub fn new(setup: &'a Setup, a: f64, gauge_at: f64, grip: Option<Grip>, tolerance: f64) -> Self {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
-        let (evaluator, sweeps) = (Evaluator::new(setup, method), Sweeps::default());
+        let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
         Self { setup, evaluator, a, gauge_at, grip, direction: Direction::UPRIGHT, sweeps }
     }
 

@@ -6,8 +6,8 @@ mod solve;
 mod strains;
 mod tilted;
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
 
 use rayon::prelude::*;
 
@@ -129,6 +129,8 @@ pub struct Evaluator<'a> {
     spatial: bool,
     /// Taps that may still be left to the reference.
     spare: usize,
+    /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
+    samples: bool,
     /// Read in place of solved, where that is enough.
     reader: Option<Arc<Reader>>,
     /// The full model, where effects are left off.
@@ -163,6 +165,7 @@ impl<'a> Evaluator<'a> {
             sweeps: Sweeps::default(),
             spatial: false,
             spare: usize::MAX,
+            samples: false,
             reader: None,
             guard: None,
             stop: &NEVER,
@@ -231,9 +234,10 @@ impl<'a> Evaluator<'a> {
         self.mend(designs, tasks, all)
     }
 
-    /// Fails with [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be left to it: each can take it a second.
+    /// For samples of a smooth function, which need no word: frictionless taps that no rung solves are not left to the reference. Fails with
+    /// [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be: each can take it a second.
     pub fn sparing(self, most: usize) -> Self {
-        Self { spare: most, ..self }
+        Self { spare: most, samples: true, ..self }
     }
 
     /// The method, for another setup.
@@ -278,9 +282,9 @@ impl<'a> Evaluator<'a> {
         matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
     }
 
-    /// Outcomes of `tasks`, in their order. The reference answers what a kernel cannot: contacts with friction that no rung
-    /// solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the material
-    /// bears them, or whether they lie on the path from the unloaded whisker.
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
+    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
+    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);
@@ -394,6 +398,15 @@ impl<'a> Evaluator<'a> {
         Ok((self.mend(designs, tasks, outcomes)?, count))
     }
 
+    /// Whether kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, up to which it has
+    /// no chart.
+    fn ends_early(&self) -> bool {
+        let Method::Fast { rungs, .. } = &self.method else { return false };
+        let last = rungs.iter().rfind(|rung| !rung.spare);
+        matches!(self.setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..))
+            || last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
+    }
+
     /// Outcomes of solved taps; `expected` is what the reference says of them, if that is known.
     fn outcomes(
         &mut self,
@@ -402,34 +415,29 @@ impl<'a> Evaluator<'a> {
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
     ) -> Result<Vec<Outcome>, SolveError> {
-        let (setup, tolerance) = (self.setup, self.tolerance());
-        // A law that softens until its tangent vanishes has no chart up to there.
-        let rungs = match &self.method {
-            Method::Fast { rungs, .. } => rungs.as_slice(),
-            Method::Reference => &[],
-        };
-        let beyond_chart = LazyLock::new(|| {
-            let last = rungs.iter().rfind(|rung| !rung.spare);
-            last.and_then(|rung| rung.chart()).is_some_and(|chart| !chart.whole)
-        });
-        let friction = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
-        let doubtful = |s: &Solved| {
-            let missed = !s.solution.within(tolerance) && !s.solution.ended();
-            s.solution.unsure() || missed && (friction || *beyond_chart)
-        };
+        let (setup, tolerance, stop) = (self.setup, self.tolerance(), self.stop);
+        let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
+        let asked = missed && (!self.samples || self.ends_early());
+        let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
         if self.spare < usize::MAX {
-            let left = solved.iter().flatten().filter(|s| doubtful(s)).count();
+            let left = solved.iter().flatten().filter(|s| open(s)).count();
             self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
-            if solved.as_ref().is_some_and(doubtful) {
+            if solved.as_ref().is_some_and(open) {
+                // The reference may take long over all that is open.
+                if stop.load(Ordering::Relaxed) {
+                    return Outcome::NOTHING;
+                }
                 let answer = expected.map_or_else(|| reference(setup, design, task), |known| known[i]);
                 return Outcome { referred: true, ..answer };
             }
             fast(setup, tolerance, design, task, solved.as_ref())
         };
-        Ok(tasks.par_iter().zip(solved).enumerate().map(finish).collect())
+        let outcomes = tasks.par_iter().zip(solved).enumerate().map(finish).collect();
+        self.go_on()?;
+        Ok(outcomes)
     }
 }
 

@@ -108,7 +108,7 @@ impl Evaluator<'_> {
 
     /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
     /// falls with T/P (model §3), so that the two say the same; most taps are told by one solution. Where the kernel finds no sticking
-    /// solution, or one too rough to tell, the tap stays a sticking one without a solution.
+    /// solution, or one too rough to tell, or one whose material ends, the tap is left open: it may slide before.
     fn coulomb(
         &mut self,
         designs: &[Design],
@@ -137,7 +137,7 @@ impl Evaluator<'_> {
             match decide(s, mu) {
                 Some(Grip::Stick) => {}
                 Some(grip) => sliding.push((i, grip)),
-                None => s.solution = Solution { load: s.solution.load, ..Solution::FAILED },
+                None => s.solution = Solution::FAILED,
             }
         }
         let slid = self.slide(designs, tasks, &sliding)?;

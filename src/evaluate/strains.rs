@@ -28,7 +28,7 @@ impl Evaluator<'_> {
         let effects = Effects::new(model, self.setup.gauge.side, model.contact == Contact::Stick);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, taps, &mut self.solutions)?;
         for ((&i, tap), solution) in those.iter().zip(taps).zip(&self.solutions) {
-            if solution.within(*tolerance) && !solution.unsure() {
+            if solution.is_told(*tolerance) && !solution.ended() {
                 out[i] = strain(self.setup, (x1[i], a[i]), tap, solution);
             } else {
                 open.push(i);

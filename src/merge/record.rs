@@ -39,7 +39,7 @@ fn counts(parts: &[Part], (rows, kept): ([u64; 3], Option<u64>)) -> Value {
     }
     status.sort_keys();
     counts["status"] = Value::Object(status);
-    for key in ["taps", "solved", "interpolated"] {
+    for key in ["taps", "solved", "interpolated", "referred"] {
         counts[key] = sum(parts, |run| &run["counts"][key]);
     }
     for (key, n) in ["tuples", "designs", "distances"].into_iter().zip(rows) {

@@ -24,6 +24,8 @@ pub struct Counts {
     pub solved: u64,
     /// Taps interpolated instead of solved.
     pub interpolated: u64,
+    /// Taps that a kernel left open, and the reference answered.
+    pub referred: u64,
     /// Rows of tuples, designs, distances tables.
     pub rows: [u64; 3],
     /// Taps per status word, and `ok`.
@@ -84,14 +86,14 @@ impl Effort {
 
 impl Packed for Counts {
     fn pack(&self, to: &mut Packer<'_>) {
-        ([self.taps, self.solved, self.interpolated], self.rows).pack(to);
+        ([self.taps, self.solved, self.interpolated, self.referred], self.rows).pack(to);
         let status: BTreeMap<String, u64> = self.status.iter().map(|(w, n)| ((*w).to_owned(), *n)).collect();
         (status, self.complete, self.kept).pack(to);
         (self.sweeps.taps, self.sweeps.spent, self.sweeps.most, self.strain.get()).pack(to);
     }
 
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let ([taps, solved, interpolated], rows) = from.take()?;
+        let ([taps, solved, interpolated, referred], rows) = from.take()?;
         let (status, complete, kept): (BTreeMap<String, u64>, _, _) = from.take()?;
         let known = || Status::ALL.into_iter().map(|(_, word)| word).chain(["ok"]);
         let status = status.into_iter().map(|(word, n)| Some((known().find(|w| *w == word)?, n)));
@@ -102,6 +104,7 @@ impl Packed for Counts {
             taps,
             solved,
             interpolated,
+            referred,
             rows,
             status: status.collect::<Option<_>>()?,
             chart: None,
@@ -133,6 +136,7 @@ pub fn counts(c: &Counts) -> Value {
         "taps": c.taps,
         "solved": c.solved,
         "interpolated": c.interpolated,
+        "referred": c.referred,
         "tuples": c.rows[0],
         "designs": c.rows[1],
         "distances": c.rows[2],

@@ -172,9 +172,10 @@ impl<'a> Run<'a> {
         Ok(found)
     }
 
-    /// Counts sweeps and strains.
+    /// Counts sweeps, strains, and what was left to the reference.
     pub fn note(&mut self, outcomes: &[Outcome]) {
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        self.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
         for o in outcomes.iter().filter(|o| o.status.counts()) {
             self.counts.strain.push(o.magnitude());
         }

@@ -22,10 +22,9 @@ pub struct Errors {
 pub enum Compared {
     /// Both have an answer and the same words.
     Both(Errors),
-    /// Neither has an answer.
+    /// Neither has an answer, for the same reason.
     Neither,
-    /// The reference has an answer, the kernel gave up: `not_converged`, or `material_limit` where its section law ends before
-    /// the material does.
+    /// The reference has an answer, the kernel says `material_limit` where its section law ends before the material does.
     Unsolved,
     /// The kernel left the tap to the reference, which has an answer.
     Referred,
@@ -54,8 +53,9 @@ pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bo
     let without = |o: &Outcome| WITHOUT.into_iter().any(|word| o.status.has(word));
     let unsure = |o: &Outcome| o.status.has(Status::NOT_CONVERGED);
     let invalid = |o: &Outcome| o.status.has(Status::INVALID_GEOMETRY);
+    let same = WITHOUT.into_iter().all(|word| expected.status.has(word) == found.status.has(word));
     match (without(expected), without(found)) {
-        (true, true) if invalid(expected) == invalid(found) => Compared::Neither,
+        (true, true) if same => Compared::Neither,
         (false, true) if !invalid(found) => Compared::Unsolved,
         (false, false) if found.referred => Compared::Referred,
         (true, false) if unsure(expected) => Compared::Unanswered,

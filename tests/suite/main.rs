@@ -71,6 +71,7 @@ mod trends;
 mod twins;
 mod units;
 mod verify;
+mod words;
 mod world;
 mod writers;
 mod zeros;

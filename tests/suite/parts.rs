@@ -174,6 +174,19 @@ fn large_parts_give_the_bytes_of_the_whole() {
     joined(wide, "", CPU, 2);
 }
 
+/// Taps with friction that are read from charts, in all tables: some slide and some stick, and a part cuts them into other packs.
+#[test]
+fn large_parts_with_friction_give_the_bytes_of_the_whole() {
+    let whisker =
+        "[whisker]\nD = { from = 8, to = 12, steps = 29 }\nd = { from = 2, to = 7, steps = 23 }\nL_a = 50\n";
+    let gauge = "[gauge]\nx_ss = { from = 3, to = 9, steps = 9 }\nl = 2\nnoise_strain = 1e-6\n";
+    let tap = "[tap]\na = [30, 45]\ntheta = { from = 0.5, to = 10, steps = 11 }\n";
+    let model = "[model]\nextension = true\ncontact = { coulomb = 0.3 }\n";
+    joined(&format!("{whisker}{gauge}{tap}{model}"), "", CPU, 2);
+    let parquet = "[output]\nformat = \"parquet\"\n";
+    joined(&format!("{whisker}{gauge}{tap}{model}{parquet}"), "", GPU, 3);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]

@@ -100,6 +100,68 @@ fn coulomb_lies_between_no_friction_and_stick() {
     }
 }
 
+const LAWS: [Material; 5] = [
+    Material::Hooke(3.2),
+    Material::NeoHookean(3.2),
+    Material::MooneyRivlin([0.35, 0.15]),
+    Material::Yeoh([0.5, 0.1, 0.02]),
+    Material::Yeoh([0.5, -0.3, 0.0]),
+];
+
+/// The place of a gauge changes neither force nor contact, and the parts of a gauge lengthen as the whole, however near to the contact or to the
+/// clamp they end.
+#[test]
+fn gauges_that_end_next_to_the_contact_or_the_clamp_end_no_material() {
+    for material in LAWS {
+        let held = |contact| Model { contact, extension: true, ..model(material) };
+        for model in [
+            model(material),
+            Model { pole_radius: 7.2, surface: true, ..model(material) },
+            held(Contact::Stick),
+            held(Contact::Coulomb(0.3)),
+            Model { contact: Contact::Coulomb(0.3), ..all_effects(material) },
+        ] {
+            let whole = tap(&model, 9.9, 7.0, 5.0);
+            let solve = |from: f64, to: f64| {
+                let tap = RodProblem { gauge: [from, to], ..whole }.solve();
+                let tap = tap.unwrap_or_else(|e| panic!("{model:?} gauge {from} … {to} mm: {e}"));
+                (tap.strain * (to - from), tap)
+            };
+            let (_, plain) = solve(1.0, 2.0);
+            let arc = plain.contact_arc;
+            for delta in [1e-6, 1e-4, 1e-2] {
+                for [from, at, to] in [[1.0, 5.0, arc - delta], [1.0, 5.0, arc + delta], [0.0, delta, 5.0]] {
+                    let (all, near) = solve(from, to);
+                    let parts = solve(from, at).0 + solve(at, to).0;
+                    assert_close(parts / all, 1.0, 1e-9);
+                    assert_close(near.normal_force / plain.normal_force, 1.0, 1e-10);
+                    assert_close(near.contact_arc / arc, 1.0, 1e-10);
+                }
+                // What is left of the gauge before the contact.
+                solve(arc - delta, arc + 2.0);
+            }
+        }
+    }
+}
+
+/// A law is linear at small strains, also where the contact is a millionth of the radius from the clamp.
+#[test]
+fn contacts_next_to_the_clamp_of_a_thick_whisker_have_the_strain_of_hookes_rod() {
+    for a in [1e-5, 1e-4, 1e-3, 1e-2] {
+        for surface in [false, true] {
+            let strain = |material: Material| {
+                let model = Model { surface, extension: !surface, ..model(material) };
+                let amount = 1e-7 * a / 15.0;
+                let tap =
+                    RodProblem { gauge: [0.3 * a, 0.9 * a], amount, ..tap(&model, 4.0, a, 1.0) }.solve();
+                tap.unwrap_or_else(|e| panic!("{material:?} surface {surface} a {a}: {e}")).strain
+            };
+            let hooke = strain(LAWS[0]);
+            LAWS[1..].iter().for_each(|law| assert_close(strain(*law) / hooke, 1.0, 1e-6));
+        }
+    }
+}
+
 #[test]
 fn sides_of_a_linear_whisker_mirror_each_other() {
     for model in [hooke(), Model { surface: true, shear: true, pole_radius: 2.0, ..hooke() }] {

@@ -153,6 +153,11 @@ impl Solution<f64> {
         self.load > 1.0 + EDGE
     }
 
+    /// Whether the kernel has an answer: a strain within `tolerance`, or a material that has surely ended.
+    pub fn is_told(&self, tolerance: f64) -> bool {
+        !self.unsure() && (self.ended() || self.within(tolerance))
+    }
+
     /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
     /// beyond a fold of the path, or with a fibre next to the end of its law.
     /// So is an answer that never came.

@@ -42,9 +42,13 @@ impl Choice {
             return (rest::<FMA, FORCE>(&branches[n - 1], high, at), of(1.0));
         }
         let low = one(&branches[0][1], at);
-        if low.all_at_most(zero) {
+        // 1 and −1 where a lane slides. It has the values of its branch then, as beside neighbours that all slide: the polynomial through
+        // the branches is off by roundings, and a tap must not depend on its neighbours.
+        let side = high.if_less(zero, zero.if_less(low, zero, of(-1.0)), of(1.0));
+        if side.all_at_most(of(-1.0)) {
             return (rest::<FMA, FORCE>(&branches[0], low, at), of(-1.0));
         }
+        let mut ends = [[zero; FUNCTIONS]; 2];
         let mut powers = [[zero; FUNCTIONS]; MOST_BRANCHES];
         for k in 0..n {
             let arc = match k {
@@ -53,6 +57,7 @@ impl Choice {
                 k => one(&branches[k][1], at),
             };
             let values = rest::<FMA, FORCE>(&branches[k], arc, at);
+            ends[usize::from(k > 0)] = values;
             for (row, power) in self.powers[n].iter().zip(&mut powers) {
                 let m = Lanes::<FMA>::splat(row[k]);
                 for (power, value) in power.iter_mut().zip(values) {
@@ -66,13 +71,28 @@ impl Choice {
             let (value, slope) = polynomial(&powers[..n], 1, share);
             share = (share - value / slope).max(of(-1.0)).min(of(1.0));
         }
-        share = high.if_less(zero, low.if_less(zero, of(-1.0), share), of(1.0));
         let slides = share.abs().if_less(of(1.0), zero, of(1.0));
         let strain = polynomial(&powers[..n], 0, share).0;
-        let arc = polynomial(&powers[..n], 1, share).0;
+        let arc = of(0.5).if_less(slides, polynomial(&powers[..n], 1, share).0, zero);
         let force = polynomial(&powers[..n], 2, share).0;
-        ([strain, of(0.5).if_less(slides, arc, zero), force], share)
+        let mut all = [strain, arc, force];
+        for f in 0..FUNCTIONS {
+            all[f] = by_side(side, ends[0][f], all[f], ends[1][f]);
+        }
+        (all, by_side(side, of(-1.0), share, of(1.0)))
     }
+}
+
+/// `back` where `side` is −1, `between` where it is 0, `out` where it is 1.
+#[inline(always)]
+fn by_side<const FMA: bool>(
+    side: Lanes<FMA>,
+    back: Lanes<FMA>,
+    between: Lanes<FMA>,
+    out: Lanes<FMA>,
+) -> Lanes<FMA> {
+    let half = Lanes::<FMA>::of(0.5);
+    half.if_less(side, out, side.if_less(-half, back, between))
 }
 
 /// Polynomials over the axes, and products of some.

@@ -338,7 +338,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             above = if OWN {
                 limit.if_less(strain, of(0.0), never)
             } else {
-                self.first_above(tables, tap, limit, m)
+                limit.if_less(strain, self.first_above(tables, tap, limit, m), never)
             };
         }
         let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
@@ -348,7 +348,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             slipped = if OWN {
                 room.if_less(arc, of(0.0), never)
             } else {
-                Pack(first_slipped(tables, &tap.arc, room))
+                room.if_less(arc, Pack(first_slipped(tables, &tap.arc, room)), never)
             };
         }
         Edges { above, slipped }

@@ -15,7 +15,8 @@ use thiserror::Error;
 
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
-use shoot::{Shooter, Shot, Unknowns};
+use ode::Ended;
+use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::{Bending, EndLoad};
 pub use tilted::TiltedTap;
 
@@ -43,7 +44,8 @@ pub struct RodTap {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum RodError {
     /// No equilibrium was found by continuation from the unloaded whisker although the material bears it: the
-    /// contact runs away along the whisker (towards its virtual apex at the latest), or the path folds back.
+    /// contact runs away along the whisker (towards its virtual apex at the latest), or the path folds back. Or the
+    /// integration misses its accuracy.
     #[error("no equilibrium was found along the loading path")]
     NotConverged,
     /// The equilibrium has a fibre outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or the
@@ -96,12 +98,16 @@ impl RodProblem<'_> {
             Contact::Coulomb(mu) => {
                 let shooter = Shooter::new(self, Unknowns::Stick);
                 // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
+                let sticks = |shot: &Shot| shot.tangential.abs() <= mu * shot.normal;
+                // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
                 let tangential = match shooter.continuation(self.amount) {
-                    Ok(shot) => match self.read(&shooter, shot) {
-                        Ok(tap) if tap.tangential_force.abs() <= mu * tap.normal_force => return Ok(tap),
-                        _ => shot.tangential,
+                    Ok(shot) if sticks(&shot) => return self.read(&shooter, shot),
+                    Ok(shot) => shot.tangential,
+                    Err(Stopped { why, farthest }) => match farthest.ok_or(why)? {
+                        // The material ends before the contact slides.
+                        shot if why == RodError::MaterialLimit && sticks(&shot) => return Err(why),
+                        shot => shot.tangential,
                     },
-                    Err(stopped) => stopped.farthest.ok_or(stopped.why)?.tangential,
                 };
                 self.shoot(Unknowns::Slide(mu.copysign(tangential)))
             }
@@ -116,8 +122,10 @@ impl RodProblem<'_> {
 
     /// What gauge and contact show of a shot that hits, if the material bears it.
     fn read(&self, shooter: &Shooter<'_>, shot: Shot) -> Result<RodTap, RodError> {
-        if !shooter.whisker.law.is_linear() && !shot.load.is_in_range(&shooter.whisker, RANGE_PARTS) {
-            return Err(RodError::MaterialLimit);
+        match shooter.is_in_range(&shot) {
+            Ok(true) => {}
+            Ok(false) | Err(Ended::NoValue) => return Err(RodError::MaterialLimit),
+            Err(Ended::Inaccurate) => return Err(RodError::NotConverged),
         }
         let [x1, x2] = self.gauge;
         Ok(RodTap {
@@ -145,6 +153,6 @@ pub struct BentRod {
 ///
 /// `None` when the integration fails.
 pub fn bend(length: f64, stiffness: impl Fn(f64) -> f64, force: DVec2) -> Option<BentRod> {
-    let bent = EndLoad { arc: length, force, point: DVec2::ZERO }.bend(&Bending(stiffness), [0.0; 2])?;
+    let bent = EndLoad { arc: length, force, point: DVec2::ZERO }.bend(&Bending(stiffness), [0.0; 2]).ok()?;
     Some(BentRod { angle: bent.angle, clamp: bent.offset - DVec2::new(length, 0.0) })
 }

@@ -13,49 +13,70 @@ const TOLERANCE: f64 = 1e-13;
 /// Smallest step, as a fraction of the interval.
 const SMALLEST: f64 = 1e-4;
 
+/// Error of an increment per step and [`Slope::size`] that no smaller step mends: the roundings of a sum of some twenty terms, and what the
+/// extrapolation makes of them. It adds up to 7e-15 of ∫ size dx, however the interval is cut.
+const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
+
+/// y′ at one place.
+pub(super) struct Slope<const N: usize> {
+    pub rate: [f64; N],
+    /// Sizes of the numbers whose sum or difference each rate is: they bear its rounding, however small the rate is itself.
+    pub size: [f64; N],
+}
+
+/// Why an integration ended before its length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// y′ has no value on the way.
+    NoValue,
+    /// The smallest step does not meet the error.
+    Inaccurate,
+}
+
 /// Carries `y` from `start` over `length` ≥ 0 along y′ = `rhs`(x, y). Errors are relative to `scale` of y or of its
-/// increment over the step, whichever is larger. `None` when the step vanishes, be it because
-/// the error cannot be met or because `rhs` has no value on the way.
+/// increment over the step, whichever is larger, but need not be less than rounding leaves.
 pub(super) fn integrate<const N: usize>(
-    rhs: impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
+    rhs: impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
     scale: impl Fn(&[f64; N]) -> [f64; N],
     mut y: [f64; N],
     start: f64,
     length: f64,
-) -> Option<[f64; N]> {
+) -> Result<[f64; N], Ended> {
     let (mut done, mut step) = (0.0, length);
     while done < length {
         let last = step >= length - done;
         let h = if last { length - done } else { step };
-        let slope = rhs(start + done, &y)?;
+        let slope = rhs(start + done, &y).ok_or(Ended::NoValue)?;
         let (increment, factor) = extrapolate(&rhs, &scale, start + done, &y, &slope, h);
         match increment {
-            Some(increment) => {
+            Ok(increment) => {
                 y = from_fn(|i| y[i] + increment[i]);
                 done = if last { length } else { done + h };
             }
-            None if h < SMALLEST * length => return None,
-            None => {}
+            Err(why) if h < SMALLEST * length => return Err(why),
+            Err(_) => {}
         }
         step = h * factor;
     }
-    Some(y)
+    Ok(y)
 }
 
-/// Increment of y over the step `h`, `None` to refuse it, and the factor for the next step.
+/// Increment of y over the step `h`, or why it is refused, and the factor for the next step.
 fn extrapolate<const N: usize>(
-    rhs: &impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
+    rhs: &impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
     scale: &impl Fn(&[f64; N]) -> [f64; N],
     x: f64,
     y: &[f64; N],
-    slope: &[f64; N],
+    slope: &Slope<N>,
     h: f64,
-) -> (Option<[f64; N]>, f64) {
+) -> (Result<[f64; N], Ended>, f64) {
     let mut row = [[0.0; N]; COLUMNS];
+    // The largest on the way: where the rod is loaded at its end, all are 0 there.
+    let mut size = slope.size;
     let mut factor = 0.25;
     for k in 0..COLUMNS {
-        let Some(mut entry) = midpoint(rhs, x, y, slope, h, 2 * (k + 1)) else {
-            return (None, 0.25);
+        let Some(mut entry) = midpoint(rhs, (x, y), (&slope.rate, &mut size), h, 2 * (k + 1)) else {
+            return (Err(Ended::NoValue), 0.25);
         };
         let mut change = [f64::INFINITY; N];
         for (j, above) in row.iter_mut().enumerate().take(k) {
@@ -66,34 +87,35 @@ fn extrapolate<const N: usize>(
         row[k] = entry;
         let (here, there) = (scale(y), scale(&entry));
         let error = (0..N)
-            .filter(|&i| change[i] != 0.0)
+            .filter(|&i| change[i].abs() > ROUNDINGS * h * size[i])
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
         if error <= TOLERANCE {
             let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };
-            return (Some(entry), factor.clamp(0.3, growth));
+            return (Ok(entry), factor.clamp(0.3, growth));
         }
     }
-    (None, factor.clamp(0.1, 0.6))
+    (Err(Ended::Inaccurate), factor.clamp(0.1, 0.6))
 }
 
-/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h.
+/// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h. `size` becomes the largest
+/// that is met.
 fn midpoint<const N: usize>(
-    rhs: &impl Fn(f64, &[f64; N]) -> Option<[f64; N]>,
-    x: f64,
-    y: &[f64; N],
-    slope: &[f64; N],
+    rhs: &impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
+    (x, y): (f64, &[f64; N]),
+    (rate, size): (&[f64; N], &mut [f64; N]),
     h: f64,
     n: usize,
 ) -> Option<[f64; N]> {
     let sub = h / n as f64;
     let mut before = [0.0; N];
-    let mut now: [f64; N] = from_fn(|i| sub * slope[i]);
+    let mut now: [f64; N] = from_fn(|i| sub * rate[i]);
     for m in 1..n {
         let f = rhs(x + sub * m as f64, &from_fn(|i| y[i] + now[i]))?;
-        let next = from_fn(|i| before[i] + 2.0 * sub * f[i]);
+        let next = from_fn(|i| before[i] + 2.0 * sub * f.rate[i]);
         before = std::mem::replace(&mut now, next);
+        *size = from_fn(|i| size[i].max(f.size[i]));
     }
     Some(now)
 }

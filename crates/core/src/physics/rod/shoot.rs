@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DMat2, DVec2};
 
+use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Whisker};
-use super::{RodError, RodProblem, RodTap};
+use super::{RANGE_PARTS, RodError, RodProblem, RodTap};
 use crate::physics::section::SectionLaw;
 use crate::scene::model::Drive;
 
@@ -63,11 +64,21 @@ pub(super) struct Stopped {
 }
 
 /// Why a Newton iteration ended without a hit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Missed {
-    /// The rod has no state under a load on the way.
+    /// The law has no state under a load on the way.
     NoState,
-    /// The iteration does not contract.
+    /// The iteration does not contract, leaves the whisker, or asks for a rod whose integration misses its accuracy.
     Stalled,
+}
+
+impl From<Ended> for Missed {
+    fn from(ended: Ended) -> Self {
+        match ended {
+            Ended::NoValue => Self::NoState,
+            Ended::Inaccurate => Self::Stalled,
+        }
+    }
 }
 
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
@@ -122,7 +133,7 @@ impl<'a> Shooter<'a> {
         let longest = STRIDE * self.unit;
         let (mut at, mut before) = ((0.0, DVec2::ZERO), (0.0, DVec2::ZERO));
         let mut stride = longest;
-        let (mut tried, mut growth, mut farthest) = (0, 2.0, None);
+        let (mut tried, mut growth, mut farthest, mut unseen) = (0, 2.0, None, None);
         // The end of a first stride that linear theory does not foresee: it counts where a shorter one ends in proportion.
         let mut doubtful: Option<(f64, DVec2)> = None;
         // Sign of the Jacobian's determinant on the path.
@@ -156,18 +167,18 @@ impl<'a> Shooter<'a> {
                 Ok((_, shot)) if next == amount => return Ok(shot),
                 Ok((z, shot)) => {
                     (before, at) = (at, (next, z));
-                    farthest = Some(shot);
+                    (farthest, unseen) = (Some(shot), Some(shot));
                     stride = longest.min(growth * stride);
                     growth = 2.0;
                 }
                 Err(missed) => {
                     stride = 0.5 * (next - at.0);
                     growth = 1.0;
-                    if stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
-                        let why = match missed {
-                            Missed::NoState if !self.whisker.law.is_linear() => RodError::MaterialLimit,
-                            _ => RodError::NotConverged,
-                        };
+                    // Where a fibre has left the range of the law on the way, that is how the path ends, and it is not followed further.
+                    let left = unseen.take().is_some_and(|shot| self.is_in_range(&shot) == Ok(false));
+                    if left || stride < SMALLEST_STRIDE * amount || tried > MOST_STRIDES {
+                        let law = left || missed == Missed::NoState;
+                        let why = if law { RodError::MaterialLimit } else { RodError::NotConverged };
                         return Err(Stopped { why, farthest });
                     }
                 }
@@ -179,7 +190,7 @@ impl<'a> Shooter<'a> {
     /// The unknowns, their rod, and the Jacobian, perhaps updated, there.
     fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Missed> {
         let mut z = guess;
-        let mut shot = self.shoot(amount, z).ok_or(Missed::NoState)?;
+        let mut shot = self.shoot(amount, z)?;
         let mut jacobian = self.jacobian(amount, z, &shot)?;
         let mut step = -(jacobian.inverse() * shot.miss);
         for _ in 0..MOST_STEPS {
@@ -189,11 +200,9 @@ impl<'a> Shooter<'a> {
             let mut missed = Missed::Stalled;
             let Some((fraction, trial, next)) =
                 (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
-                    let Some(trial) = self.shoot(amount, z + fraction * step) else {
-                        missed = Missed::NoState;
-                        return None;
-                    };
-                    missed = Missed::Stalled;
+                    let trial = self.shoot(amount, z + fraction * step);
+                    missed = trial.as_ref().err().copied().unwrap_or(Missed::Stalled);
+                    let trial = trial.ok()?;
                     let next = -(jacobian.inverse() * trial.miss);
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
                 })
@@ -230,14 +239,14 @@ impl<'a> Shooter<'a> {
     fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Missed> {
         let change = PROBE * self.scale(z);
         let column = |axis: DVec2| {
-            let moved = self.shoot(amount, z + change * axis).ok_or(Missed::NoState)?;
-            Ok((moved.miss - shot.miss) / change.dot(axis))
+            let moved = self.shoot(amount, z + change * axis)?;
+            Ok::<_, Missed>((moved.miss - shot.miss) / change.dot(axis))
         };
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
     }
 
     /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
-    fn shoot(&self, amount: f64, z: DVec2) -> Option<Shot> {
+    fn shoot(&self, amount: f64, z: DVec2) -> Result<Shot, Missed> {
         let RodProblem { taper, gauge, distance: a, .. } = *self.problem;
         let normal = self.force * z.x;
         let (slid, tangential) = match self.unknowns {
@@ -246,17 +255,27 @@ impl<'a> Shooter<'a> {
         };
         let arc = a + slid;
         if !(arc > 0.0 && taper.radius(arc) > 0.0) {
-            return None;
+            return Err(Missed::Stalled);
         }
-        let (height, widening) = if self.problem.model.surface {
-            (taper.radius(arc), taper.radius(slid) - taper.radius(0.0))
+        // r(c), what the radius grows from a to c, and r(a). As a difference of radii the growth would lose its digits where a is small.
+        let [height, widening, start] = if self.problem.model.surface {
+            [taper.radius(arc), -taper.tan_alpha * slid, taper.radius(a)]
         } else {
-            (0.0, 0.0)
+            [0.0; 3]
         };
         let load = self.load(arc, height, [normal, tangential]);
         let bent = load.bend(&self.whisker, gauge)?;
-        let miss = self.miss(amount, slid, widening, height - widening, &bent);
-        miss.is_finite().then_some(Shot { normal, tangential, load, bent, miss })
+        let miss = self.miss(amount, slid, widening, start, &bent);
+        let shot = Shot { normal, tangential, load, bent, miss };
+        if miss.is_finite() { Ok(shot) } else { Err(Missed::Stalled) }
+    }
+
+    /// Whether the material bears `shot`: no fibre is outside the range of the law.
+    pub fn is_in_range(&self, shot: &Shot) -> Result<bool, Ended> {
+        if self.whisker.law.is_linear() {
+            return Ok(true);
+        }
+        shot.load.is_in_range(&self.whisker, RANGE_PARTS)
     }
 
     /// P and T, N, on the whisker's surface at the arc `arc`, where its radius, or 0 on the centreline, is `height`, mm.
@@ -270,7 +289,7 @@ impl<'a> Shooter<'a> {
         let RodProblem { taper, gauge, model, .. } = *self.problem;
         let height = if model.surface { taper.radius(tap.contact_arc) } else { 0.0 };
         let load = self.load(tap.contact_arc, height, [tap.normal_force, tap.tangential_force]);
-        load.bend(&self.whisker, gauge).map(|bent| bent.elongation)
+        load.bend(&self.whisker, gauge).ok().map(|bent| bent.elongation)
     }
 
     /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The

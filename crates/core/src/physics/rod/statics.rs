@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::ode;
+use super::ode::{self, Ended, Slope};
 use crate::physics::section::{SectionLaw, SectionStrain};
 use crate::physics::taper::Taper;
 use crate::scene::model::Side;
@@ -28,6 +28,10 @@ pub(super) struct Deformation {
     pub shear: f64,
     /// Strain of the gauge's fibre.
     pub fibre: f64,
+    /// |e₀| + |κR|: a nonlinear law tells each of them from sums over the section of numbers of this size.
+    pub size: f64,
+    /// R, mm.
+    pub radius: f64,
 }
 
 /// What a section does under axial force N, shear force Q (N) and moment M (N mm); `None` if it cannot bear them.
@@ -65,6 +69,8 @@ impl Response for Whisker {
                 Side::Contact => strain.axial - strain.bending,
                 Side::Far => strain.axial + strain.bending,
             },
+            size: strain.axial.abs() + strain.bending.abs(),
+            radius: r,
         })
     }
 }
@@ -74,7 +80,15 @@ pub(super) struct Bending<F>(pub F);
 
 impl<F: Fn(f64) -> f64> Response for Bending<F> {
     fn deform(&self, s: f64, _: f64, _: f64, moment: f64) -> Option<Deformation> {
-        Some(Deformation { stretch: 0.0, curvature: moment / (self.0)(s), shear: 0.0, fibre: 0.0 })
+        let curvature = moment / (self.0)(s);
+        Some(Deformation {
+            stretch: 0.0,
+            curvature,
+            shear: 0.0,
+            fibre: 0.0,
+            size: curvature.abs(),
+            radius: 1.0,
+        })
     }
 }
 
@@ -106,19 +120,38 @@ impl EndLoad {
         [self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force)]
     }
 
-    /// Derivatives with respect to σ: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
-    fn slope(&self, rod: &impl Response, over_gauge: bool, sigma: f64, y: &[f64; 4]) -> Option<[f64; 4]> {
+    /// Derivatives with respect to σ, within `length` of where the segment begins: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
+    fn slope(
+        &self,
+        rod: &impl Response,
+        (over_gauge, length): (bool, f64),
+        sigma: f64,
+        y: &[f64; 4],
+    ) -> Option<Slope<4>> {
         let bent = Bent::from(*y);
         let [axial, shear, moment] = self.resultants(sigma, &bent);
         let section = rod.deform(self.arc - sigma, axial, shear, moment)?;
         let (sin, cos) = bent.angle.sin_cos();
         let half = (0.5 * bent.angle).sin();
-        Some([
-            -section.curvature,
-            2.0 * half * half - section.stretch * cos + section.shear * sin,
-            -(1.0 + section.stretch) * sin - section.shear * cos,
-            if over_gauge { section.fibre } else { 0.0 },
-        ])
+        let (stretched, over) = (f64::from(section.stretch != 0.0), f64::from(over_gauge));
+        // The angle is no better known than the curvature that it is summed of.
+        let (turn, bend) =
+            (sin.abs() + length * section.size / section.radius, section.size / section.radius);
+        let slide = section.shear.abs();
+        Some(Slope {
+            rate: [
+                -section.curvature,
+                2.0 * half * half - section.stretch * cos + section.shear * sin,
+                -(1.0 + section.stretch) * sin - section.shear * cos,
+                over * section.fibre,
+            ],
+            size: [
+                bend,
+                turn * turn + stretched * section.size + slide * turn,
+                turn + slide,
+                over * section.size,
+            ],
+        })
     }
 
     fn carry(
@@ -128,14 +161,14 @@ impl EndLoad {
         from: Bent,
         start: f64,
         length: f64,
-    ) -> Option<Bent> {
-        let slope = |sigma, y: &[f64; 4]| self.slope(rod, over_gauge, sigma, y);
+    ) -> Result<Bent, Ended> {
+        let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length), sigma, y);
         ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), from.into(), start, length)
             .map(Bent::from)
     }
 
     /// The clamped end of the rod, with the gauge over [x1, x2].
-    pub fn bend(&self, rod: &impl Response, gauge: [f64; 2]) -> Option<Bent> {
+    pub fn bend(&self, rod: &impl Response, gauge: [f64; 2]) -> Result<Bent, Ended> {
         let [x1, x2] = gauge.map(|x| x.clamp(0.0, self.arc));
         let beyond = self.carry(rod, false, Bent::default(), 0.0, self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
@@ -143,20 +176,21 @@ impl EndLoad {
     }
 
     /// Whether every fibre of `whisker`, looked at in `parts` + 1 equally spaced sections, is in range.
-    pub fn is_in_range(&self, whisker: &Whisker, parts: u32) -> bool {
+    pub fn is_in_range(&self, whisker: &Whisker, parts: u32) -> Result<bool, Ended> {
         let length = self.arc / f64::from(parts);
         let mut bent = Bent::default();
-        (0..=parts).all(|i| {
+        for i in 0..=parts {
             let sigma = length * f64::from(i);
             if i > 0 {
-                let Some(next) = self.carry(whisker, false, bent, sigma - length, length) else {
-                    return false;
-                };
-                bent = next;
+                bent = self.carry(whisker, false, bent, sigma - length, length)?;
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);
-            whisker.strain(self.arc - sigma, axial, moment).is_some_and(|strain| strain.is_in_range())
-        })
+            let strain = whisker.strain(self.arc - sigma, axial, moment).ok_or(Ended::NoValue)?;
+            if !strain.is_in_range() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 }
 

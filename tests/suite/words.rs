@@ -1,0 +1,272 @@
+//! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
+
+use rayon::prelude::*;
+use vibrissa::chart::{lanes::Counting, ranges::Wanted, reader::Reader, rows::RowReader};
+use vibrissa::design::{Design, amount};
+use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
+use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
+use vibrissa::scene::sampler::Sampler;
+use vibrissa::scene::{Setup, Tuple};
+use vibrissa::verify::taps::random;
+
+use crate::common::cases::Kind;
+use crate::common::program::Desk;
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place};
+use crate::common::{all_effects, model};
+
+const LAWS: [Material; 6] = [
+    Material::Hooke(3.2),
+    Material::NeoHookean(3.2),
+    Material::MooneyRivlin([0.35, 0.15]),
+    Material::Yeoh([0.5, 0.1, 0.02]),
+    Material::Yeoh([0.5, -0.08, 0.02]),
+    // Its tangent vanishes.
+    Material::Yeoh([0.5, -0.3, 0.0]),
+];
+
+fn setup(model: Model, side: Side, drive: Drive) -> Setup {
+    let mut setup = Kind::Tap.setup();
+    (setup.model, setup.gauge.side, setup.drive) = (model, side, drive);
+    setup
+}
+
+/// A law under every contact: free on the centreline, stretched and seen from the far side, on the surface, against a pole, moved, sticking, sliding.
+fn rigs(material: Material) -> Vec<Setup> {
+    let (plain, all) = (model(material), all_effects(material));
+    let held = |contact| Model { contact, extension: true, ..plain };
+    let angle = |model, side| setup(model, side, Drive::Angle);
+    vec![
+        angle(plain, Side::Contact),
+        angle(Model { extension: true, ..plain }, Side::Far),
+        angle(Model { surface: true, ..plain }, Side::Contact),
+        angle(Model { surface: true, shear: true, pole_radius: 7.2, ..plain }, Side::Far),
+        setup(all, Side::Contact, Drive::Displacement),
+        angle(held(Contact::Stick), Side::Contact),
+        angle(Model { contact: Contact::Stick, ..all }, Side::Contact),
+        angle(held(Contact::Coulomb(0.3)), Side::Contact),
+        angle(Model { contact: Contact::Coulomb(0.3), ..all }, Side::Far),
+    ]
+}
+
+/// Hard taps: thick and thin whiskers to large angles, contacts next to the gauge, and gauges and clamps that end 1e-6…1e-2 mm beside the contact.
+#[allow(non_snake_case)]
+fn hard(kind: Drive, n: u32, seed: u64) -> Vec<Tuple> {
+    let one = |i: u32| {
+        let unit = |axis| f64::from(Sampler::Random.coordinate(seed, axis, i)) / 2f64.powi(32);
+        let log = |axis, low: f64, high: f64| low * (high / low).powf(unit(axis));
+        let sign = if unit(8) < 0.5 { 1.0 } else { -1.0 };
+        let (D, mut L_a, mut x_ss, mut l, mut d) = (10.0, 50.0, 5.0, 2.0, 1.0 + 13.0 * unit(6));
+        let (a, theta) = match i % 3 {
+            0 => {
+                (L_a, x_ss, l) = (log(0, 20.0, 400.0), log(1, 0.05, 15.0), log(2, 0.01, 4.0));
+                (x_ss + l * log(3, 1e-2, 1e2), log(4, 1e-3, 60.0))
+            }
+            1 => {
+                (L_a, x_ss) = (20.0 + 100.0 * unit(0), 1.0 + 7.0 * unit(1));
+                (x_ss + 0.5 + 10.0 * unit(3), log(4, 0.1, 40.0))
+            }
+            _ => {
+                d = 3.0 + 9.0 * unit(6);
+                x_ss = if unit(1) < 0.3 { log(2, 1e-6, 1e-2) } else { x_ss };
+                (x_ss + l + sign * log(3, 1e-6, 1e-2), log(4, 0.01, 20.0))
+            }
+        };
+        let a = a.min(L_a);
+        let drive = if kind == Drive::Displacement { a * theta.to_radians() } else { theta };
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
+    };
+    (0..n).map(one).collect()
+}
+
+fn designs(setup: &Setup, tuples: &[Tuple]) -> (Vec<Design>, Vec<Task>) {
+    let tasks = tuples.iter().enumerate().map(|(i, t)| Task::of(i as u32, t)).collect();
+    (tuples.iter().map(|t| Design::new(setup, *t)).collect(), tasks)
+}
+
+/// Where the words of `place` are not those of the reference, or its strains are over their bound; how many taps it left to the reference.
+fn faults(setup: &Setup, place: Place, tuples: &[Tuple], exact: &[Outcome]) -> (Vec<String>, usize) {
+    let (designs, tasks) = designs(setup, tuples);
+    let mut evaluator = Evaluator::new(setup, place.open(setup));
+    let found = evaluator.run_beside(&designs, &tasks, exact).expect("the backend answers");
+    let bound = evaluator_bound(place);
+    let fault = |(i, (e, f)): (usize, (&Outcome, &Outcome))| {
+        let least = 1e-3 * designs[i].shared.as_ref()?.peak * amount(setup.drive, tuples[i].drive);
+        let error = (f.strain - e.strain).abs() / e.strain.abs().max(least);
+        let wrong = f.status != e.status || e.strain.is_finite() && e.strain != f.strain && error > bound;
+        wrong.then(|| {
+            let (model, t) = (&setup.model, &tuples[i]);
+            format!(
+                "{place:?}: {} {} instead of {} {}: {model:?} {t:?}",
+                f.status, f.strain, e.status, e.strain
+            )
+        })
+    };
+    let faults = exact.iter().zip(&found).enumerate().filter_map(fault).collect();
+    (faults, found.iter().filter(|f| f.referred).count())
+}
+
+fn evaluator_bound(place: Place) -> f64 {
+    if place == CPU_F64 { 1e-8 } else { 1e-5 }
+}
+
+fn exact(setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
+    let (designs, tasks) = designs(setup, tuples);
+    Evaluator::new(setup, Method::Reference).run(&designs, &tasks).expect("it answers")
+}
+
+#[test]
+fn hard_taps_of_every_law_and_contact_have_the_words_of_the_reference() {
+    let cases: Vec<(usize, Setup)> = LAWS.into_iter().flat_map(rigs).enumerate().collect();
+    let answered: Vec<(Vec<Tuple>, Vec<Outcome>)> = cases
+        .par_iter()
+        .map(|(i, setup)| {
+            let tuples = hard(setup.drive, 9, 100 + *i as u64);
+            let exact = exact(setup, &tuples);
+            (tuples, exact)
+        })
+        .collect();
+    let words = |word: &str| {
+        let of =
+            |outcomes: &Vec<Outcome>| outcomes.iter().filter(|o| o.status.to_string().contains(word)).count();
+        answered.iter().map(|(_, exact)| of(exact)).sum::<usize>()
+    };
+    assert!(words("ok") > 100 && words("strain_limit") > 50 && words("material_limit") > 20);
+    let mut all = Vec::new();
+    for ((i, setup), (tuples, exact)) in cases.iter().zip(&answered) {
+        // Shaders take their time to compile: the GPU has the models of rubber.
+        let gpu = (9..18).contains(i).then_some(GPU);
+        for place in [CPU, CPU_F64].into_iter().chain(gpu) {
+            all.extend(faults(setup, place, tuples, exact).0);
+        }
+    }
+    assert!(all.is_empty(), "{} faults\n{}", all.len(), all.join("\n"));
+}
+
+/// Taps of the far side whose strain crosses zero beside the contact, and taps whose law ends: kernels leave many of them open.
+#[test]
+fn what_a_kernel_leaves_open_has_the_word_of_the_reference() {
+    let rubber = Model { surface: true, shear: true, pole_radius: 7.2, ..model(LAWS[1]) };
+    let crossing = [0.1, 1.0, 5.0].map(|theta| Tuple {
+        D: 28.161887,
+        d: 11.377557,
+        L_a: 120.0,
+        x_ss: 34.369753,
+        l: 11.379821,
+        a: 36.0,
+        drive: theta,
+        ..Tuple::default()
+    });
+    let ends: Vec<Tuple> = [4.0, 10.0]
+        .into_iter()
+        .flat_map(|d| [6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0].map(|a| (d, a)))
+        .flat_map(|(d, a)| [10.0, 20.0, 30.0].map(|drive| (d, a, drive)))
+        .map(|(d, a, drive)| Tuple { D: 10.0, d, L_a: 50.0, x_ss: 2.0, l: 2.0, a, drive, ..Tuple::default() })
+        .collect();
+    let mut referred = 0;
+    for (setup, tuples) in [
+        (setup(rubber, Side::Far, Drive::Angle), crossing.to_vec()),
+        (setup(Model { surface: true, ..model(LAWS[3]) }, Side::Contact, Drive::Angle), ends),
+    ] {
+        let exact = exact(&setup, &tuples);
+        for place in [CPU, CPU_F64, GPU] {
+            let (faults, left) = faults(&setup, place, &tuples, &exact);
+            assert!(faults.is_empty(), "{}", faults.join("\n"));
+            referred += left;
+        }
+    }
+    assert!(referred > 0, "no kernel left anything open");
+}
+
+#[test]
+fn run_json_counts_the_taps_left_to_the_reference() {
+    let text = "[whisker]\nD = 10\nd = [4, 10]\nL_a = 50\n[gauge]\nx_ss = 2\nl = 2\n[tap]\na = { from = 6, to = 12, step = 1 }\n\
+                theta = [10, 20, 30]\n[model]\nsurface = true\nmaterial = { yeoh = [0.5, 0.1, 0.02] }\n";
+    let counts = |backend: &str| {
+        let ran = Desk::new(text).run(&["sweep", "spec.toml", "--json", "--backend", backend]);
+        ran.exits(0).json()["counts"].clone()
+    };
+    let (kernel, reference) = (counts("cpu"), counts("reference"));
+    assert_eq!(kernel["status"], reference["status"]);
+    assert!(kernel["referred"].as_u64().unwrap() > 0, "{kernel}");
+    assert_eq!(reference["referred"], 0);
+}
+
+/// Every number of an outcome, to the last bit.
+fn bits(outcome: &Outcome) -> String {
+    format!("{outcome:?}")
+}
+
+#[test]
+fn a_solved_tap_has_the_same_digits_beside_any_neighbours() {
+    let coulomb = Model { contact: Contact::Coulomb(0.3), ..all_effects(LAWS[0]) };
+    for model in [model(LAWS[0]), all_effects(LAWS[1]), coulomb] {
+        let setup = setup(model, Side::Contact, Drive::Angle);
+        let tuples = random(Drive::Angle, false, 300, 5);
+        let (designs, tasks) = designs(&setup, &tuples);
+        let backwards: Vec<Task> = tasks.iter().rev().copied().collect();
+        for place in [CPU, CPU_F64, GPU] {
+            let mut evaluator = Evaluator::new(&setup, place.open(&setup));
+            let one = evaluator.run(&designs, &tasks).expect("it answers");
+            let other = evaluator.run(&designs, &backwards).expect("it answers");
+            for ((a, b), t) in one.iter().zip(other.iter().rev()).zip(&tuples) {
+                assert_eq!(bits(a), bits(b), "{place:?} {t:?}");
+            }
+        }
+    }
+}
+
+/// Taps, and rows of them, read from charts with friction alone and beside others: some slide out, some slide back, some stick.
+#[test]
+fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
+    let setup = setup(
+        Model { extension: true, contact: Contact::Coulomb(0.3), ..model(LAWS[0]) },
+        Side::Contact,
+        Drive::Angle,
+    );
+    let distances = [30.0, 45.0];
+    let wanted = Wanted {
+        D: [8.0, 12.0],
+        d: [2.0, 7.0],
+        L_a: [50.0; 2],
+        x_ss: [3.0, 9.0],
+        l: [2.0; 2],
+        drive: [0.5, 10.0],
+    };
+    let one = |i: u32| {
+        let of = |axis, [low, high]: [f64; 2]| {
+            low + (high - low) * f64::from(Sampler::Random.coordinate(3, axis, i)) / 2f64.powi(32)
+        };
+        let (d, x_ss, drive) = (of(1, wanted.d), of(2, wanted.x_ss), of(3, wanted.drive));
+        Tuple {
+            D: of(0, wanted.D),
+            d,
+            L_a: 50.0,
+            x_ss,
+            l: 2.0,
+            a: distances[i as usize % 2],
+            drive,
+            ..Tuple::default()
+        }
+    };
+    let tuples: Vec<Tuple> = (0..400).map(one).collect();
+    let (designs, tasks) = designs(&setup, &tuples);
+    let reader =
+        Reader::new(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
+    let together = reader.read(&setup, &designs, &tasks);
+    let read: Vec<&Outcome> = together.iter().flatten().collect();
+    assert!(read.len() > 300);
+    let sticking = read.iter().filter(|o| o.sticking).count();
+    assert!(sticking > 50 && sticking < read.len() - 50, "{sticking} of {} stick", read.len());
+    for (i, tap) in together.iter().enumerate() {
+        let alone = reader.read(&setup, &designs, &tasks[i..=i])[0];
+        assert_eq!(tap.as_ref().map(bits), alone.as_ref().map(bits), "{:?}", tuples[i]);
+    }
+    let rows =
+        RowReader::new(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
+    let (together, _) = rows.read(&tuples, Counting::OnWhisker);
+    assert!(together.iter().flatten().count() > 300);
+    for (i, row) in together.iter().enumerate() {
+        let (alone, _) = rows.read(&tuples[i..=i], Counting::OnWhisker);
+        assert_eq!(format!("{row:?}"), format!("{:?}", alone[0]), "{:?}", tuples[i]);
+    }
+}
