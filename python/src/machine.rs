@@ -8,7 +8,6 @@ use serde_json::json;
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::chart::{self as charts, document};
 use vibrissa::error::{Error, InputError};
-use vibrissa::kernel::gpu;
 use vibrissa::scene::RunOptions;
 use vibrissa::spec;
 use vibrissa::verify::write::{self, Verified};
@@ -23,7 +22,8 @@ use crate::table::Table;
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<String> {
     let work = |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
-        let mut all = backend::listed(&gpu::adapters());
+        let (adapters, faults) = backend::look();
+        let mut all = backend::listed(&adapters, &faults);
         all["auto"] = json!(Choice::new(&RunOptions::default())?.backend);
         Ok(all.to_string())
     };

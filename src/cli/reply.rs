@@ -1,7 +1,6 @@
 //! How a result or an error reaches the user: text, or one JSON object.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -72,8 +71,8 @@ impl Reply {
         self
     }
 
-    /// Prints it, and then what is wrong, if anything is.
-    pub fn print(self, quiet: bool) -> ExitCode {
+    /// Prints it, and then what is wrong, if anything is; the exit code.
+    pub fn print(self, quiet: bool) -> u8 {
         let path = |p: &Path| p.display().to_string();
         let mut told = Ok(());
         if json() {
@@ -99,10 +98,7 @@ impl Reply {
         if let Some(message) = self.broken.as_ref().filter(|_| !json()) {
             say::line(format_args!("error: {message}"));
         }
-        match told.is_err() || self.broken.is_some() {
-            true => ExitCode::FAILURE,
-            false => ExitCode::SUCCESS,
-        }
+        u8::from(told.is_err() || self.broken.is_some())
     }
 }
 
@@ -123,8 +119,8 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
     }
 }
 
-/// Prints an error: JSON on stdout or, with the offending lines, on stderr.
-pub fn failure(error: &Error) -> ExitCode {
+/// Prints an error: JSON on stdout or, with the offending lines, on stderr; the exit code.
+pub fn failure(error: &Error) -> u8 {
     if json() {
         let empty = InputError::default();
         let (e, message) = match error {
@@ -135,7 +131,7 @@ pub fn failure(error: &Error) -> ExitCode {
     } else {
         say::line(render(error));
     }
-    ExitCode::from(error.exit_code())
+    error.exit_code()
 }
 
 /// The last words of a run that a signal ended.
@@ -180,10 +176,10 @@ fn render(error: &Error) -> String {
 }
 
 /// A command line that cannot be understood, or a request for help.
-pub fn usage(e: &clap::Error) -> ExitCode {
+pub fn usage(e: &clap::Error) -> u8 {
     if !e.use_stderr() {
         let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
-        return taken(flushed).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+        return taken(flushed).map_or(1, |()| 0);
     }
     if json() {
         let text = e.to_string();
@@ -199,5 +195,5 @@ pub fn usage(e: &clap::Error) -> ExitCode {
     } else {
         let _ = e.print();
     }
-    ExitCode::from(2)
+    2
 }
