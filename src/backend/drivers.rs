@@ -73,6 +73,12 @@ pub fn ask_by(how: impl Fn() -> Option<Command> + Send + Sync + 'static) {
 /// The other process: asks the drivers for their adapters and opens those from number `from` on. It says on stdout what it does next, so that
 /// what a crash cuts off is known.
 pub fn answer(from: usize) {
+    // One that hangs does not outlive whoever asked.
+    #[cfg(target_os = "linux")]
+    // SAFETY: only asks for a signal when the parent ends.
+    unsafe {
+        libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL)
+    };
     let say = |line: &Line| {
         let text = serde_json::to_string(line).unwrap_or_default();
         let _ = writeln!(std::io::stdout(), "{text}");
