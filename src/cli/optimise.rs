@@ -242,7 +242,7 @@ impl Watch for Shown {
             return;
         }
         self.last = Instant::now();
-        let rate = (step.evaluations - step.replayed) as f64 / self.begun.elapsed().as_secs_f64();
+        let rate = step.evaluations as f64 / self.begun.elapsed().as_secs_f64();
         let best =
             if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
         let left = left.map_or(String::new(), |n| format!(", {n} left"));

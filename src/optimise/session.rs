@@ -101,8 +101,6 @@ pub struct Found {
 pub struct Step {
     /// Evaluations so far.
     pub evaluations: u64,
-    /// Those of them that an earlier run had made.
-    pub replayed: u64,
     /// Start, from 0.
     pub start: u32,
     /// Swarm or polish.
@@ -276,8 +274,7 @@ impl<'a> Session<'a> {
         }
         // What the polish found is what counts.
         if let Some(best) = self.best[1].or(self.best[0]) {
-            let (evaluations, replayed) = (self.evaluations, self.replayed);
-            let step = Step { evaluations, replayed, start: self.start, stage, best };
+            let step = Step { evaluations: self.evaluations, start: self.start, stage, best };
             self.history.push(step);
             self.watch.step(&step, goal.value(&best.score), goal.feasible(&best.score), self.left());
         }

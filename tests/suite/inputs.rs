@@ -74,7 +74,7 @@ fn a_spec_that_a_search_wrote_is_kept() {
     desk.whole("found");
     // It is nobody's result elsewhere.
     std::fs::copy(desk.path("found/best.toml"), desk.path("best.toml")).unwrap();
-    desk.run(&["sweep", "best.toml", "--backend", "gpu", "--out", ".", "--force"]).exits(0);
+    desk.run(&["sweep", "best.toml", "--out", ".", "--force"]).exits(0);
     assert_eq!(desk.read("best.toml"), desk.read("found/best.toml"));
 }
 

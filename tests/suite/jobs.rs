@@ -10,9 +10,8 @@ use libc::{SIGKILL, SIGTERM, SIGUSR1};
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, hearing, program, send, until, words};
 
-/// Notes how it was called; `scontrol show` tells of a job in $STATE that made way at $PREEMPT.
-const SCONTROL: &str = "#!/bin/sh\necho \"$*\" >>\"$CALLS\"\n\
-                        [ \"$1\" != show ] || printf '   JobState=%s Reason=None\\n   PreemptEligibleTime=2026-01-01T00:00:00 PreemptTime=%s\\n' \"$STATE\" \"$PREEMPT\"\n";
+/// Note how they were called.
+const SCONTROL: &str = "#!/bin/sh\necho \"$*\" >>\"$CALLS\"\n";
 const SBATCH: &str = "#!/bin/sh\nprintf '%s: %s\\n' \"$PWD\" \"$*\" >>\"$CALLS\"\necho 17\n";
 
 /// A shell where Slurm's commands are the stand-ins, in a folder of its own, as that of a job is.
@@ -32,7 +31,7 @@ fn bash(desk: &Desk) -> Command {
 /// `name` in the folder `at` of `desk`, as a task of an array.
 fn job(desk: &Desk, at: &str, name: &str, task: u32) -> Command {
     let mut command = bash(desk);
-    command.arg(desk.path(at).join(name)).env("STATE", "CANCELLED").env("PREEMPT", "None");
+    command.arg(desk.path(at).join(name));
     command.env("SLURM_ARRAY_JOB_ID", "17").env("SLURM_ARRAY_TASK_ID", task.to_string());
     command
 }
@@ -107,12 +106,11 @@ fn long() -> Desk {
     desk
 }
 
-/// A part of it under way, of a job with this state, time of preemption, and number of restarts.
-fn under_way(desk: &Desk, [state, preempt, restarts]: [&str; 3]) -> Running {
+/// A part of it under way, that was sent again so often.
+fn under_way(desk: &Desk, restarts: &str) -> Running {
     let _ = std::fs::remove_file(desk.path("calls"));
     let mut command = job(desk, "jobs", "part.sbatch", 1);
-    command.env("STATE", state).env("PREEMPT", preempt).env("SLURM_RESTART_COUNT", restarts);
-    let script = Running::new(&mut command);
+    let script = Running::new(command.env("SLURM_RESTART_COUNT", restarts));
     let kept = desk.path("results/spec/shard-1-of-2/.vibrissa-unfinished/.state");
     until(|| kept.exists() && sweep_of(&script).is_some(), "nothing is complete");
     script
@@ -136,7 +134,7 @@ fn scancel_ends_a_part_for_good() {
     let desk = long();
     for order in [&["script"][..], &["script", "sweep"], &["sweep", "script"], &["sweep", "pause", "script"]]
     {
-        let script = under_way(&desk, ["CANCELLED", "None", "0"]);
+        let script = under_way(&desk, "0");
         let sweep = sweep_of(&script).unwrap();
         for whom in order {
             match *whom {
@@ -153,17 +151,11 @@ fn scancel_ends_a_part_for_good() {
 }
 
 #[test]
-fn a_part_whose_time_is_over_or_that_makes_way_or_dies_is_sent_again() {
+fn a_part_whose_time_is_over_or_that_dies_is_sent_again() {
     let desk = long();
-    for (job, signal, again) in [
-        (["RUNNING", "None", "0"], SIGUSR1, 1),
-        (["RUNNING", "2026-11-23T06:30:00", "3"], SIGTERM, 1),
-        (["RUNNING", "None", "19"], SIGKILL, 1),
-        // Not for ever.
-        (["RUNNING", "None", "20"], SIGKILL, 0),
-        (["RUNNING", "None", "20"], SIGUSR1, 0),
-    ] {
-        let script = under_way(&desk, job);
+    // Not for ever.
+    for (restarts, signal, again) in [("0", SIGUSR1, 1), ("19", SIGKILL, 1), ("20", SIGKILL, 0), ("20", SIGUSR1, 0)] {
+        let script = under_way(&desk, restarts);
         match signal {
             SIGKILL => kill(sweep_of(&script).unwrap(), signal),
             _ => send(&script, signal),

@@ -28,7 +28,7 @@ fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
     let json = ran.json();
     assert_eq!((json["command"].as_str(), json["ok"].as_bool()), (Some("optimise"), Some(true)));
     assert_eq!(desk.names("found"), ["best.toml", "history.csv", "run.json", "sensitivity.csv"]);
-    desk.run(&["sweep", "found/best.toml", "--backend", "gpu", "--out", "again", "--quiet"]).exits(0);
+    desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
     let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
     let best = &json["result"]["best"];
     for column in [
@@ -162,7 +162,7 @@ fn displacement_drive_is_searched_too() {
     let json =
         desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
     assert!(json["result"]["best"]["delta_mm"].as_f64().unwrap() > 0.1);
-    desk.run(&["sweep", "found/best.toml", "--backend", "gpu", "--out", "again", "--quiet"]).exits(0);
+    desk.run(&["sweep", "found/best.toml", "--out", "again", "--quiet"]).exits(0);
     let row = &Table::read(&desk.path("again/designs.csv")).rows[0];
     assert_eq!(number(row, "total_rms_mm"), json["result"]["value"].as_f64());
 }
