@@ -14,8 +14,12 @@ DRIVER = """
 #include <string.h>
 typedef void (*Call)(void);
 static int create(const void *info, const void *host, void **instance) { *(volatile int *)0 = 1; return -9; }
+static int extensions(const char *layer, unsigned *n, void *all) { *n = 0; return 0; }
 int vk_icdNegotiateLoaderICDInterfaceVersion(unsigned *version) { *version = 5; return 0; }
-Call vk_icdGetInstanceProcAddr(void *instance, const char *name) { return strcmp(name, "vkCreateInstance") ? 0 : (Call)create; }
+Call vk_icdGetInstanceProcAddr(void *instance, const char *name) {
+    if (!strcmp(name, "vkCreateInstance")) return (Call)create;
+    return strcmp(name, "vkEnumerateInstanceExtensionProperties") ? 0 : (Call)extensions;
+}
 """
 
 RUN = """
