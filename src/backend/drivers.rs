@@ -19,6 +19,9 @@ use crate::scene::Precision;
 /// Time that a driver has for its first calls, and for each device that is opened.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// Time that the other process has to end, once it has said all it will say.
+const LAST: Duration = Duration::from_millis(500);
+
 /// What the other process says, a line of JSON each.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -73,7 +76,7 @@ pub fn ask_by(how: impl Fn() -> Option<Command> + Send + Sync + 'static) {
 /// The other process: asks the drivers for their adapters and opens those from number `from` on. It says on stdout what it does next, so that
 /// what a crash cuts off is known.
 pub fn answer(from: usize) {
-    // One that hangs does not outlive whoever asked.
+    // A process that hangs ends with the one that started it.
     #[cfg(target_os = "linux")]
     // SAFETY: only asks for a signal when the parent ends.
     unsafe {
@@ -152,18 +155,19 @@ fn said(mut command: Command, patience: Duration) -> Option<(Vec<Line>, Option<S
         let ended = matches!(line, Line::Done | Line::Failed(_));
         lines.push(line);
         if ended {
-            // What its drivers do at its end is its own affair.
-            let _ = ended_within(&mut child, patience);
+            // What its drivers do at its end does not matter.
+            let _ = ended_within(&mut child, LAST);
             let _ = child.kill();
+            let _ = ended_within(&mut child, LAST);
             return Some((lines, None));
         }
     }
-    let end = match ended_within(&mut child, Duration::from_millis(500)) {
+    let end = match ended_within(&mut child, LAST) {
         Some(status) => format!("crashed ({})", in_words(status)),
         None => format!("did not answer within {} s", patience.as_secs_f64()),
     };
     let _ = child.kill();
-    let _ = ended_within(&mut child, Duration::from_millis(500));
+    let _ = ended_within(&mut child, LAST);
     Some((lines, Some(end)))
 }
 

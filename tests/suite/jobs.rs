@@ -154,7 +154,9 @@ fn scancel_ends_a_part_for_good() {
 fn a_part_whose_time_is_over_or_that_dies_is_sent_again() {
     let desk = long();
     // Not for ever.
-    for (restarts, signal, again) in [("0", SIGUSR1, 1), ("19", SIGKILL, 1), ("20", SIGKILL, 0), ("20", SIGUSR1, 0)] {
+    for (restarts, signal, again) in
+        [("0", SIGUSR1, 1), ("19", SIGKILL, 1), ("20", SIGKILL, 0), ("20", SIGUSR1, 0)]
+    {
         let script = under_way(&desk, restarts);
         match signal {
             SIGKILL => kill(sweep_of(&script).unwrap(), signal),
