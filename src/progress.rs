@@ -10,6 +10,9 @@ pub trait Progress {
     /// `done` of `total` taps.
     fn at(&mut self, done: u64, total: u64);
 
+    /// The work goes on where `done` taps were done before it began: rates and times are those of the others.
+    fn begin(&mut self, _done: u64) {}
+
     /// Something worth telling, in words.
     fn note(&mut self, _words: &str) {}
 }

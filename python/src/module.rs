@@ -16,7 +16,7 @@ mod _native {
     #[pymodule_export]
     use crate::locate::Locator;
     #[pymodule_export]
-    use crate::machine::{chart, devices, verify};
+    use crate::machine::{answer, ask_drivers_by, chart, devices, left_behind, verify};
     #[pymodule_export]
     use crate::search::{optimise, tap};
     #[pymodule_export]

@@ -29,7 +29,7 @@ def spec_of(name, root, tmp_path):
 
 
 @pytest.mark.parametrize("name", SWEEPS)
-@pytest.mark.parametrize("run", [CPU, dict(backend="cpu", precision="f64"), dict(backend="auto")], ids=lambda r: "-".join(r.values()))
+@pytest.mark.parametrize("run", [CPU, dict(backend="cpu", precision="f64"), dict(backend="gpu")], ids=lambda r: "-".join(r.values()))
 def test_sweep(name, run, root, cli, tmp_path):
     spec = spec_of(name, root, tmp_path)
     flags = [x for key, value in run.items() for x in (f"--{key}", value)]

@@ -47,7 +47,7 @@ def test_a_child_computes_the_same():
 
 def test_a_gpu_is_left_to_the_parent():
     lines = said("""
-taken = vibrissa.sweep(**SECTIONS).run["backend"]
+taken = vibrissa.sweep(**SECTIONS, run=dict(backend="gpu")).run["backend"]
 print(taken["name"])
 child(lambda: vibrissa.sweep(**SECTIONS).run["backend"])
 def asked():

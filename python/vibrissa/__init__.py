@@ -23,6 +23,7 @@ if "XDG_RUNTIME_DIR" not in _os.environ:
 from . import _native, _taps
 from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
 from ._contour import Array, contour
+from ._drivers import ask_apart as _ask_apart
 from ._errors import Error, InputError, Interrupted, RunError, VibrissaWarning
 from ._lab import calibrate, simulate
 from ._locate import Located, Locator
@@ -38,5 +39,6 @@ __all__ = [
     "devices", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
 
+_ask_apart()
 if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=lambda: _native.forked(_taps.forget_solvers()))

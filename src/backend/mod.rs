@@ -1,15 +1,15 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+mod drivers;
 mod verdicts;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::error::{Error, InputError, SolveError};
+use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
     Effects, Job, Rung, Solver,
@@ -20,6 +20,8 @@ use crate::kernel::{
 use crate::scene::{
     BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
 };
+use drivers::quietly;
+pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
 pub use verdicts::VARIABLE as SELF_CHECK;
 
 /// The backend taken, in words and numbers; part of `run.json`.
@@ -84,31 +86,6 @@ pub fn cramped() -> Option<String> {
     })
 }
 
-/// Why `auto` does not take a GPU.
-#[derive(Debug, thiserror::Error)]
-enum Refused {
-    /// The driver panicked; what it said.
-    #[error("{0}")]
-    Panic(String),
-    /// The device does not open.
-    #[error(transparent)]
-    Device(#[from] SolveError),
-}
-
-/// The value of `f`, or its panic.
-fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, Refused> {
-    // What the driver's panic would print on stderr is told as the reason instead.
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let done = catch_unwind(AssertUnwindSafe(f));
-    std::panic::set_hook(hook);
-    done.map_err(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked");
-        Refused::Panic(text.to_owned())
-    })
-}
-
 impl Choice {
     /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
     pub fn chart_tolerance(&self) -> Option<f64> {
@@ -139,25 +116,38 @@ impl Choice {
         }
         match asked {
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
-            BackendChoice::Gpu => Ok(Self::among(options, &gpu::adapters())?.watched()),
-            BackendChoice::Auto => {
-                let instead = |why: String| Self::instead(options, why);
-                let why = || cramped().or(gpu::forked().map(str::to_owned));
-                if options.adapter.is_none()
-                    && let Some(why) = why()
-                {
-                    return instead(why);
-                }
-                let adapters = match quietly(gpu::adapters) {
-                    Ok(adapters) => adapters,
-                    Err(why) => return instead(format!("looking for adapters failed: {why}")),
-                };
-                let choice = Self::among(options, &adapters)?.watched();
-                match choice.solves() {
-                    Ok(()) => Ok(Self { auto: Some(options.clone()), ..choice }),
-                    Err(why) => instead(format!("the GPU does not open: {why}")),
-                }
+            BackendChoice::Gpu => Ok(Self::among(options, &adapters(true)?)?.watched()),
+            BackendChoice::Auto if options.adapter.is_some() => {
+                Self::among(options, &adapters(true)?)?.opened(options)
             }
+            BackendChoice::Auto => {
+                if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {
+                    return Self::instead(options, why);
+                }
+                // Without hardware this process asks no driver.
+                if let Some(found) = found().filter(|found| found.adapters.iter().all(|a| a.software)) {
+                    let software = found.adapters.iter().map(|a| a.name.as_str());
+                    return Self::instead(options, no_hardware(software, &found.faults));
+                }
+                let (adapters, faults) = look();
+                if adapters.iter().all(|a| a.software) {
+                    return Self::instead(
+                        options,
+                        no_hardware(adapters.iter().map(|a| a.name.as_str()), &faults),
+                    );
+                }
+                faults.iter().for_each(|why| gpu::hear(why));
+                Self::among(options, &adapters)?.opened(options)
+            }
+        }
+    }
+
+    /// The device, opened, which `auto` takes; else the CPU.
+    fn opened(self, options: &RunOptions) -> Result<Self, Error> {
+        let choice = self.watched();
+        match choice.solves() {
+            Ok(()) => Ok(Self { auto: Some(options.clone()), ..choice }),
+            Err(why) => Self::instead(options, format!("the GPU does not open: {why}")),
         }
     }
 
@@ -181,9 +171,9 @@ impl Choice {
     }
 
     /// Opens the device and keeps it for [`Self::solver`].
-    fn solves(&self) -> Result<(), Refused> {
+    fn solves(&self) -> Result<(), String> {
         let (Some(adapter), Some(verdicts)) = (&self.adapter, &self.watched) else { return Ok(()) };
-        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))??;
+        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))?.map_err(|e| e.to_string())?;
         let watched = Watched::new(gpu, verdicts.clone(), self.backend.device.clone());
         self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(watched);
         Ok(())
@@ -199,6 +189,10 @@ impl Choice {
             let (seconds, device) = (self.seconds, self.backend.device.clone());
             *self = Self { seconds, ..Self::instead(options, format!("the GPU is refused: {why}"))? };
             self.backend.device = device;
+            return Ok(());
+        }
+        if let Fault::Slow(_) = why {
+            // It gives no wrong answers, and has been given up: its work is handed over, as that of one that hangs later.
             return Ok(());
         }
         let name = self.backend.adapter.as_deref().unwrap_or("the GPU");
@@ -217,7 +211,7 @@ impl Choice {
             return Ok(());
         };
         if self.opened.lock().unwrap_or_else(PoisonError::into_inner).is_none() {
-            self.solves().map_err(|e| Fault::Lost(e.to_string()))?;
+            self.solves().map_err(Fault::Lost)?;
         }
         let rungs = self.rungs(&setup.model.material, tolerance);
         let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
@@ -285,11 +279,14 @@ impl Choice {
                     .into());
             }
             (BackendChoice::Gpu, Some(a)) => ("gpu", Some(a), "asked for".to_owned()),
-            (BackendChoice::Auto, None) => ("cpu", None, "no Vulkan, Metal or DirectX 12 adapter".to_owned()),
+            (BackendChoice::Auto, None) => ("cpu", None, no_hardware([].into_iter(), &[])),
+            // One that is named is asked for.
+            (BackendChoice::Auto, Some(a)) if a.software && options.adapter.is_none() => {
+                ("cpu", None, no_hardware(adapters.iter().map(|a| a.name.as_str()), &[]))
+            }
             (BackendChoice::Auto, Some(a)) if !usable(&a) => ("cpu", None, format!("{} has no f64", a.name)),
             (BackendChoice::Auto, Some(a)) => {
-                let reason =
-                    if a.software { "software adapter, no hardware one" } else { "hardware adapter" };
+                let reason = if options.adapter.is_some() { "asked for" } else { "hardware adapter" };
                 ("gpu", Some(a), reason.to_owned())
             }
         };
@@ -370,8 +367,23 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     Ok(t)
 }
 
-/// What there is to compute on: `adapters`, and the CPU.
-pub fn listed(adapters: &[Adapter]) -> Value {
+/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and what drivers did wrong.
+fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -> String {
+    let software: Vec<&str> = software.collect();
+    let mut why: Vec<String> = faults.to_vec();
+    match software[..] {
+        [] if faults.is_empty() => why.push("no Vulkan, Metal or DirectX 12 adapter".to_owned()),
+        [] => {}
+        _ => why.push(format!(
+            "no hardware adapter; --backend gpu takes the software adapter {}",
+            software.join(" or ")
+        )),
+    }
+    why.join("; ")
+}
+
+/// What there is to compute on: `adapters`, and the CPU; what drivers did wrong, in words.
+pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
     let one = |a: &Adapter| {
         json!({
             "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
@@ -379,7 +391,7 @@ pub fn listed(adapters: &[Adapter]) -> Value {
         })
     };
     let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
-    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "cpu": cpu })
+    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
 }
 
 fn names(adapters: &[Adapter]) -> String {

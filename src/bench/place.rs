@@ -1,6 +1,6 @@
 //! Where taps are solved: every backend of the machine in every precision it has.
 
-use crate::backend::Choice;
+use crate::backend::{Choice, adapters};
 use crate::error::{Error, InputError};
 use crate::kernel::{Solver, gpu};
 use crate::scene::{BackendChoice, Precision, RunOptions};
@@ -68,8 +68,9 @@ impl Place {
 pub fn places(options: &RunOptions) -> Result<Vec<Place>, Error> {
     use BackendChoice::{Auto, Cpu, Gpu, Reference};
     let wants = |b| matches!(options.backend, None | Some(Auto)) || options.backend == Some(b);
-    let adapters = if wants(Gpu) { gpu::adapters() } else { Vec::new() };
     let named = options.adapter.as_deref().unwrap_or_default().to_lowercase();
+    let needed = options.backend == Some(Gpu) || !named.is_empty();
+    let adapters = if wants(Gpu) { adapters(needed)? } else { Vec::new() };
     let mut chosen: Vec<gpu::Adapter> = Vec::new();
     for a in adapters.iter().filter(|a| a.name.to_lowercase().contains(&named)) {
         // The same device may be there under two interfaces.

@@ -64,9 +64,6 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
         ("@SHARDS@", args.shards.to_string()),
         ("@AT_A_TIME@", at_a_time),
         ("@NAME@", plain(&spec.name)),
-        ("@LOGS@", quoted(&absolute(&out)?.join("logs"))?),
-        // In a directive, `%` begins one of Slurm's own marks.
-        ("@LOG_FILES@", quoted(&absolute(&out)?.join("logs"))?.replace('%', "%%")),
         ("@FOLDER@", quoted(&here)?),
         ("@SPEC@", quoted(&absolute(&args.spec)?)?),
         ("@OUT@", quoted(&whole)?),
@@ -80,9 +77,8 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
     let names: Vec<&str> = SCRIPTS.iter().map(|(name, _)| *name).collect();
     let mut folder = Folder::open(&out, question, &names, args.common.force)?;
     for (name, template) in SCRIPTS {
-        let text = fill.iter().fold(template.to_owned(), |text, (mark, value)| text.replace(mark, value));
         let mut file = folder.file(name)?;
-        file.write(text.as_bytes())?;
+        file.write(filled(template, &fill).as_bytes())?;
         file.close()?;
     }
     let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": asked });
@@ -96,7 +92,7 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
         grouped(args.shards.into()),
         rough(each),
         listed(&files),
-        out.join("submit.sh").display(),
+        quoted(&out.join("submit.sh"))?,
     );
     let result = json!({ "submit": out.join("submit.sh").display().to_string(), "merged": whole.display().to_string() });
     Ok(Reply { text, out: Some(out), files, result, quiet: options.quiet == Some(true), ..Reply::default() }
@@ -124,15 +120,35 @@ fn flags(common: &super::args::Common, whole: &Path) -> Result<String, Error> {
     Ok(text)
 }
 
+/// `template` with each mark replaced by its value, in one pass: what stands in a value is no mark.
+fn filled(template: &str, marks: &[(&str, String)]) -> String {
+    let (mut text, mut rest) = (String::new(), template);
+    while let Some(at) = rest.find('@') {
+        text += &rest[..at];
+        rest = &rest[at..];
+        let (mark, value) = marks
+            .iter()
+            .find(|(mark, _)| rest.starts_with(mark))
+            .map_or(("@", "@"), |(mark, value)| (*mark, value.as_str()));
+        text += value;
+        rest = &rest[mark.len()..];
+    }
+    text + rest
+}
+
 /// A path as one word of a shell.
 fn quoted(path: &Path) -> Result<String, Error> {
     let unusable = || {
         let error = InputError::new("a job script cannot name this path");
-        error.value(path.display()).allowed("paths of UTF-8 without line breaks and backslashes")
+        error.value(path.display()).allowed("paths of UTF-8")
     };
-    let text = path.to_str().filter(|text| !text.contains(['\n', '\\'])).ok_or_else(unusable)?;
+    let text = path.to_str().ok_or_else(unusable)?;
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:,@%".contains(c);
-    Ok(if text.chars().all(plain) { text.to_owned() } else { format!("'{}'", text.replace('\'', r"'\''")) })
+    Ok(if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    })
 }
 
 /// A name without what a scheduler's directive does not bear.

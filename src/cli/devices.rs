@@ -3,18 +3,18 @@
 use std::fmt::Write;
 
 use serde_json::{Value, json};
-use vibrissa::backend::{Choice, listed};
+use vibrissa::backend::{self, Choice, listed};
 use vibrissa::error::Error;
-use vibrissa::kernel::{cpu::Cpu, gpu};
-use vibrissa::scene::{RunOptions, Setup};
+use vibrissa::kernel::cpu::Cpu;
+use vibrissa::scene::{BackendChoice, RunOptions, Setup};
 
 use super::args::Common;
 use super::reply::Reply;
 
-/// Lists what there is and what `auto` takes.
+/// Lists what there is, what drivers did wrong, and what `auto` takes, or another `--backend`.
 pub fn run(common: &Common) -> Result<Reply, Error> {
-    let adapters = gpu::adapters();
-    let options = RunOptions { backend: None, ..common.over(&RunOptions::default()) };
+    let (adapters, faults) = backend::look();
+    let options = common.over(&RunOptions::default());
     let choice = Choice::for_taps(&options, &Setup::default())?;
     let mut text = String::new();
     for a in &adapters {
@@ -29,7 +29,10 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
         );
         let _ = writeln!(text, "    features      {}", a.features.join(", "));
     }
-    if adapters.is_empty() {
+    for why in &faults {
+        let _ = writeln!(text, "{why}");
+    }
+    if adapters.is_empty() && faults.is_empty() {
         let _ = writeln!(
             text,
             "no Vulkan, Metal or DirectX 12 adapter (Debian: apt install mesa-vulkan-drivers)"
@@ -38,8 +41,14 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
     let _ =
         writeln!(text, "CPU kernels  ({} threads, {})", rayon::current_num_threads(), Cpu::instructions());
     let b = &choice.backend;
-    let name = b.adapter.as_deref().unwrap_or("CPU kernels");
-    let _ = writeln!(text, "--backend auto takes: {name} ({})", b.reason);
+    let name = b.adapter.as_deref().unwrap_or(match b.name {
+        "reference" => "the reference",
+        _ => "CPU kernels",
+    });
+    let asked = options.backend.unwrap_or(BackendChoice::Auto);
+    let word =
+        BackendChoice::WORDS.iter().find(|(_, choice, _)| *choice == asked).map_or("auto", |(word, ..)| word);
+    let _ = writeln!(text, "--backend {word} takes: {name} ({})", b.reason);
 
     let device = b.device.get();
     if device.self_checked_kernels > 0 {
@@ -54,7 +63,7 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
         counts: json!({ "adapters": adapters.len() }),
         seconds: Value::Null,
         backend: json!(b),
-        result: listed(&adapters),
+        result: listed(&adapters, &faults),
         ..Reply::default()
     })
 }

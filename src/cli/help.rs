@@ -1,7 +1,6 @@
 //! `vibrissa help`, `vibrissa completions`, `vibrissa man`: what there is to know of the program.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::{Args as Flags, CommandFactory, Parser};
 use vibrissa::error::{Error, InputError, nearest};
@@ -38,7 +37,7 @@ pub struct Man {
 }
 
 /// Help of the program or of a command, or a part of the reference.
-pub fn run(help: &Help) -> ExitCode {
+pub fn run(help: &Help) -> u8 {
     let told = match help.topic.as_deref() {
         None => return of_clap(&["--help"]),
         Some(command) if commands().iter().any(|c| c == command) => return of_clap(&[command, "--help"]),
@@ -51,9 +50,9 @@ pub fn run(help: &Help) -> ExitCode {
 }
 
 /// What clap says to these arguments.
-fn of_clap(arguments: &[&str]) -> ExitCode {
+fn of_clap(arguments: &[&str]) -> u8 {
     let typed = std::iter::once(&"vibrissa").chain(arguments);
-    Args::try_parse_from(typed).map_or_else(|e| reply::usage(&e), |_| ExitCode::SUCCESS)
+    Args::try_parse_from(typed).map_or_else(|e| reply::usage(&e), |_| 0)
 }
 
 fn tell(topic: &str, part: Option<&str>) -> Result<String, InputError> {

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use vibrissa::kernel::gpu::left_behind;
 use vibrissa::sink::unfinished;
 
 use super::{reply, say};
@@ -54,10 +55,14 @@ pub fn leave_behind() {
     BEHIND.store(true, Ordering::Relaxed);
 }
 
-/// Ends the process if a thread was left behind: with exit code 1, and without the good order in which drivers are closed.
-pub fn end_without_those_behind() {
-    if BEHIND.load(Ordering::Relaxed) {
-        signal_hook::low_level::exit(1);
+/// Ends the process at once if a thread was left behind: a run that was stopped with exit code 1, one whose driver has not returned with
+/// `code`. Drivers are not closed then.
+pub fn end_without_those_behind(code: u8) {
+    use std::io::Write;
+    let code = if BEHIND.load(Ordering::Relaxed) { 1 } else { code };
+    if BEHIND.load(Ordering::Relaxed) || left_behind() {
+        let _ = std::io::stdout().flush();
+        signal_hook::low_level::exit(code.into());
     }
 }
 

@@ -36,11 +36,14 @@ mod tap;
 mod verify;
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::Parser;
 
 use args::{Args, Command};
+use vibrissa::{backend, kernel::gpu};
+
+/// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
+pub const ASK_DRIVERS: &str = "--ask-drivers";
 
 /// Mesa's device-selection layer complains on stderr where there is no desktop session; it is not needed there.
 pub fn quiet_driver() {
@@ -62,15 +65,24 @@ fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
-/// Runs the command line.
-pub fn run() -> ExitCode {
+/// Runs the command line; the exit code.
+pub fn run() -> u8 {
     interrupt::listen();
+    backend::ask_by(|| {
+        let mut own = std::process::Command::new(std::env::current_exe().ok()?);
+        own.arg(ASK_DRIVERS);
+        Some(own)
+    });
     reply::in_json(std::env::args_os().any(|a| a == "--json"));
     let args = match Args::try_parse() {
         Ok(args) => args,
         Err(e) => return reply::usage(&e),
     };
     reply::to(args.command.name());
+    let quiet = args.command.common().is_some_and(|c| c.quiet);
+    if !quiet {
+        gpu::tell(|words| say::warning(words));
+    }
     let result = match &args.command {
         Command::Sweep(sweep) => sweep::run(sweep),
         Command::Calibrate(calibrate) => calibrate::run(calibrate),
@@ -93,9 +105,9 @@ pub fn run() -> ExitCode {
         Command::Man(asked) => help::man(asked),
     };
     let code = match result {
-        Ok(reply) => reply.print(args.command.common().is_some_and(|c| c.quiet)),
+        Ok(reply) => reply.print(quiet),
         Err(e) => reply::failure(&e),
     };
-    interrupt::end_without_those_behind();
+    interrupt::end_without_those_behind(code);
     code
 }

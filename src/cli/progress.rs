@@ -18,7 +18,7 @@ pub enum Shown {
     /// A terminal.
     Bar(ProgressBar),
     /// A log.
-    Lines { start: Instant, last: Instant },
+    Lines { start: Instant, last: Instant, before: u64 },
     /// Nothing.
     Silent,
 }
@@ -30,7 +30,7 @@ impl Shown {
             return Self::Silent;
         }
         if !std::io::stderr().is_terminal() {
-            return Self::Lines { start: Instant::now(), last: Instant::now() };
+            return Self::Lines { start: Instant::now(), last: Instant::now(), before: 0 };
         }
         let template = "{bar:32} {percent:>3} %  {human_pos} of {human_len} taps  {per_sec}  {eta} left";
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
@@ -52,18 +52,23 @@ impl Progress for Shown {
     fn at(&mut self, done: u64, total: u64) {
         match self {
             Self::Bar(bar) => bar.set_position(done.min(total)),
-            Self::Lines { start, last } if last.elapsed() >= EVERY => {
+            Self::Lines { start, last, before } if last.elapsed() >= EVERY => {
                 *last = Instant::now();
-                let rate = done as f64 / start.elapsed().as_secs_f64();
-                let left = total.saturating_sub(done) as f64 / rate;
-                let (done, total) = (grouped(done), grouped(total));
-                say::line(format_args!(
-                    "{done} of {total} taps, {} taps/s, {} s left",
-                    rough(rate),
-                    rough(left)
-                ));
+                say::line(line((done, total), done.saturating_sub(*before), start.elapsed()));
             }
             _ => {}
+        }
+    }
+
+    fn begin(&mut self, done: u64) {
+        match self {
+            Self::Bar(bar) => {
+                bar.set_position(done);
+                // Of its rate, from which it tells the time left.
+                bar.reset_eta();
+            }
+            Self::Lines { start, before, .. } => (*start, *before) = (Instant::now(), done),
+            Self::Silent => {}
         }
     }
 
@@ -74,6 +79,17 @@ impl Progress for Shown {
             Self::Silent => {}
         }
     }
+}
+
+/// A plain line: taps done of all, `own` of which took `time`, their rate and the time that the others will take.
+fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
+    let rate = own as f64 / time.as_secs_f64();
+    let left = total.saturating_sub(done) as f64 / rate;
+    let times = match own {
+        0 => String::new(),
+        _ => format!(", {} taps/s, {} s left", rough(rate), rough(left)),
+    };
+    format!("{} of {} taps{times}", grouped(done), grouped(total))
 }
 
 /// Shows the steps of work whose steps differ: which one, and of how many. Clones show the same.
@@ -123,5 +139,24 @@ impl Steps {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 900 000 taps were done before, 1 000 of 100 000 since, in a second.
+    #[test]
+    fn the_time_left_after_a_resume_is_told_by_the_taps_of_this_run() {
+        let mut shown = Shown::Lines { start: Instant::now(), last: Instant::now(), before: 0 };
+        shown.begin(900_000);
+        let Shown::Lines { before, .. } = shown else { panic!("not lines") };
+        let told = line((901_000, 1_000_000), 901_000 - before, Duration::from_secs(1));
+        assert_eq!(
+            told,
+            format!("901 000 of 1 000 000 taps, {} taps/s, {} s left", rough(1000.0), rough(99.0))
+        );
+        assert_eq!(line((900_000, 1_000_000), 0, Duration::from_secs(1)), "900 000 of 1 000 000 taps");
     }
 }

@@ -1,7 +1,6 @@
 //! How a result or an error reaches the user: text, or one JSON object.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -74,8 +73,8 @@ impl Reply {
         self
     }
 
-    /// Prints it, and then what is wrong, if anything is.
-    pub fn print(self, quiet: bool) -> ExitCode {
+    /// Prints it, and then what is wrong, if anything is; the exit code.
+    pub fn print(self, quiet: bool) -> u8 {
         let path = |p: &Path| p.display().to_string();
         let mut told = Ok(());
         let none = InputError::default();
@@ -110,9 +109,9 @@ impl Reply {
             (None, None) => {}
         }
         match (told.is_err() || self.broken.is_some(), self.refused.is_some()) {
-            (true, _) => ExitCode::FAILURE,
-            (_, true) => ExitCode::from(2),
-            _ => ExitCode::SUCCESS,
+            (true, _) => 1,
+            (_, true) => 2,
+            _ => 0,
         }
     }
 }
@@ -134,8 +133,8 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
     }
 }
 
-/// Prints an error: JSON on stdout or, with the offending lines, on stderr.
-pub fn failure(error: &Error) -> ExitCode {
+/// Prints an error: JSON on stdout or, with the offending lines, on stderr; the exit code.
+pub fn failure(error: &Error) -> u8 {
     if json() {
         let empty = InputError::default();
         let (e, message) = match error {
@@ -146,7 +145,7 @@ pub fn failure(error: &Error) -> ExitCode {
     } else {
         say::line(render(error));
     }
-    ExitCode::from(error.exit_code())
+    error.exit_code()
 }
 
 /// The last words of a run that a signal ended.
@@ -191,10 +190,10 @@ fn render(error: &Error) -> String {
 }
 
 /// A command line that cannot be understood, or a request for help.
-pub fn usage(e: &clap::Error) -> ExitCode {
+pub fn usage(e: &clap::Error) -> u8 {
     if !e.use_stderr() {
         let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
-        return taken(flushed).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+        return taken(flushed).map_or(1, |()| 0);
     }
     if json() {
         let text = e.to_string();
@@ -210,5 +209,5 @@ pub fn usage(e: &clap::Error) -> ExitCode {
     } else {
         let _ = e.print();
     }
-    ExitCode::from(2)
+    2
 }

@@ -137,8 +137,11 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     let again = format!("the whole part: sweep --shard {shard} makes it, or goes on with it");
     let path = folder.join("run.json");
     let Ok(file) = open_regular(&path, std::fs::OpenOptions::new().read(true)) else {
-        let unfinished = folder.join(WORK).is_dir();
-        let why = if unfinished { "this part is unfinished" } else { "this part has no run.json" };
+        let why = match path.symlink_metadata() {
+            Ok(m) if !m.is_file() => "the run.json of this part is a link, a folder or a pipe",
+            _ if folder.join(WORK).is_dir() => "this part is unfinished",
+            _ => "this part has no run.json",
+        };
         return Err(refuse(folder, format!("{why} ({shard})"), &again));
     };
     let run: Value = serde_json::from_reader(std::io::BufReader::new(file)).unwrap_or_default();
@@ -165,6 +168,9 @@ pub(super) fn unedited(folder: &Path, listed: &Listed) -> Result<(), Error> {
         Ok(found) if found == listed.blake3 => return Ok(()),
         Ok(_) => "is not what was written",
         Err(e) if e.kind() == ErrorKind::NotFound => "is missing",
+        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
+            "is a link, a folder or a pipe, not the file that was written"
+        }
         Err(e) => return Err(Error::io(&path, e)),
     };
     Err(refuse(

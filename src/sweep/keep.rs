@@ -96,6 +96,7 @@ impl Run<'_> {
     /// What the route of a stopped run packed, once.
     pub fn resumed<T: Packed>(&mut self) -> Result<Option<T>, Error> {
         let Some(state) = self.state.take() else { return Ok(None) };
+        self.progress.begin(self.counts.taps);
         let mut state = Unpacker(&state);
         let value = state.take().filter(|_| state.0.is_empty());
         let damaged = || match &self.keeper {

@@ -70,6 +70,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let (study, tuples) = (run.study, own.as_slice());
     let (designs, of_row, groups) = group(run, tuples);
     let mut outcomes: Vec<Outcome> = run.resumed()?.unwrap_or_default();
+    run.progress.begin(outcomes.len() as u64);
     let together = run.plan.together() as usize;
     while outcomes.len() < tuples.len() {
         let from = outcomes.len();

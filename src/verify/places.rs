@@ -1,10 +1,10 @@
 //! Backends to verify: all that the machine has, or those that the options name.
 
-use crate::backend::{Backend, Choice, cramped};
+use crate::backend::{Backend, Choice, adapters, cramped};
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::Solver;
-use crate::kernel::gpu::{self, Adapter};
+use crate::kernel::gpu::Adapter;
 use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 
 /// Largest strain error of a kernel over its tolerance: what is promised, and for f64, whose tolerance comes near the error of
@@ -91,7 +91,8 @@ pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, E
     }
     if asked != BackendChoice::Cpu {
         let cramped = asked == BackendChoice::Auto && !named && cramped().is_some();
-        let present = if cramped { Vec::new() } else { gpu::adapters() };
+        let needed = asked == BackendChoice::Gpu || named;
+        let present = if cramped { Vec::new() } else { adapters(needed)? };
         let adapters = wanted(&present, options)?;
         for adapter in &adapters {
             for precision in precisions(options) {

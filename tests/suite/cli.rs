@@ -186,7 +186,20 @@ fn gpu_sweeps_where_there_is_an_adapter() {
     assert!(object["backend"]["adapter"].is_string() && object["backend"]["driver"].is_string());
     let devices = desk.run(&["devices", "--json"]).exits(0).json();
     assert_eq!(devices["result"]["adapters"][0]["name"], object["backend"]["adapter"]);
-    assert_eq!(devices["backend"]["name"], "gpu");
+    // `auto` takes hardware alone, and names the software adapter that it leaves.
+    let (adapter, auto) = (&devices["result"]["adapters"][0], &devices["backend"]);
+    let reason = auto["reason"].as_str().unwrap();
+    let left = reason.contains(adapter["name"].as_str().unwrap()) && reason.contains("--backend gpu");
+    match adapter["software"].as_bool().unwrap() {
+        true => assert!(auto["name"] == "cpu" && left, "{auto}"),
+        false => assert_eq!(auto["name"], "gpu"),
+    }
+    let asked = desk.run(&["devices", "--backend", "gpu", "--json"]).exits(0).json();
+    assert_eq!((&asked["backend"]["name"], &asked["backend"]["adapter"]), (&"gpu".into(), &adapter["name"]));
+    // Who names an adapter asks for it.
+    let name = adapter["name"].as_str().unwrap();
+    let named = desk.run(&["sweep", "spec.toml", "--adapter", name, "--force", "--json"]).exits(0).json();
+    assert_eq!(named["backend"]["name"], "gpu");
     let ran = desk.run(&["sweep", "spec.toml", "--adapter", "no such card"]).exits(2);
     assert!(ran.stderr.contains("no such card"), "{}", ran.stderr);
 }

@@ -196,6 +196,29 @@ fn a_ranking_that_fails_its_check_is_left_to_the_cpu() {
     }
 }
 
+/// A kernel that does not compile in time: the CPU has its work from there on, and the device is not asked again.
+#[test]
+fn a_kernel_that_does_not_compile_in_time_is_left_to_the_cpu() {
+    for (text, when) in [(LISTED, 0..u64::MAX), (RANKED, 0..u64::MAX), (RANKED, 1..u64::MAX)] {
+        let (tables, run) = swept(text, &liar(Kind::Slow, when));
+        assert!(tables == honest(text)[1], "not the CPU's bytes");
+        assert!(count(&run, "handed_over_taps") > 0 && count(&run, "reopened") == 0, "{run}");
+        assert_eq!(device(&run)["words"].as_array().map(Vec::len), Some(1), "{run}");
+        let words = device(&run)["words"][0].as_str().unwrap();
+        assert!(
+            words.contains("compiling a kernel did not end within")
+                && words.contains("the CPU ranks and solves"),
+            "{words}"
+        );
+        assert_eq!(run["handed_over"][0]["from"], 1, "{run}");
+    }
+    // Where the first kernel is checked before the run, the run takes place too.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("list.csv"), list()).unwrap();
+    let setup = spec::parse("spec.toml", LISTED, folder.path()).unwrap().study.setup;
+    liar(Kind::Slow, 0..u64::MAX).check(&setup).unwrap();
+}
+
 /// Known answers are wrong or missing: refused, with figures; `auto` says why it takes the CPU.
 #[test]
 fn a_liar_is_refused_at_the_start() {

@@ -316,6 +316,17 @@ fn what_does_not_belong_together_is_refused() {
     refused("of another text of the spec, though its values are the same");
     desk.write("spec.toml", SPEC);
     again();
+    #[cfg(unix)]
+    for (name, why) in
+        [("designs.csv", "designs.csv is a link"), ("run.json", "the run.json of this part is a link")]
+    {
+        let path = desk.path(&format!("out/shard-2-of-2/{name}"));
+        std::fs::rename(&path, desk.path("moved")).unwrap();
+        std::os::unix::fs::symlink(desk.path("moved"), &path).unwrap();
+        refused(why);
+        std::fs::remove_file(&path).unwrap();
+        std::fs::rename(desk.path("moved"), &path).unwrap();
+    }
     desk.write("out/shard-2-of-2/run.json", "{ \"command\": \"sweep\" ");
     refused("its run.json is not that of part 2/2");
     std::fs::remove_dir_all(desk.path("out/shard-2-of-2")).unwrap();
@@ -371,24 +382,4 @@ fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
     desk.write("spec.toml", text + "[output]\ntop = 2\nby = \"K_sd\"\n");
     let refused = desk.sweep(&[&asked[..], &["--out", "ranked", "--shard", "1/3"]].concat()).exits(2);
     assert!(refused.stderr.contains("which no part knows"), "{}", refused.stderr);
-}
-
-/// Paths as users have them come through a scheduler's directives and through a shell.
-#[test]
-fn job_scripts_name_odd_paths_as_they_are() {
-    let desk = Desk::new(SPEC);
-    let odd = "50 % of $HOME's";
-    desk.run(&["cluster", "slurm", "spec.toml", "--shards", "3", "--out", odd]).exits(0);
-    let read = |name: &str| desk.read(&format!("{odd}/{name}"));
-    let (part, merge, submit) = (read("part.sbatch"), read("merge.sbatch"), read("submit.sh"));
-    let line = |text: &str, start: &str| {
-        text.lines().find(|line| line.starts_with(start)).map(str::to_owned).unwrap_or_default()
-    };
-    // `%%` is Slurm's `%`; `%a` the number of the task.
-    let log = line(&part, "#SBATCH --output");
-    assert!(log.ends_with(r"/50 %% of $HOME'\''s/logs'/part-%a.log"), "{log}");
-    let log = line(&merge, "#SBATCH --output");
-    assert!(log.ends_with(r"/50 %% of $HOME'\''s/logs'/merge.log"), "{log}");
-    assert!(line(&submit, "mkdir").ends_with(r"/50 % of $HOME'\''s/logs'"), "{submit}");
-    assert!(!(part.replace("TERM@120", "") + &merge + &submit).contains('@'), "a mark is not filled in");
 }

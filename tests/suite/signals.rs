@@ -3,11 +3,11 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::{Child, Command};
+use std::process::Command;
 use std::time::Duration;
 
 use crate::common::program::{Desk, SPEC};
-use crate::common::world::{calibrated, ends, program, send, until, until_it_hears, words};
+use crate::common::world::{Running, calibrated, ends, program, send, until, until_it_hears, words};
 use libc::{SIGHUP, SIGINT, SIGTERM};
 use serde_json::Value;
 
@@ -17,8 +17,8 @@ fn pipe(desk: &Desk, name: &str) {
 }
 
 /// Starts the program and waits until it listens.
-fn start(mut command: Command) -> Child {
-    let child = command.spawn().unwrap();
+fn start(mut command: Command) -> Running {
+    let child = Running::new(&mut command);
     until_it_hears(&child, SIGTERM);
     child
 }
@@ -30,7 +30,7 @@ fn begun(desk: &Desk) -> bool {
 }
 
 /// As `nohup` and the background of a script start a program.
-fn ignoring(mut command: Command, signal: i32) -> Child {
+fn ignoring(mut command: Command, signal: i32) -> Running {
     // SAFETY: `signal` may be called between fork and exec.
     unsafe {
         command.pre_exec(move || {
@@ -38,11 +38,11 @@ fn ignoring(mut command: Command, signal: i32) -> Child {
             Ok(())
         })
     };
-    command.spawn().unwrap()
+    Running::new(&mut command)
 }
 
 /// Sends `text` to a stream and takes the next line of its answers; the first is the header.
-fn answer(child: &mut Child, text: &str) -> String {
+fn answer(child: &mut Running, text: &str) -> String {
     child.stdin.as_mut().unwrap().write_all(text.as_bytes()).unwrap();
     let mut line = String::new();
     // One byte at a time, so that nothing of a later answer is lost.
@@ -84,7 +84,7 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
     ];
     let before = desk.names(".");
     for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, true)] {
-        let all: Vec<Child> = lines
+        let all: Vec<Running> = lines
             .iter()
             .map(|line| start(program(&desk, &[*line, if json { &["--json"] } else { &[] }].concat())))
             .collect();
@@ -316,9 +316,8 @@ fn a_stream_that_is_stopped_keeps_its_answers() {
     let desk = calibrated();
     pipe(&desk, "pipe");
     for (signal, from) in [(SIGTERM, "-"), (SIGINT, "pipe")] {
-        let mut child = program(&desk, &["locate", "cal/calibration.toml", from, "--out", "loc", "--force"])
-            .spawn()
-            .unwrap();
+        let arguments = ["locate", "cal/calibration.toml", from, "--out", "loc", "--force"];
+        let mut child = Running::new(&mut program(&desk, &arguments));
         let mut feed: Box<dyn Write> = match from {
             "-" => Box::new(child.stdin.take().unwrap()),
             name => Box::new(std::fs::File::options().write(true).open(desk.path(name)).unwrap()),

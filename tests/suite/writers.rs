@@ -2,10 +2,11 @@
 #![cfg(unix)]
 
 use std::os::unix::fs::symlink;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::program::{Desk, SPEC};
+use crate::common::world::{Running, program};
 
 /// A sweep that takes minutes.
 fn endless() -> String {
@@ -13,15 +14,10 @@ fn endless() -> String {
     format!("{huge}[output]\ntuples = false\n")
 }
 
-fn start(desk: &Desk, arguments: &[&str]) -> Child {
-    Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
-        .current_dir(desk.path("."))
-        .args(arguments)
-        .args(["--backend", "cpu", "--quiet"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap()
+fn start(desk: &Desk, arguments: &[&str]) -> Running {
+    let mut command = program(desk, arguments);
+    command.args(["--backend", "cpu", "--quiet"]).stdout(Stdio::null()).stderr(Stdio::null());
+    Running::new(&mut command)
 }
 
 #[track_caller]
@@ -129,14 +125,9 @@ fn what_a_killed_benchmark_left_is_removed() {
     for kept in ["out", "tmp"] {
         std::fs::create_dir(desk.path(kept)).unwrap();
     }
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
-        .current_dir(desk.path("."))
-        .env("TMPDIR", desk.path("tmp"))
-        .args(["bench", "--quick", "--backend", "cpu", "--quiet", "--out", "out"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut command = program(&desk, &["bench", "--quick", "--backend", "cpu", "--quiet", "--out", "out"]);
+    command.env("TMPDIR", desk.path("tmp")).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = Running::new(&mut command);
     // The result, its lock, and what the sweeps are written to.
     until(|| hidden(&desk, "out").len() >= 3);
     child.kill().unwrap();

@@ -28,7 +28,7 @@ pub struct Common {
     /// unfinished search, or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
     #[arg(long)]
     pub force: bool,
-    /// Where to compute [default: auto: a hardware adapter, else a software one, else the CPU kernels]
+    /// Where to compute [default: auto: a hardware adapter, else the CPU kernels; gpu also takes a software adapter]
     #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
     pub backend: Option<BackendChoice>,
     /// Take the adapter whose name contains this

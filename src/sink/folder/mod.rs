@@ -281,10 +281,16 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
+        if let Err(e) = self.closed.check(self.partial.path(), true) {
+            return Err(self.broken(&e));
+        }
         self.partial.keep();
         unfinished::placing();
-        match durable.and_then(|()| if self.inside { self.replace() } else { self.place() }) {
-            Ok(()) => Ok(Written { files, removed, _lock: self.lock }),
+        let placed = durable.and_then(|()| if self.inside { self.replace() } else { self.place() });
+        match placed {
+            Ok(()) => {
+                self.closed.check(&self.target, false).map(|()| Written { files, removed, _lock: self.lock })
+            }
             Err(e) => Err(self.set_aside(&e)),
         }
     }
@@ -307,6 +313,19 @@ impl Folder {
         placed().map_err(|e| Error::io(&self.target, e))
     }
 
+    /// Keeps the files that are left of a result of which one was touched, under another name; they are no result.
+    fn broken(self, why: &Error) -> Error {
+        let folder = self.partial.path();
+        for name in [RUN, work::STATE] {
+            let _ = fs::remove_file(folder.join(name));
+        }
+        // One that is empty goes.
+        match fs::remove_dir(folder).is_ok() || !folder.exists() {
+            true => Error::Run(why.to_string()),
+            false => self.set_aside(why),
+        }
+    }
+
     /// Keeps a whole result that found something in its way, under another name.
     fn set_aside(self, why: &Error) -> Error {
         let from = self.partial.path();
@@ -321,7 +340,7 @@ impl Folder {
         };
         let kept = self.lock.place().join(format!("{name}-unplaced-{random}"));
         match fs::rename(from, &kept) {
-            Ok(()) => Error::Run(format!("{why}; the new result is kept in {}", kept.display())),
+            Ok(()) => Error::Run(format!("{why}; what was written is kept in {}", kept.display())),
             Err(_) => Error::Run(why.to_string()),
         }
     }

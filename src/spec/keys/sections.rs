@@ -150,7 +150,7 @@ pub const RUN: Section = section(
             .note("docs/folders.md says what that removes"),
         key("backend", "", "where to compute", "\"cpu\"")
             .absent("\"auto\"")
-            .note("\"auto\": a hardware adapter, else a software one, else the CPU kernels"),
+            .note("\"auto\": a hardware adapter, else the CPU kernels; a software adapter with \"gpu\""),
         key("adapter", "", "part of the adapter's name", "\"llvmpipe\"")
             .absent("any")
             .note("`vibrissa devices` lists them"),

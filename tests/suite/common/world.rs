@@ -1,6 +1,7 @@
 //! The program as a shell starts it: redirections, pipes, signals.
 
 use std::ffi::OsStr;
+use std::ops::{Deref, DerefMut};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -15,7 +16,64 @@ pub fn program(desk: &Desk, arguments: &[impl AsRef<OsStr>]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"));
     command.current_dir(desk.path(".")).args(arguments);
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    hearing(&mut command);
     command
+}
+
+/// What is started hears signals, whatever the tests were started to ignore: a job in the background ignores SIGINT, one of `nohup` SIGHUP.
+#[cfg(unix)]
+pub fn hearing(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    // SAFETY: `signal` may be called between fork and exec.
+    unsafe {
+        command.pre_exec(|| {
+            for signal in [libc::SIGINT, libc::SIGQUIT, libc::SIGTERM, libc::SIGHUP] {
+                libc::signal(signal, libc::SIG_DFL);
+            }
+            Ok(())
+        })
+    };
+}
+
+#[cfg(not(unix))]
+pub fn hearing(_: &mut Command) {}
+
+/// A started program, which ends with the test that started it.
+pub struct Running(Option<Child>);
+
+impl Running {
+    /// Starts `command`.
+    pub fn new(command: &mut Command) -> Self {
+        Self(Some(command.spawn().expect("it starts")))
+    }
+
+    /// What it leaves, once it has ended.
+    pub fn wait_with_output(mut self) -> std::io::Result<Output> {
+        self.0.take().expect("there until it is waited for").wait_with_output()
+    }
+}
+
+impl Deref for Running {
+    type Target = Child;
+
+    fn deref(&self) -> &Child {
+        self.0.as_ref().expect("there until it is waited for")
+    }
+}
+
+impl DerefMut for Running {
+    fn deref_mut(&mut self) -> &mut Child {
+        self.0.as_mut().expect("there until it is waited for")
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
 }
 
 /// Runs a line of shell on `desk`, in which `vibrissa` is the program.
@@ -24,6 +82,7 @@ pub fn shell(desk: &Desk, line: &str) -> Output {
     let script = format!("vibrissa() {{ \"$PROGRAM\" \"$@\"; }}\n{line}");
     let mut command = Command::new("sh");
     command.current_dir(desk.path(".")).env("PROGRAM", program).args(["-c", &script]);
+    hearing(&mut command);
     command.stdin(Stdio::null()).output().expect("a shell")
 }
 
@@ -66,11 +125,10 @@ pub fn until(condition: impl Fn() -> bool, otherwise: &str) {
 
 /// What `child` leaves; fails if it does not end promptly.
 #[track_caller]
-pub fn ends(mut child: Child) -> Output {
+pub fn ends(mut child: Running) -> Output {
     let begun = Instant::now();
     while child.try_wait().expect("a child").is_none() {
         if begun.elapsed() > PROMPT {
-            let _ = child.kill();
             panic!("it goes on after {PROMPT:?}");
         }
         std::thread::sleep(Duration::from_millis(10));

@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::ranking::Ranker;
 use super::{
     adapter::Adapter,
+    clock::within,
     fault::Fault,
     lie::Kind,
     seal::Seal,
@@ -24,7 +25,8 @@ use vibrissa_core::scene::Precision;
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
 
-/// Bound on the time of a dispatch: thousands of times what it takes, and more than a slow machine needs to compile a kernel.
+/// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and ten times what lavapipe needs to
+/// compile its slowest kernel on two busy cores (docs/twins.md).
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A device with its compiled pipelines and buffers.
@@ -143,27 +145,18 @@ impl Gpu {
     }
 
     /// A compute pipeline from the WGSL text `wgsl`, whose entry point is `main`.
-    pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, SolveError> {
+    ///
+    /// # Errors
+    /// A text that the driver refuses; one that it does not compile in time ([`Fault::Slow`]), after which the device is not to be used.
+    pub(super) fn compile(&self, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, Fault> {
         validate(name, wgsl)?;
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let source =
-            wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
-        // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
-        let module = unsafe {
-            self.device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked())
-        };
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: None,
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        if let Some(e) = pollster::block_on(scope.pop()) {
-            return Err(SolveError::Device(format!("shader {name} on {}: {e}", self.adapter.name)));
-        }
-        Ok(pipeline)
+        let stalls = self.adapter.lie.as_ref().is_some_and(|lie| lie.stalls());
+        let patience = if stalls { Duration::ZERO } else { PATIENCE };
+        let what = format!("compiling kernel {name} on {}", self.adapter.name);
+        let (device, label, text) = (self.device.clone(), name.to_owned(), wgsl.to_owned());
+        let compiled = within(patience, &what, move || pipeline(&device, &label, &text));
+        let refused = |e| SolveError::Device(format!("shader {name} on {}: {e}", self.adapter.name)).into();
+        compiled.filter(|_| !stalls).ok_or(Fault::Slow(patience))?.map_err(refused)
     }
 
     /// Buffers for `count` taps, made anew where the last are too small.
@@ -263,6 +256,26 @@ impl Gpu {
         buffers.readback.unmap();
         Ok(unwritten)
     }
+}
+
+/// A pipeline of the validated text `wgsl`, in words why there is none.
+fn pipeline(device: &wgpu::Device, name: &str, wgsl: &str) -> Result<wgpu::ComputePipeline, String> {
+    // Scopes belong to a thread: it begins and ends on this one.
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let source =
+        wgpu::ShaderModuleDescriptor { label: Some(name), source: wgpu::ShaderSource::Wgsl(wgsl.into()) };
+    // SAFETY: the text is ours and validated; its loops are bounded by constants and its indices by array lengths.
+    let module =
+        unsafe { device.create_shader_module_trusted(source, wgpu::ShaderRuntimeChecks::unchecked()) };
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    pollster::block_on(scope.pop()).map_or(Ok(pipeline), |e| Err(e.to_string()))
 }
 
 const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;

@@ -1,6 +1,6 @@
 //! What a device can do wrong, and the record of it.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use serde::{Serialize, Serializer};
@@ -18,6 +18,9 @@ pub enum Fault {
     /// A dispatch did not end within its time.
     #[error("a dispatch did not end within {} s", .0.as_secs_f64())]
     Late(Duration),
+    /// A kernel did not compile within this time; its driver is still at it.
+    #[error("compiling a kernel did not end within {} s", .0.as_secs_f64())]
+    Slow(Duration),
     /// Its memory does not hold a batch.
     #[error("the device is out of memory")]
     Memory,
@@ -39,6 +42,19 @@ impl From<Fault> for SolveError {
             other => Self::device(other),
         }
     }
+}
+
+/// Called at once with what goes wrong; nothing until a program sets it.
+static EAR: OnceLock<fn(&str)> = OnceLock::new();
+
+/// From now on `ear` is called with words on what a device does wrong, and on what is waited for, when it happens; the first call counts.
+pub fn tell(ear: fn(&str)) {
+    let _ = EAR.set(ear);
+}
+
+/// Hands `words` to whoever asked for them by [`tell`].
+pub fn hear(words: &str) {
+    EAR.get().into_iter().for_each(|ear| ear(words));
 }
 
 /// What was checked of a device, and what it did wrong, so far.
@@ -95,6 +111,7 @@ impl Log {
     pub fn say(&self, words: String) {
         let mut told = self.told();
         if told.words.len() < MOST_WORDS {
+            hear(&words);
             told.words.push(words);
         }
     }

@@ -21,6 +21,8 @@ pub enum Kind {
     Lose,
     /// Does not end in time.
     Hang,
+    /// Does not compile in time; `when` then counts kernels, not dispatches.
+    Slow,
     /// Has no memory for more than so many taps.
     Room(usize),
 }
@@ -31,13 +33,20 @@ pub struct Lie {
     kind: Kind,
     when: Range<u64>,
     dispatches: AtomicU64,
+    kernels: AtomicU64,
     before: Mutex<Vec<u8>>,
 }
 
 impl Lie {
     /// Of this kind at the dispatches `when`, counted from 0 over all devices opened on the adapter.
     pub fn new(kind: Kind, when: Range<u64>) -> Self {
-        Self { kind, when, dispatches: AtomicU64::new(0), before: Mutex::default() }
+        Self {
+            kind,
+            when,
+            dispatches: AtomicU64::new(0),
+            kernels: AtomicU64::new(0),
+            before: Mutex::default(),
+        }
     }
 
     /// Dispatches so far.
@@ -48,7 +57,12 @@ impl Lie {
     /// The next dispatch; what is done wrong at it.
     pub(super) fn next(&self) -> Option<Kind> {
         let at = self.dispatches.fetch_add(1, Ordering::Relaxed);
-        self.when.contains(&at).then_some(self.kind)
+        (self.when.contains(&at) && self.kind != Kind::Slow).then_some(self.kind)
+    }
+
+    /// Whether the next kernel does not compile in time.
+    pub(super) fn stalls(&self) -> bool {
+        self.kind == Kind::Slow && self.when.contains(&self.kernels.fetch_add(1, Ordering::Relaxed))
     }
 
     /// What comes back in place of `bytes`; a workgroup has `group` of them, `word` each number.

@@ -2,6 +2,7 @@
 
 mod adapter;
 mod check;
+mod clock;
 mod dispatch;
 mod fault;
 #[doc(hidden)]
@@ -14,7 +15,8 @@ mod watched;
 
 pub use adapter::{Adapter, adapters, forked, pick};
 pub use check::Passed;
+pub use clock::left_behind;
 pub use dispatch::Gpu;
-pub use fault::{Fault, Log, Told};
+pub use fault::{Fault, Log, Told, hear, tell};
 pub use peak::Peaks;
 pub use watched::{Verdicts, Watched};

@@ -8,6 +8,7 @@ use super::adapter::Adapter;
 use super::check::{Passed, check};
 use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log};
+use super::ranking::Ranker;
 use crate::cpu::Cpu;
 use crate::smooth::{Ranking, Scope};
 use crate::{Job, Solution, Solver, Tap};
@@ -82,7 +83,19 @@ impl Watched {
     /// # Errors
     /// Wrong answers, with figures; a device that fails.
     pub fn admit(&mut self, job: &Job<'_>) -> Result<(), Fault> {
-        self.admitted(job).map(drop)
+        let admitted = self.admitted(job).map(drop);
+        if let Err(fault @ Fault::Slow(_)) = &admitted {
+            self.give_up(fault);
+        }
+        admitted
+    }
+
+    /// Leaves the device, whose driver is still at work, and hands over to the CPU whatever comes.
+    fn give_up(&mut self, fault: &Fault) {
+        self.log.say(format!("{}: {fault}: the CPU ranks and solves from here on", self.adapter.name));
+        self.strikes = STRIKES;
+        // To close it would wait for its driver.
+        std::mem::forget(self.gpu.take());
     }
 
     /// The kernel of `job`, which is right on this device.
@@ -176,6 +189,7 @@ impl Watched {
                     ));
                     return Ok(Done::Again);
                 }
+                Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
                 Err(fault) => {
                     let next = if last { "handed over to the CPU" } else { "tried once more" };
                     self.log.say(format!("{name}: {fault}: a batch of {} taps was {next}", taps.len()));
@@ -213,11 +227,13 @@ impl Solver for Watched {
     }
 
     fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        let Some(gpu) = &mut self.gpu else { return Ok(None) };
-        gpu.ranking(scope, layout).or_else(|e| {
-            self.log.say(format!("{}: {e}: the CPU ranks", self.adapter.name));
-            Ok(None)
-        })
+        let Some(gpu) = &self.gpu else { return Ok(None) };
+        match Ranker::new(gpu, scope, layout) {
+            Ok(ranker) => return Ok(ranker.map(|ranker| Box::new(ranker) as Box<dyn Ranking>)),
+            Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
+            Err(fault) => self.log.say(format!("{}: {fault}: the CPU ranks", self.adapter.name)),
+        }
+        Ok(None)
     }
 
     fn failed(&mut self, why: &SolveError) {

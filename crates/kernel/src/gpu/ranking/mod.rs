@@ -94,13 +94,13 @@ impl Ranker {
     ///
     /// # Errors
     /// A device that fails, or ranks otherwise than the CPU.
-    pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, SolveError> {
+    pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, Fault> {
         let Some(mut ranker) = Self::unchecked(gpu, scope, layout)? else { return Ok(None) };
         check::check(&mut ranker, scope, layout)?;
         Ok(Some(ranker))
     }
 
-    fn unchecked(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, SolveError> {
+    fn unchecked(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, Fault> {
         let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
         let (device, queue) = gpu.handles();
         let pipeline = gpu.compile("smooth", &shader.wgsl)?;
