@@ -41,6 +41,11 @@ impl<'a> Curve<'a> {
         Self { scorer: self.scorer.stopping(stop), ..self }
     }
 
+    /// Bound on the error of its strains.
+    pub fn tolerance(&self) -> f64 {
+        self.scorer.tolerance()
+    }
+
     /// At these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..self.whisker }).collect();
