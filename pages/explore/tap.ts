@@ -65,6 +65,12 @@ export class Rig {
     return this.lastBasis;
   }
 
+  /** Whether the contact of a tap sticks: what holds it is less than what slides. */
+  sticks(tap: Tap): boolean {
+    const { ratios } = this.chart;
+    return ratios.length > 1 && Math.abs(tap.ratio) < ratios[ratios.length - 1]!;
+  }
+
   /** The function of a side: that of the contact side where both are mirror images. */
   side(side: "contact" | "far"): FunctionName {
     return this.chart.has(side) ? side : "contact";

@@ -64,7 +64,7 @@ const MOST: usize = 2600;
 /// Times that a box is cut where it holds a point without values.
 const CUTS: usize = 16;
 
-/// Times that a box is cut where the functions are too rough.
+/// Times that a box is cut where the functions are too rough, where nothing else is said.
 const ROUGH: usize = 1;
 
 /// What is left of the taper, next to whose end the rod depends on it most steeply, where they are.
@@ -80,14 +80,14 @@ pub fn build<const F: usize>(
     bounds: &[Bound; F],
     ask: &mut Ask<'_, F>,
 ) -> Result<Option<Built<F>>, SolveError> {
-    build_of(axes, bounds, MOST, ask)
+    build_of(axes, bounds, (MOST, ROUGH), ask)
 }
 
-/// As [`build`], of `most` points at most.
+/// As [`build`], of `most` points at most, cut so many times where the functions are too rough for them.
 pub fn build_of<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
-    most: usize,
+    (most, times): (usize, usize),
     ask: &mut Ask<'_, F>,
 ) -> Result<Option<Built<F>>, SolveError> {
     let mut axes = axes;
@@ -95,7 +95,7 @@ pub fn build_of<const F: usize>(
     for _ in 0..CUTS {
         match over(axes, bounds, most, ask)? {
             Over::Built(built) => return Ok(Some(built)),
-            Over::Rough if rough < ROUGH && !axes[TAPER].is_point() => {
+            Over::Rough if rough < times && !axes[TAPER].is_point() => {
                 axes[TAPER].range[1] = axes[TAPER].at(SMOOTHER);
                 rough += 1;
             }

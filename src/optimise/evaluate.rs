@@ -138,6 +138,14 @@ impl<'a> Scorer<'a> {
         scores
     }
 
+    /// Whether the contacts of a point stick, by their distances.
+    pub fn sticking(&mut self, point: &Tuple) -> Result<Vec<bool>, Error> {
+        let design = [Design::new(self.judge.setup, *point)];
+        let task = |&a: &f64| Task::of(0, &Tuple { a, ..*point });
+        let tasks: Vec<Task> = self.judge.distances.iter().map(task).collect();
+        Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
+    }
+
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
         Ok(self.rows(std::slice::from_ref(point))?[0])

@@ -164,8 +164,11 @@ pub fn why(
     let mut text = match by {
         LimitedBy::Bound => format!("The {end} {name} of the interval is best: {trend}."),
         LimitedBy::Strain => format!(
-            "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit} would be best.",
-            setup.gauge.strain_limit, optimum.drive, unconstrained.drive
+            "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit}{} would be best.",
+            setup.gauge.strain_limit,
+            optimum.drive,
+            unconstrained.drive,
+            if ends.contains(&unconstrained.drive) { ", where the interval ends," } else { "" }
         ),
         LimitedBy::Friction => format!(
             "At {:.4}{unit} a contact turns from sticking to sliding, and the {} has a kink there: it grows on both sides.",
