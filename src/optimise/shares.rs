@@ -43,9 +43,9 @@ pub struct Shares {
     pub total: Share,
 }
 
-/// Place in [0, 1] of level `j` on line `i`.
+/// Place in [0, 1] of level `j` on line `i`: turn by turn on either side of the middle of its cell, so that the mean of all is 1/2.
 pub fn level(i: usize, j: usize) -> f64 {
-    (j as f64 + if i < LINES / 2 { 0.25 } else { 0.75 }) / LEVELS as f64
+    (j as f64 + if (i < LINES / 2) == j.is_multiple_of(2) { 0.25 } else { 0.75 }) / LEVELS as f64
 }
 
 /// Shares of the variable along which `lines` lie, in their order; `None` where nothing varies.

@@ -89,7 +89,7 @@ fn shares_of_variance_lie_in_0_to_1_and_a_grid_has_them_within_their_intervals()
                         "{share:?}"
                     );
                     // A grid has its own error.
-                    let holds = low - 2e-3 <= wanted && wanted <= high + 2e-3 && high - low < 0.35;
+                    let holds = low - 2e-3 <= wanted && wanted <= high + 2e-3 && high - low < 0.4;
                     assert!(holds, "{column} by {variable:?}: {share:?}, a grid has {wanted}\n{spec}");
                 }
             }
@@ -113,10 +113,10 @@ fn a_search_says_of_what_its_shares_are_and_how_sure() {
         let ends: Vec<f64> =
             serde_json::from_value(one[format!("{order}_interval")]["total_rms_mm"].clone()).unwrap();
         let at = |end: &str| number(row, &format!("{name}{end}")).unwrap();
-        assert_eq!(
-            (one[order]["total_rms_mm"].as_f64().unwrap(), ends),
-            (at(""), vec![at("_low"), at("_high")])
-        );
+        // The reader of JSON may round the last digit otherwise.
+        let same = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(same(one[order]["total_rms_mm"].as_f64().unwrap(), at("")), "{one}");
+        assert!(same(ends[0], at("_low")) && same(ends[1], at("_high")), "{one}");
     }
     let fixed = table.rows.iter().find(|row| row["parameter"] == "D").unwrap();
     assert!(fixed["scale"].is_empty() && number(fixed, "total_rms_first").is_none());

@@ -217,11 +217,6 @@ fn a_kink_of_friction_is_no_balance_of_bias_and_noise() {
     let rise = |a: usize, b: usize| sd[a] + sd[b] - 2.0 * sd[2];
     assert!(rise(1, 3) > 0.0 && rise(0, 4) < 3.0 * rise(1, 3), "{sd:?}");
     // Where nothing sticks, nothing turns.
-    let (_, smooth) = tap(
-        &format!(
-            "{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n[model]\nextension = true\n"
-        ),
-        &[],
-    );
+    let (_, smooth) = tap(&format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n"), &[]);
     assert_eq!(smooth["limited_by"], "noise");
 }
