@@ -120,8 +120,10 @@ export class Contact {
       return;
     }
     const outside = [1, 2, 3].map((k) => chart.outside(k, this.middle[k - 1]!));
-    if (x2 / a > baked.last_place) {
-      outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${baked.last_place}`);
+    // Where the chart is cut next to the contact, what is drawn goes on; what a gauge reads does not.
+    const last = chart.axes[4]!.range[1];
+    if (x2 / a > last) {
+      outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${Number(last.toPrecision(3))}`);
     }
     this.outside = outside.find((why) => why !== undefined);
     if (this.outside !== undefined) {

@@ -3,7 +3,8 @@
 use serde_json::{Map, Value, json};
 
 use super::Baked;
-use super::along::{FAR, FUNCTIONS, GAUSS, PLACE};
+use super::along::{FAR, FUNCTIONS, GAUSS};
+use super::domain::LAST_PLACE;
 use crate::chart::axis::Axis;
 use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
@@ -65,7 +66,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "from": domain.reach[0], "to": domain.reach[1],
             "noise": setup.gauge.noise_strain,
         },
-        "last_place": chart.axes()[PLACE].range[1],
+        "last_place": LAST_PLACE,
         "gauss": GAUSS,
         "power": chart.power,
         "axes": axes,
