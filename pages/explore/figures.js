@@ -134,7 +134,7 @@ function budget(view, palette) {
         marks.push({ x: limit.drive, color: color("linear"), label: "strain limit" });
     }
     if (optimum) {
-        marks.push({ x: optimum.row.drive, color: color("ink"), label: "optimum" });
+        marks.push({ x: optimum.row.drive, color: color("ink"), label: optimum.limitedBy === "chart_end" ? "the chart ends here" : "optimum" });
     }
     return {
         x: driveWord(view),

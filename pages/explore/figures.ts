@@ -165,7 +165,7 @@ function budget(view: View, palette: Palette): Figure {
     marks.push({ x: limit.drive, color: color("linear"), label: "strain limit" });
   }
   if (optimum) {
-    marks.push({ x: optimum.row.drive, color: color("ink"), label: "optimum" });
+    marks.push({ x: optimum.row.drive, color: color("ink"), label: optimum.limitedBy === "chart_end" ? "the chart ends here" : "optimum" });
   }
   return {
     x: driveWord(view),

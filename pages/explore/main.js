@@ -4,7 +4,7 @@ import { drawFigures, FIGURES } from "./figures";
 import { Palette, text } from "./plot";
 import { drawScene } from "./scene";
 import { shapeOf } from "./shape";
-import { fromHash, plain, slidersOf, startOf, toHash, toSpec } from "./state";
+import { bounded, fromHash, keysOf, plain, slidersOf, startOf, toHash, toSpec } from "./state";
 import { Design, spaced } from "./statistics";
 import { Rig } from "./tap";
 /** Drives of the curves over the drive, and distances of those over a. */
@@ -37,6 +37,7 @@ function evaluate(rig, state, grid) {
 class Page {
     baked;
     rig;
+    keys;
     sliders;
     start;
     state;
@@ -46,14 +47,17 @@ class Page {
     palette = new Palette();
     waiting = false;
     settling;
+    /** What was asked for and is not allowed. */
+    refused = "";
     /** Milliseconds that each update took. */
     times = [];
     constructor(baked) {
         this.baked = baked;
         this.rig = new Rig(baked, new Chart(baked));
+        this.keys = keysOf(baked);
         this.sliders = slidersOf(baked);
         this.start = startOf(baked);
-        this.state = fromHash(location.hash, this.start);
+        this.state = fromHash(location.hash, this.start, this.keys);
         const [lo, hi] = baked.domain.drive;
         this.grid = Array.from({ length: DRIVES }, (_, i) => (i === DRIVES - 1 ? hi : lo * (hi / lo) ** (i / (DRIVES - 1))));
         this.view = evaluate(this.rig, this.state, this.grid);
@@ -79,7 +83,7 @@ class Page {
     }
     buildSliders() {
         const list = element("sliders");
-        for (const { key, label, unit, meaning, range, step } of this.sliders) {
+        for (const { key, label, unit, meaning, range, step, allowed } of this.sliders) {
             const row = document.createElement("div");
             row.className = "slider";
             row.title = meaning;
@@ -91,7 +95,7 @@ class Page {
             Object.assign(bar, { type: "range", id: `range-${key}`, min: plain(range[0] * shown), max: plain(range[1] * shown), step: plain(step * shown) });
             bar.setAttribute("aria-description", meaning);
             const number = document.createElement("input");
-            Object.assign(number, { type: "number", id: `number-${key}`, step: "any" });
+            Object.assign(number, { type: "number", id: `number-${key}`, step: "any", min: plain(allowed[0] * shown), max: plain(allowed[1] * shown) });
             number.setAttribute("aria-label", `${meaning}${unit === "" ? "" : `, ${unit}`}`);
             const changed = (input) => {
                 const value = Number(input.value) / shown;
@@ -101,6 +105,8 @@ class Page {
             };
             bar.addEventListener("input", () => changed(bar));
             number.addEventListener("input", () => changed(number));
+            // What was typed gives way to what is shown.
+            number.addEventListener("change", () => this.schedule());
             row.append(name, bar, number);
             list.append(row);
         }
@@ -109,7 +115,7 @@ class Page {
         element("reset").addEventListener("click", () => this.set(this.start));
         element("best").addEventListener("click", () => this.view.optimum && this.set({ drive: this.view.optimum.row.drive }));
         element("copy").addEventListener("click", () => void this.copy());
-        window.addEventListener("hashchange", () => this.set(fromHash(location.hash, this.start)));
+        window.addEventListener("hashchange", () => this.set(fromHash(location.hash, this.start, this.keys)));
         // Also when the page is first laid out.
         new ResizeObserver(() => this.schedule()).observe(document.body);
         matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
@@ -131,13 +137,35 @@ class Page {
         }
         element("copied").textContent = done ? "copied: save it as spec.toml, then vibrissa sweep spec.toml" : "select and copy it below";
     }
-    /** Moves sliders; the page follows with the next frame. `by` is the input that was moved, which keeps what was typed. */
+    /**
+     * Moves sliders, each no farther than is allowed; the page follows with the next frame, the numbers at once. `by` is the input that was moved,
+     * which keeps what was typed.
+     */
     set(values, by) {
-        this.state = { ...this.state, ...values };
-        if (this.state.distances < 2 || !Number.isInteger(this.state.distances)) {
-            this.state = { ...this.state, distances: Math.max(2, Math.round(this.state.distances)) };
+        const state = { ...this.state };
+        const refused = [];
+        for (const slider of this.keys) {
+            const { key, label, allowed } = slider;
+            const asked = values[key];
+            if (asked === undefined) {
+                continue;
+            }
+            state[key] = bounded(slider, asked) ?? state[key];
+            if (!(asked >= allowed[0] && asked <= allowed[1])) {
+                const shown = key === "noise" ? 1e6 : 1;
+                refused.push(`${label} = ${asked * shown} is not within ${plain(allowed[0] * shown)} and ${plain(allowed[1] * shown)}`);
+            }
         }
+        this.refused = refused.join("; ");
+        this.state = state;
         this.schedule(by);
+    }
+    /** What is shown, of the state as it is now. */
+    current() {
+        if (this.view.state !== this.state) {
+            this.view = evaluate(this.rig, this.state, this.grid);
+        }
+        return this.view;
     }
     schedule(by) {
         if (this.waiting) {
@@ -152,7 +180,7 @@ class Page {
     /** Evaluates and draws the state. */
     update(by) {
         const start = performance.now();
-        this.view = evaluate(this.rig, this.state, this.grid);
+        this.current();
         this.draw();
         this.tell();
         this.showSliders(by);
@@ -165,8 +193,7 @@ class Page {
         const known = Number.isFinite(tap.strain);
         const shape = known ? shapeOf(contact, state.drive, tap) : undefined;
         const slipped = tap.words.includes("slipped_off");
-        const ratios = this.rig.chart.ratios;
-        const sticks = ratios.length > 1 && Math.abs(tap.ratio) < ratios[ratios.length - 1];
+        const sticks = this.rig.sticks(tap);
         const note = !known
             ? `no tap at a = ${plain(state.a)} mm`
             : `a = ${text(Number(state.a.toPrecision(4)))} mm, touched at ${tap.arc.toFixed(2)} mm${slipped ? ", beyond its tip" : ""}${sticks ? ", sticking" : ""}, P = ${text(Number(tap.force.toPrecision(3)))} N`;
@@ -174,10 +201,15 @@ class Page {
         drawFigures(this.view, this.canvases, this.palette);
     }
     tell() {
-        const { row, optimum, design, tap, state, contact } = this.view;
+        const { row, rows, optimum, design, tap, state, contact } = this.view;
         const angle = this.rig.drive === "angle";
         const unit = angle ? "°" : " mm";
         const outside = design.outside(state.drive);
+        // Where the chart ends is no optimum; where it ends beyond one, nothing is known of what follows.
+        const found = optimum !== undefined && optimum.limitedBy !== "chart_end";
+        const unknown = found ? rows.find((r) => r.drive > optimum.row.drive && r.words.has("outside_chart")) : undefined;
+        const end = unknown ? `; the chart ends before ${unknown.drive.toFixed(2)}${unit}` : "";
+        element("best").disabled = !found;
         const digits = (x, n = 4) => (Number.isFinite(x) ? text(Number(x.toPrecision(n))) : "–");
         const fields = {
             strain: `${digits(100 * tap.strain, 5)} %`,
@@ -189,9 +221,9 @@ class Page {
             noise: `${digits(row.noise_rms)} mm`,
             total: `${digits(row.total_rms)} mm`,
             strain_max: `${digits(100 * row.strain_max)} %`,
-            optimum: optimum ? `${optimum.row.drive.toFixed(2)}${unit}` : "none",
-            optimum_total: optimum ? `${digits(optimum.row.total_rms)} mm` : "–",
-            limited: optimum ? LIMITS[optimum.limitedBy] : outside.length > 0 ? "outside the chart" : NO_OPTIMUM,
+            optimum: !optimum ? "none" : `${found ? "" : "none up to "}${optimum.row.drive.toFixed(2)}${unit}`,
+            optimum_total: found ? `${digits(optimum.row.total_rms)} mm` : "–",
+            limited: optimum ? LIMITS[optimum.limitedBy] + end : outside.length > 0 ? "outside the chart" : NO_OPTIMUM,
         };
         for (const [id, value] of Object.entries(fields)) {
             element(`is-${id}`).textContent = value;
@@ -205,7 +237,10 @@ class Page {
             all.length > 0
                 ? `Outside the chart, no value: ${all.slice(0, 2).join("; ")}${all.length > 2 ? `; ${all.length - 2} more` : ""}`
                 : words.map((w) => WORDS[w]).join("; ");
-        status.dataset["kind"] = all.length > 0 ? "outside" : words.length > 0 ? "words" : "ok";
+        if (this.refused !== "") {
+            status.textContent = `${this.refused}. ${status.textContent}`;
+        }
+        status.dataset["kind"] = this.refused !== "" || all.length > 0 ? "outside" : words.length > 0 ? "words" : "ok";
     }
     showSliders(by) {
         for (const { key } of this.sliders) {
@@ -234,7 +269,7 @@ class Page {
     }
     /** What the page shows, as numbers: for tests and for other programs. */
     numbers() {
-        const { row, optimum, design, contact, tap, state } = this.view;
+        const { row, optimum, design, contact, tap, state } = this.current();
         const shape = Number.isFinite(tap.strain) ? shapeOf(contact, state.drive, tap) : undefined;
         const { taps, estimates, words, ...values } = row;
         return {
@@ -254,6 +289,8 @@ const LIMITS = {
     strain_limit: "at the strain limit of the gauge",
     bound: "at a bound of the slider",
     complete_rows: "at the last complete row",
+    friction: "where a contact turns from sticking to sliding",
+    chart_end: "the chart ends here, and the total still falls: the best drive may lie beyond",
 };
 const NO_OPTIMUM = "no drive keeps the strain limit with an estimate at every distance";
 const WORDS = {

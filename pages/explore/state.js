@@ -7,18 +7,22 @@ function stepOf([lo, hi]) {
     const power = 10 ** Math.floor(Math.log10(least));
     return [1, 2, 5, 10].map((m) => m * power).find((s) => s >= least * (1 - 1e-9)) ?? least;
 }
-export function slidersOf(baked) {
+/** What may be typed where nothing else is said, as multiples of the ends of the range. */
+const BEYOND = [0.1, 10];
+/** Every key of a state with its range; those of one value have no slider. */
+export function keysOf(baked) {
     const { domain } = baked;
     const angle = baked.drive === "angle";
-    const slider = (key, label, unit, range, meaning, step) => ({
+    const slider = (key, label, unit, range, meaning, allowed, step) => ({
         key,
         label,
         unit,
         meaning,
         range,
         step: step ?? stepOf(range),
+        allowed: allowed ?? [BEYOND[0] * range[0], BEYOND[1] * range[1]],
     });
-    const all = [
+    return [
         slider("D", "D", "mm", domain.D, "diameter at the base"),
         slider("d", "d", "mm", domain.d, "diameter at the tip"),
         slider("L_a", "L_a", "mm", domain.L_a, "length from clamp to tip"),
@@ -26,15 +30,23 @@ export function slidersOf(baked) {
         slider("l", "l", "mm", domain.l, "length of the gauge"),
         slider("hub", "hub", "mm", domain.hub, "distance of the motor's axis behind the clamp"),
         angle
-            ? slider("drive", "θ", "°", domain.drive, "tap angle")
+            ? slider("drive", "θ", "°", domain.drive, "tap angle", [BEYOND[0] * domain.drive[0], 90])
             : slider("drive", "δ", "mm", domain.drive, "displacement of the object"),
-        slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", 1e-6),
+        slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", [0, 0.01], 1e-6),
         slider("from", "a from", "mm", domain.a, "nearest distance that is told"),
         slider("to", "a to", "mm", domain.a, "farthest distance that is told"),
-        slider("distances", "number", "", [2, 40], "distances, evenly spaced", 1),
+        slider("distances", "number", "", [2, 40], "distances, evenly spaced", [2, 200], 1),
         slider("a", "a", "mm", domain.a, "distance at which the whisker is drawn"),
     ];
-    return all.filter(({ key, range }) => range[1] > range[0] || key === "distances");
+}
+/** The keys that a slider moves. */
+export function slidersOf(baked) {
+    return keysOf(baked).filter(({ range }) => range[1] > range[0]);
+}
+/** `value` of a key within what is allowed; nothing where it is no number. */
+export function bounded({ key, allowed: [lo, hi] }, value) {
+    const near = Math.min(Math.max(key === "distances" ? Math.round(value) : value, lo), hi);
+    return Number.isFinite(value) ? near : undefined;
 }
 export function startOf(baked) {
     const { D, d, L_a, x_ss, l, hub, drive, from, to, noise } = baked.start;
@@ -52,15 +64,13 @@ export function toHash(state, start) {
     return changed.map((key) => `${key}=${plain(state[key])}`).join("&");
 }
 /** The state of an address; what it does not say, or says wrongly, is that of the start. Numbers out of range are kept: the chart says so. */
-export function fromHash(hash, start) {
+export function fromHash(hash, start, keys) {
     const said = new URLSearchParams(hash.replace(/^#/, ""));
     const state = { ...start };
-    for (const key of Object.keys(start)) {
-        const words = said.get(key)?.trim() ?? "";
+    for (const slider of keys) {
+        const words = said.get(slider.key)?.trim() ?? "";
         const value = words === "" ? NaN : Number(words);
-        if (Number.isFinite(value) && value >= 0) {
-            state[key] = key === "distances" ? Math.min(Math.max(Math.round(value), 2), 200) : value;
-        }
+        state[slider.key] = (value >= 0 ? bounded(slider, value) : undefined) ?? start[slider.key];
     }
     return state;
 }

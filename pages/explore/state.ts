@@ -14,6 +14,8 @@ export interface Slider {
   readonly meaning: string;
   readonly range: Range;
   readonly step: number;
+  /** What may be typed: beyond the slider's range, where the chart says what it does not hold, but nothing that is no whisker or takes minutes. */
+  readonly allowed: Range;
 }
 
 /** Noise where the spec says none: a good foil gauge; without noise the smallest drive is best. */
@@ -26,18 +28,23 @@ function stepOf([lo, hi]: Range): number {
   return [1, 2, 5, 10].map((m) => m * power).find((s) => s >= least * (1 - 1e-9)) ?? least;
 }
 
-export function slidersOf(baked: Baked): Slider[] {
+/** What may be typed where nothing else is said, as multiples of the ends of the range. */
+const BEYOND: Range = [0.1, 10];
+
+/** Every key of a state with its range; those of one value have no slider. */
+export function keysOf(baked: Baked): Slider[] {
   const { domain } = baked;
   const angle = baked.drive === "angle";
-  const slider = (key: Key, label: string, unit: string, range: Range, meaning: string, step?: number): Slider => ({
+  const slider = (key: Key, label: string, unit: string, range: Range, meaning: string, allowed?: Range, step?: number): Slider => ({
     key,
     label,
     unit,
     meaning,
     range,
     step: step ?? stepOf(range),
+    allowed: allowed ?? [BEYOND[0] * range[0], BEYOND[1] * range[1]],
   });
-  const all = [
+  return [
     slider("D", "D", "mm", domain.D, "diameter at the base"),
     slider("d", "d", "mm", domain.d, "diameter at the tip"),
     slider("L_a", "L_a", "mm", domain.L_a, "length from clamp to tip"),
@@ -45,15 +52,25 @@ export function slidersOf(baked: Baked): Slider[] {
     slider("l", "l", "mm", domain.l, "length of the gauge"),
     slider("hub", "hub", "mm", domain.hub, "distance of the motor's axis behind the clamp"),
     angle
-      ? slider("drive", "θ", "°", domain.drive, "tap angle")
+      ? slider("drive", "θ", "°", domain.drive, "tap angle", [BEYOND[0] * domain.drive[0], 90])
       : slider("drive", "δ", "mm", domain.drive, "displacement of the object"),
-    slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", 1e-6),
+    slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", [0, 0.01], 1e-6),
     slider("from", "a from", "mm", domain.a, "nearest distance that is told"),
     slider("to", "a to", "mm", domain.a, "farthest distance that is told"),
-    slider("distances", "number", "", [2, 40], "distances, evenly spaced", 1),
+    slider("distances", "number", "", [2, 40], "distances, evenly spaced", [2, 200], 1),
     slider("a", "a", "mm", domain.a, "distance at which the whisker is drawn"),
   ];
-  return all.filter(({ key, range }) => range[1] > range[0] || key === "distances");
+}
+
+/** The keys that a slider moves. */
+export function slidersOf(baked: Baked): Slider[] {
+  return keysOf(baked).filter(({ range }) => range[1] > range[0]);
+}
+
+/** `value` of a key within what is allowed; nothing where it is no number. */
+export function bounded({ key, allowed: [lo, hi] }: Slider, value: number): number | undefined {
+  const near = Math.min(Math.max(key === "distances" ? Math.round(value) : value, lo), hi);
+  return Number.isFinite(value) ? near : undefined;
 }
 
 export function startOf(baked: Baked): State {
@@ -75,15 +92,13 @@ export function toHash(state: State, start: State): string {
 }
 
 /** The state of an address; what it does not say, or says wrongly, is that of the start. Numbers out of range are kept: the chart says so. */
-export function fromHash(hash: string, start: State): State {
+export function fromHash(hash: string, start: State, keys: readonly Slider[]): State {
   const said = new URLSearchParams(hash.replace(/^#/, ""));
   const state = { ...start };
-  for (const key of Object.keys(start) as Key[]) {
-    const words = said.get(key)?.trim() ?? "";
+  for (const slider of keys) {
+    const words = said.get(slider.key)?.trim() ?? "";
     const value = words === "" ? NaN : Number(words);
-    if (Number.isFinite(value) && value >= 0) {
-      state[key] = key === "distances" ? Math.min(Math.max(Math.round(value), 2), 200) : value;
-    }
+    state[slider.key] = (value >= 0 ? bounded(slider, value) : undefined) ?? start[slider.key];
   }
   return state;
 }

@@ -1,5 +1,7 @@
 // Rows of a design over the drive (docs/model.md §4): K and its spread over the distances, errors of the distance estimate, the best drive.
 import { Contact, Curves } from "./tap";
+/** Step by which a kink is looked for, of the drive. */
+const KINK = 3e-3;
 /** `n` evenly spaced distances, both ends included. */
 export function spaced(from, to, n) {
     return n < 2 ? [from] : Array.from({ length: n }, (_, i) => (i === n - 1 ? to : from + ((to - from) * i) / (n - 1)));
@@ -137,16 +139,28 @@ export class Design {
         const bound = [rows[0], rows[last]].find((end) => close(end.drive) && allowed(end));
         const row = bound ?? best;
         const stopped = [0.9999, 1.0001].map((f) => row.drive * f).filter((x) => x > lo && x < hi).map((x) => this.compute(x));
-        const limitedBy = stopped.some((s) => s.words.has("strain_limit"))
-            ? "strain_limit"
-            : bound
-                ? "bound"
-                : stopped.some((s) => !s.complete)
-                    ? "complete_rows"
-                    : row.noise_rms > row.error_rms
-                        ? "noise"
-                        : "bias";
+        // What lies beyond the chart is not known to be worse.
+        const limitedBy = stopped.some((s) => s.words.has("outside_chart"))
+            ? "chart_end"
+            : stopped.some((s) => s.words.has("strain_limit"))
+                ? "strain_limit"
+                : bound
+                    ? "bound"
+                    : stopped.some((s) => !s.complete)
+                        ? "complete_rows"
+                        : this.kinked(row)
+                            ? "friction"
+                            : row.noise_rms > row.error_rms
+                                ? "noise"
+                                : "bias";
         return { row, limitedBy };
+    }
+    /** Whether the total has a kink at its minimum, where a contact turns from sticking to sliding: the slope jumps by the same whatever the step. */
+    kinked({ drive, total_rms }) {
+        const total = (share) => this.compute(drive * (1 + share)).total_rms;
+        const rise = (step) => total(step) + total(-step) - 2 * total_rms;
+        const sticks = (share) => this.compute(drive * (1 + share)).taps.map((t) => this.rig.sticks(t)).join();
+        return rise(KINK) < 1.5 * 2 * rise(0.5 * KINK) && sticks(-KINK) !== sticks(KINK);
     }
     /** The farthest allowed row from `from` towards `to`. */
     inner(from, to, allowed) {

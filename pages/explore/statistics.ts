@@ -32,10 +32,13 @@ export interface Row {
   readonly estimates: readonly (Estimate | undefined)[];
 }
 
+/** Step by which a kink is looked for, of the drive. */
+const KINK = 3e-3;
+
 /** What the best drive is, and what limits it. */
 export interface Optimum {
   readonly row: Row;
-  readonly limitedBy: "bias" | "noise" | "strain_limit" | "bound" | "complete_rows";
+  readonly limitedBy: "bias" | "noise" | "strain_limit" | "bound" | "complete_rows" | "friction" | "chart_end";
 }
 
 /** `n` evenly spaced distances, both ends included. */
@@ -186,16 +189,29 @@ export class Design {
     const bound = [rows[0]!, rows[last]!].find((end) => close(end.drive) && allowed(end));
     const row = bound ?? best;
     const stopped = [0.9999, 1.0001].map((f) => row.drive * f).filter((x) => x > lo && x < hi).map((x) => this.compute(x));
-    const limitedBy = stopped.some((s) => s.words.has("strain_limit"))
+    // What lies beyond the chart is not known to be worse.
+    const limitedBy = stopped.some((s) => s.words.has("outside_chart"))
+      ? "chart_end"
+      : stopped.some((s) => s.words.has("strain_limit"))
       ? "strain_limit"
       : bound
         ? "bound"
         : stopped.some((s) => !s.complete)
           ? "complete_rows"
-          : row.noise_rms > row.error_rms
-            ? "noise"
-            : "bias";
+          : this.kinked(row)
+            ? "friction"
+            : row.noise_rms > row.error_rms
+              ? "noise"
+              : "bias";
     return { row, limitedBy };
+  }
+
+  /** Whether the total has a kink at its minimum, where a contact turns from sticking to sliding: the slope jumps by the same whatever the step. */
+  private kinked({ drive, total_rms }: Row): boolean {
+    const total = (share: number) => this.compute(drive * (1 + share)).total_rms;
+    const rise = (step: number) => total(step) + total(-step) - 2 * total_rms;
+    const sticks = (share: number) => this.compute(drive * (1 + share)).taps.map((t) => this.rig.sticks(t)).join();
+    return rise(KINK) < 1.5 * 2 * rise(0.5 * KINK) && sticks(-KINK) !== sticks(KINK);
   }
 
   /** The farthest allowed row from `from` towards `to`. */

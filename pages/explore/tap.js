@@ -38,6 +38,11 @@ export class Rig {
         }
         return this.lastBasis;
     }
+    /** Whether the contact of a tap sticks: what holds it is less than what slides. */
+    sticks(tap) {
+        const { ratios } = this.chart;
+        return ratios.length > 1 && Math.abs(tap.ratio) < ratios[ratios.length - 1];
+    }
     /** The function of a side: that of the contact side where both are mirror images. */
     side(side) {
         return this.chart.has(side) ? side : "contact";
@@ -86,8 +91,10 @@ export class Contact {
             return;
         }
         const outside = [1, 2, 3].map((k) => chart.outside(k, this.middle[k - 1]));
-        if (x2 / a > baked.last_place) {
-            outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${baked.last_place}`);
+        // Where the chart is cut next to the contact, what is drawn goes on; what a gauge reads does not.
+        const last = chart.axes[4].range[1];
+        if (x2 / a > last) {
+            outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${Number(last.toPrecision(3))}`);
         }
         this.outside = outside.find((why) => why !== undefined);
         if (this.outside !== undefined) {

@@ -110,6 +110,33 @@ async function handles(url) {
   assert.deepEqual((await numbers(again)).state, before.state, "reset goes back");
   assert.ok(!again.url().includes("#"), again.url());
 
+  // What is set is told at once.
+  const told = await again.evaluate(() => {
+    window.explorer.set({ drive: 3.25, distances: 7 });
+    const { state, row, taps } = window.explorer.numbers();
+    return [state.drive, row.drive, state.distances, taps.length];
+  });
+  assert.deepEqual(told, [3.25, 3.25, 7, 7], "set() and numbers() agree");
+
+  // Typed numbers are bounded, and the page says so.
+  const { domain } = await again.evaluate(() => JSON.parse(document.getElementById("chart").textContent));
+  for (const [key, typed, kept] of [["distances", "5000", 200], ["distances", "-3", 2], ["noise", "-50", 0], ["noise", "1e9", 0.01], ["D", "1e300", 10 * domain.D[1]], ["drive", "0", 0.1 * domain.drive[0]]]) {
+    await again.$eval(`#number-${key}`, (input, typed) => {
+      input.value = typed;
+      input.dispatchEvent(new Event("input"));
+    }, typed);
+    await settled(again);
+    assert.equal((await numbers(again)).state[key], kept, `${key} = ${typed} is bounded`);
+    assert.match(await again.$eval("#status", (s) => s.textContent), / is not within /, `${key} = ${typed} is named`);
+    await again.$eval(`#number-${key}`, (input) => input.dispatchEvent(new Event("change")));
+    await settled(again);
+    assert.equal(Number(await again.$eval(`#number-${key}`, (i) => i.value)), Number((kept * (key === "noise" ? 1e6 : 1)).toPrecision(6)), "what is shown is what counts");
+    await again.click("#reset");
+    await settled(again);
+  }
+  await again.evaluate(() => window.explorer.set({ noise: NaN, D: Infinity, nothing: 3 }));
+  assert.deepEqual((await numbers(again)).state, before.state, "what is no number moves nothing");
+
   // Outside of the chart it says so, and gives no number.
   await again.evaluate(() => window.explorer.set({ from: 12 }));
   await settled(again);
@@ -253,6 +280,38 @@ function optimum(found, domain, worst, name) {
   }
 }
 
+/** Where the chart ends before the best drive the page calls its end no optimum. */
+async function ends() {
+  const spec = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-3\nstrain_limit = 0.5\n[tap]\na = { from = 21, to = 48, step = 9 }\ntheta = [1, 30]\n[model]\nextension = true\ncontact = { coulomb = 0.3 }\n";
+  writeFileSync(join(desk, "ends.toml"), spec);
+  vibrissa("explore", "ends.toml", "--quiet", "--out", "ends.html");
+  const page = await open(pathToFileURL(join(desk, "ends.html")).href);
+  const { optimum, state } = await numbers(page);
+  const { domain, axes } = await page.evaluate(() => JSON.parse(document.getElementById("chart").textContent));
+  const end = (axes[0].range[1] * 180) / Math.PI;
+  assert.ok(end < 0.9 * domain.drive[1], `the chart goes to ${end}° of ${domain.drive[1]}°`);
+  assert.equal(optimum.limited_by, "chart_end");
+  assert.ok(Math.abs(optimum.drive - end) < 1e-3, `${optimum.drive} ${end}`);
+  assert.match(await page.$eval("#is-limited", (e) => e.textContent), /the chart ends here/);
+  assert.match(await page.$eval("#is-optimum", (e) => e.textContent), /^none up to /);
+  assert.equal(await page.$eval("#best", (b) => b.disabled), true, "there is no optimum to go to");
+  await shot(page, "ends");
+  // A larger drive is the better one.
+  const beyond = (await page.evaluate(() => window.explorer.spec())).replace(/^theta = .*$/m, `theta = [${optimum.drive}, ${1.1 * optimum.drive}]`);
+  writeFileSync(join(desk, "beyond.toml"), beyond);
+  vibrissa("sweep", "beyond.toml", "--backend", "cpu", "--precision", "f64", "--quiet", "--out", "beyond");
+  const [at, past] = table(join(desk, "beyond", "designs.csv")).map((row) => Number(row.total_rms_mm));
+  assert.ok(Math.abs(at - optimum.total_rms) < 1e-3 * at && past < at, `${at} ${past} at noise ${state.noise}`);
+  // With little noise the optimum is inside, and the end of the chart is named beside it.
+  const inside = await page.evaluate(() => {
+    window.explorer.set({ noise: 2e-5 });
+    window.explorer.update();
+    return [window.explorer.numbers().optimum.limited_by, document.getElementById("is-limited").textContent];
+  });
+  assert.ok(inside[0] !== "chart_end" && /the chart ends before/.test(inside[1]), inside.join(": "));
+  await page.close();
+}
+
 try {
   if (out) {
     mkdirSync(out, { recursive: true });
@@ -263,7 +322,7 @@ try {
     const file = join(desk, `${name}.html`);
     const known = join(root, "sweeps", `${name === "friction" ? "practical" : name}.toml`);
     const text = readFileSync(known, "utf8");
-    // With friction the chart does not reach the strongest tapers.
+    // With friction the shape of the strongest tapers is drawn from fewer strains next to the contact.
     const sticky = text.replace('"frictionless"', "{ coulomb = 0.3 }").replace("d = [4.0,", "d = [6.0,");
     writeFileSync(join(desk, `${name}.toml`), name === "friction" ? sticky : text);
     vibrissa("explore", `${name}.toml`, "--quiet", "--out", file);
@@ -280,6 +339,7 @@ try {
     measured[name] = { ...(await compare(name, url, share * positions, name === "friction" ? 0 : optima)), ...(await frames(url)), bytes: statSync(file).size };
     console.log(`${name}: ${JSON.stringify(measured[name])}`);
   }
+  await ends();
   if (out) {
     writeFileSync(join(out, "measured.json"), `${JSON.stringify(measured, null, 1)}\n`);
   }

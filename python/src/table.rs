@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyIterator, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
+use vibrissa::scene::RankBy;
 use vibrissa::sink::columns::Columns;
 
 use crate::column::{Given, OF_TIME, array, of_cells};
@@ -74,8 +75,11 @@ impl Table {
         Self::new(&names, Columns(columns))
     }
 
+    /// A column; the bias also by its other name.
     fn at(&self, name: &str) -> PyResult<&ArrayRef> {
-        self.batch.column_by_name(name).ok_or_else(|| {
+        let same = if name == RankBy::BIAS { RankBy::ErrorRms.name() } else { name };
+        let found = self.batch.column_by_name(name).or_else(|| self.batch.column_by_name(same));
+        found.ok_or_else(|| {
             let names: Vec<&str> =
                 self.batch.schema_ref().fields().iter().map(|f| f.name().as_str()).collect();
             PyKeyError::new_err(format!("no column {name:?}; there are {}", names.join(", ")))

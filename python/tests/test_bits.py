@@ -323,3 +323,13 @@ def test_tilted_taps(cli, tmp_path):
     with pytest.raises(vibrissa.InputError) as caught:
         vibrissa.strain(10, 4, 50, 5, 2, 21, 10, tilt=[0, 30], extension=True, contact={"coulomb": 0.3})
     assert caught.value.key == "tilt"
+
+
+def test_the_bias_is_read_by_both_of_its_names():
+    whisker, gauge = dict(D=9, d=4, L_a=50), dict(x_ss=5, l=2, noise_strain=15e-6)
+    best = vibrissa.tap(whisker=whisker, gauge=gauge, tap=dict(a=[21, 30, 39], theta=[3, 4]))
+    assert best.optimum["bias_rms_mm"] == best.optimum["error_rms_mm"]
+    assert (best.curve["bias_rms_mm"] == best.curve["error_rms_mm"]).all()
+    swept = vibrissa.sweep(whisker=whisker, gauge=gauge, tap=dict(a=[21, 30, 39], theta=[3, 4]), output=dict(by="bias_rms_mm", top=1))
+    assert (swept.designs["bias_rms_mm"] == swept.designs["error_rms_mm"]).all()
+    assert "bias_rms_mm" not in swept.designs.columns

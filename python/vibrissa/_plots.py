@@ -179,7 +179,7 @@ def best_tap(result: BestTap, ax: Axes | None) -> Axes:
     ax, curve = _axes(ax), result.curve
     column, label = _drive(curve)
     if np.isfinite(curve["total_rms_mm"]).any():
-        _errors(curve[column], [curve[c] for c in ("bias_rms_mm", "noise_rms_mm", "total_rms_mm")], ax)
+        _errors(curve[column], [curve[c] for c in ("error_rms_mm", "noise_rms_mm", "total_rms_mm")], ax)
         y = result.optimum["total_rms_mm"]
     else:
         name, of_k = _unit(curve, "K_sd")

@@ -108,7 +108,7 @@ class BestTap(_Result):
     Attributes:
         curve: a row is a drive (K_mean, K_sd, bias, noise and total of the distance, largest strain).
         optimum, unconstrained: the best drive within the strain limit, and whatever the strain.
-        limited_by: ``bias``, ``noise``, ``strain_limit``, ``bound`` or ``complete_rows``; ``why`` says it in a sentence.
+        limited_by: ``bias``, ``noise``, ``strain_limit``, ``bound``, ``complete_rows`` or ``friction``; ``why`` says it in a sentence.
         at_bound: whether the optimum is an end of the interval.
         other: what the other estimator would give.
     """
@@ -139,7 +139,8 @@ class Search(_Result):
         value: the objective there; ``why`` says what limits it, ``ended_by`` why the search ended.
         front: the trade-off front, a row is a design; None unless the objective is ``pareto``.
         history: the best after each step.
-        sensitivity: elasticities and Sobol' indices of each parameter.
+        sensitivity: elasticities of each parameter, and its shares of the variance of ln K_sd and of ln total_rms_mm (Sobol' indices) with
+            their 95 % confidence intervals (``…_low``, ``…_high``).
         best_spec: the best design as the text of a spec that :func:`vibrissa.sweep` runs.
     """
 

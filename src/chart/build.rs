@@ -64,10 +64,10 @@ const MOST: usize = 2600;
 /// Times that a box is cut where it holds a point without values.
 const CUTS: usize = 16;
 
-/// Times that a box is cut where the functions are too rough.
-const ROUGH: usize = 1;
+/// Axes that are cut one after the other where the functions are too rough, where nothing else is said.
+const ROUGH: [usize; 1] = [TAPER];
 
-/// What is left of the taper, next to whose end the rod depends on it most steeply, where they are.
+/// Where in [−1, 1] such an axis ends then: next to the apex, and next to the contact, the rod depends on its place most steeply.
 const SMOOTHER: f64 = 0.6;
 
 /// Least share of an axis that cuts leave.
@@ -80,14 +80,14 @@ pub fn build<const F: usize>(
     bounds: &[Bound; F],
     ask: &mut Ask<'_, F>,
 ) -> Result<Option<Built<F>>, SolveError> {
-    build_of(axes, bounds, MOST, ask)
+    build_of(axes, bounds, (MOST, &ROUGH), ask)
 }
 
-/// As [`build`], of `most` points at most.
+/// As [`build`], of `most` points at most, the axes `cuts` cut one after the other where the functions are too rough for them.
 pub fn build_of<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
-    most: usize,
+    (most, cuts): (usize, &[usize]),
     ask: &mut Ask<'_, F>,
 ) -> Result<Option<Built<F>>, SolveError> {
     let mut axes = axes;
@@ -95,11 +95,13 @@ pub fn build_of<const F: usize>(
     for _ in 0..CUTS {
         match over(axes, bounds, most, ask)? {
             Over::Built(built) => return Ok(Some(built)),
-            Over::Rough if rough < ROUGH && !axes[TAPER].is_point() => {
-                axes[TAPER].range[1] = axes[TAPER].at(SMOOTHER);
-                rough += 1;
-            }
-            Over::Rough => return Ok(None),
+            Over::Rough => match cuts.get(rough).filter(|k| !axes[**k].is_point()) {
+                Some(&k) => {
+                    axes[k].range[1] = axes[k].at(SMOOTHER);
+                    rough += 1;
+                }
+                None => return Ok(None),
+            },
             Over::Without(points) => match cut(&axes, &points) {
                 Some(smaller) => axes = smaller,
                 None => return Ok(None),

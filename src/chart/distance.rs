@@ -98,16 +98,18 @@ impl DistanceChart {
         (ranges, gauge_at): ([[f64; 2]; AXES], f64),
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), (power(setup), tolerance, &NEVER))
+        let job = (power(setup), tolerance, &NEVER);
+        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), job, &mut Sweeps::default())
     }
 
-    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set; `None` also where the contact of one that is not upright, or is told by
+    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty; `None` also where the contact of one that is not upright, or is told by
     /// two gauges, has friction.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
         (ranges, gauge_at): ([[f64; 2]; AXES], f64),
         (power, tolerance, stop): (i32, f64, &AtomicBool),
+        sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
         let maps = [
             if power == 2 { Map::Square } else { Map::Linear },
@@ -117,16 +119,15 @@ impl DistanceChart {
             Map::Root,
         ];
         let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
-        let mut sweeps = Sweeps::default();
         let job = (power, tolerance, stop);
         if setup.gauge.second || !direction.is_upright() {
             if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
                 return Ok(None);
             }
-            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, &mut sweeps)? else {
+            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, sweeps)? else {
                 return Ok(None);
             };
-            let mut chart = Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps);
+            let mut chart = Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps);
             chart.direction = direction;
             if setup.gauge.second {
                 let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
@@ -136,18 +137,18 @@ impl DistanceChart {
             return Ok(Some(chart).filter(|chart| chart.beside.is_some() == setup.gauge.second));
         }
         let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, &mut sweeps)? else {
+            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, sweeps)? else {
                 return Ok(None);
             };
-            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
+            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps)));
         };
         if mu == 0.0 {
             let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, gauge_at, direction, frictionless), axes, job, &mut sweeps)?
+            let Some(built) = branch(setup, (a, gauge_at, direction, frictionless), axes, job, sweeps)?
             else {
                 return Ok(None);
             };
-            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), sweeps)));
+            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps)));
         }
         // By their ratios, all over one box.
         let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
@@ -155,8 +156,7 @@ impl DistanceChart {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, gauge_at, direction, grip), axes, job, &mut sweeps)?
-                else {
+                let Some(built) = branch(setup, (a, gauge_at, direction, grip), axes, job, sweeps)? else {
                     return Ok(None);
                 };
                 if built.axes != axes {
@@ -167,12 +167,12 @@ impl DistanceChart {
             }
             known.sort_by(|a, b| a.0.total_cmp(&b.0));
             let branches = known.iter().map(|(_, built)| built.clone()).collect();
-            let mut chart = Self::of((a, gauge_at), power, branches, ratios, sweeps);
+            let mut chart = Self::of((a, gauge_at), power, branches, ratios, *sweeps);
             chart.error = chart.choice(setup, stop)?;
             if chart.error <= CHOICE * tolerance {
                 return Ok(Some(chart));
             }
-            sweeps = chart.sweeps;
+            *sweeps = chart.sweeps;
         }
         Ok(None)
     }

@@ -187,7 +187,8 @@ pub fn charts(
     let chart = |(a, direction): &(f64, Direction)| {
         let Some((ranges, at)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
-        DistanceChart::towards(setup, (*a, *direction), (ranges, at), (power, tolerance, stop))
+        let job = (power, tolerance, stop);
+        DistanceChart::towards(setup, (*a, *direction), (ranges, at), job, &mut Sweeps::default())
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

@@ -3,15 +3,16 @@
 use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
-use super::distance::DistanceChart;
+use super::distance::{DistanceChart, power};
 use super::ranges::{NEAREST, Wanted, holds, scaled, unscaled};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::physics::taper::Taper;
 use crate::plan::Layout;
+use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Convention, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::scene::{Convention, Direction, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
 use crate::smooth::Case;
 
 /// Taps below which charts do not pay.
@@ -123,9 +124,6 @@ impl Scope {
         let Some(top) = study.output.top else { return Ok(None) };
         let setup = &study.setup;
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-        let Some(mut scope) = Self::over(setup, &distances, &Wanted::of(layout), tolerance)? else {
-            return Ok(None);
-        };
         let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
             Some(axis) => axis
                 .iter()
@@ -135,10 +133,9 @@ impl Scope {
             None => Vec::new(),
         };
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let holds = |drive: &f64| holds(scope.within[Quantity::Drive as usize], *drive);
-        if !drives.iter().all(|(drive, ..)| holds(drive)) {
-            return Ok(None);
-        }
+        let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
+        let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), tolerance)?;
+        let Some(mut scope) = made else { return Ok(None) };
         scope.drives = drives;
         scope.rank = Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 };
         Ok(Some(scope))
@@ -151,42 +148,76 @@ impl Scope {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        let count = distances.len() as u64;
-        if !charted(setup) || !(2..=MOST_DISTANCES).contains(&count) {
-            return Ok(None);
-        }
-        Self::over(setup, distances, wanted, tolerance)
+        Ok(Self::tried(setup, distances, wanted, tolerance)?.0)
     }
 
-    /// Charts at all of `distances`, each design with its own drive.
-    fn over(
+    /// The same, with the number of taps that were asked on the way, also where there is none.
+    pub fn tried(
         setup: &Setup,
         distances: &[f64],
         wanted: &Wanted,
         tolerance: f64,
-    ) -> Result<Option<Self>, SolveError> {
+    ) -> Result<(Option<Self>, u64), SolveError> {
+        let count = distances.len() as u64;
+        if !charted(setup) || !(2..=MOST_DISTANCES).contains(&count) {
+            return Ok((None, 0));
+        }
+        Self::over(setup, (distances, &[]), wanted, tolerance)
+    }
+
+    /// Charts at all of `distances` that hold all of `drives` (rad or mm), and the taps asked for them. One that is refused is that of all: the farthest
+    /// distance, next to the apex, and the nearest, next to the gauge, are tried before the others.
+    fn over(
+        setup: &Setup,
+        (distances, drives): (&[f64], &[f64]),
+        wanted: &Wanted,
+        tolerance: f64,
+    ) -> Result<(Option<Self>, u64), SolveError> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
         let Some((asked, gauge_at)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
-            return Ok(None);
+            return Ok((None, 0));
         };
-        let chart = |a: &f64| {
-            let ranges = scaled(setup.drive, &asked, *a);
-            DistanceChart::new(setup, *a, (ranges, gauge_at), tolerance)
+        let held =
+            |chart: &DistanceChart| unscaled(setup.drive, &chart.axes().map(|axis| axis.range), chart.a);
+        let chart = |a: f64| {
+            let (ranges, job) = (scaled(setup.drive, &asked, a), (power(setup), tolerance, &NEVER));
+            let mut spent = Sweeps::default();
+            let place = (a, Direction::UPRIGHT);
+            let chart = DistanceChart::towards(setup, place, (ranges, gauge_at), job, &mut spent)?;
+            let all = |chart: &DistanceChart| {
+                drives.iter().all(|drive| holds(held(chart)[Quantity::Drive as usize], *drive))
+            };
+            Ok((chart.filter(all), spent.taps))
         };
-        let charts: Vec<Option<DistanceChart>> =
-            distances.par_iter().map(chart).collect::<Result<_, SolveError>>()?;
-        let Some(charts) = charts.into_iter().collect::<Option<Vec<_>>>() else { return Ok(None) };
+        let (mut charts, mut taps): (Vec<DistanceChart>, u64) = (Vec::new(), 0);
+        let mut take = |made: Vec<(Option<DistanceChart>, u64)>| {
+            taps += made.iter().map(|(_, taps)| taps).sum::<u64>();
+            let whole = made.iter().all(|(chart, _)| chart.is_some());
+            charts.extend(made.into_iter().filter_map(|(chart, _)| chart));
+            whole
+        };
+        let others: Vec<f64> = distances.iter().copied().filter(|a| *a != far && *a != near).collect();
+        let whole = take(vec![chart(far)?])
+            && (far == near || take(vec![chart(near)?]))
+            && take(others.par_iter().map(|a| chart(*a)).collect::<Result<_, SolveError>>()?);
+        if !whole {
+            return Ok((None, taps));
+        }
+        let of = |a: &f64| charts.iter().find(|chart| chart.a == *a).cloned();
+        let Some(charts) = distances.iter().map(of).collect::<Option<Vec<_>>>() else {
+            return Ok((None, taps));
+        };
         let mut within = asked;
         for chart in &charts {
-            let ranges = unscaled(setup.drive, &chart.axes().map(|axis| axis.range), chart.a);
+            let ranges = held(chart);
             for (within, range) in within.iter_mut().zip(ranges) {
                 *within = [within[0].max(range[0]), within[1].min(range[1])];
             }
         }
         let ends = |a: &f64| [a / (lo * (1.0 - WIDENING)) - 1.0, a / (hi * (1.0 + WIDENING)) - 1.0];
-        Ok(Some(Self {
+        let scope = Self {
             setup: setup.clone(),
             ends: distances.iter().map(ends).collect(),
             charts,
@@ -195,7 +226,8 @@ impl Scope {
             reach: [near, far],
             gauge_at,
             within,
-        }))
+        };
+        Ok((Some(scope), taps))
     }
 
     /// How the design `t` is dealt with.

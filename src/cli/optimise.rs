@@ -10,7 +10,11 @@ use vibrissa::backend::Choice;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::report::Design;
-use vibrissa::optimise::{self, Ended, Report, Step, Target, Watch, why::why, write};
+use vibrissa::optimise::{
+    self, Ended, Report, Step, Target, Watch,
+    why::{bias, why},
+    write,
+};
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
@@ -176,7 +180,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
         number(row.deviation.sd().map(|s| s * report.best.unit), ""),
         number(row.total_rms(), " mm"),
-        number(row.error_rms(), " mm"),
+        bias(spec.study.setup.estimate.theory, row.error_rms(), &|x| number(x, " mm")),
         number(row.noise_rms(), " mm"),
         number(row.strain_max(), ""),
         number(row.force_max(), " N"),

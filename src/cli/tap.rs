@@ -5,8 +5,9 @@ use std::fmt::Write;
 use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
-use vibrissa::scene::Spec;
+use vibrissa::optimise::why::bias;
 use vibrissa::scene::search::Objective;
+use vibrissa::scene::{Spec, Theory};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -97,21 +98,22 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
 fn summary(spec: &Spec, report: &Report) -> String {
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
-    let line = |name: &str, s: &Sample| {
+    let line = |name: &str, s: &Sample, theory: Theory, end: &str| {
         format!(
-            "{name} {symbol} {:.4}{unit}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
+            "{name} {symbol} {:.4}{unit}{end}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
             s.drive,
             number(s.row.total_rms()),
-            number(s.row.error_rms()),
+            bias(theory, s.row.error_rms(), &number),
             number(s.row.noise_rms()),
             s.row.deviation.mean().map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m)),
             number(s.row.deviation.sd()),
             number(s.row.strain_max()),
         )
     };
-    let mut text = line("best", &report.optimum);
+    let own = spec.study.setup.estimate.theory;
+    let mut text = line("best", &report.optimum, own, "");
     if report.unconstrained.drive != report.optimum.drive {
-        text += &line("whatever the strain,", &report.unconstrained);
+        text += &line("whatever the strain,", &report.unconstrained, own, "");
     }
     let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
     if let Some(other) = &report.other {
@@ -122,7 +124,10 @@ fn summary(spec: &Spec, report: &Report) -> String {
             other.theory.estimator()
         );
         match &other.optimum {
-            Ok(s) => text += &line("it would be", s),
+            Ok(s) => {
+                let end = if other.at_bound { ", where the interval ends" } else { "" };
+                text += &line("it would be", s, other.theory, end);
+            }
             Err(why) => {
                 let _ = writeln!(text, "there is no answer: {why}");
             }

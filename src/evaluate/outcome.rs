@@ -59,6 +59,14 @@ pub(super) fn fast(
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
 }
 
+/// |θ f/ε| of a tap, f of the estimator's theory; 1 where there is none.
+pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: &Solved) -> f64 {
+    let Some(shared) = &design.shared else { return 1.0 };
+    let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+    let share = (linear / solved.frame.response(&solved.solution).strain).abs();
+    if share.is_finite() { share } else { 1.0 }
+}
+
 /// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what its functions [`beside`](crate::chart::beside)
 /// are. `None` of a design that is no whisker.
 pub fn told(

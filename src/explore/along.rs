@@ -37,6 +37,10 @@ const SMALL: f64 = 0.02;
 /// Most taps of a chart: each is a term, and a page should stay small.
 const MOST: usize = 9000;
 
+/// Axes of a chart of so many that are cut where that does not suffice: strains next to the contact first, which no gauge reads, then strong tapers. A page says
+/// where its chart ends.
+const CUTS: [usize; 5] = [PLACE, TAPER, TAPER, TAPER, TAPER];
+
 /// Share of the strain's error that a chart may have.
 const SHARE: f64 = 0.2;
 
@@ -205,7 +209,7 @@ fn branch(
     let solved = if power == 0 && friction.is_none() { 1e-9 } else { 1e-10 };
     let grip = Grip::Slide(friction.unwrap_or(0.0));
     let mut taps = Taps::new(setup, on_sides, grip, power, solved);
-    build_of(axes, &bounds, MOST, &mut |q| taps.solve(q))
+    build_of(axes, &bounds, (MOST, &CUTS), &mut |q| taps.solve(q))
 }
 
 /// Strain of the gauge of `t` by the linear limit of the model, per unit of drive.

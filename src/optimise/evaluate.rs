@@ -27,6 +27,9 @@ use crate::statistics::{DriveRow, Told};
 const BATCH: [usize; 2] = [1 << 18, 1 << 11];
 const CURVE: usize = 4;
 
+/// Error of the reference, relative: that of its integration, and of the root that it is led to.
+const REFERENCE: f64 = 1e-12;
+
 /// Taps that are read from charts together.
 const READ: usize = 1 << 16;
 
@@ -60,8 +63,10 @@ impl<'a> Scorer<'a> {
         let distances = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let samples = search.robust.as_ref().map_or(0, |r| r.samples);
         let deviations = deviations(search.seed, samples);
-        let judge = Judge { setup, search, distances, reach: layout.reach(), deviations };
-        Self { evaluator: Evaluator::new(setup, method), judge, batch: BATCH[0], rows: None }
+        let evaluator = Evaluator::new(setup, method);
+        let margin = evaluator.tolerance().max(REFERENCE);
+        let judge = Judge { setup, search, distances, reach: layout.reach(), deviations, margin };
+        Self { evaluator, judge, batch: BATCH[0], rows: None }
     }
 
     /// The same in parts after which a CPU can be stopped.
@@ -87,6 +92,11 @@ impl<'a> Scorer<'a> {
     /// Failing once `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
         Self { evaluator: self.evaluator.stopping(stop), ..self }
+    }
+
+    /// Bound on the error of strains; 0 of the reference.
+    pub fn tolerance(&self) -> f64 {
+        self.evaluator.tolerance()
     }
 
     /// Taps of one evaluation.
@@ -126,6 +136,14 @@ impl<'a> Scorer<'a> {
         let scores = self.scores_while(points, on);
         self.judge.deviations = deviations;
         scores
+    }
+
+    /// Whether the contacts of a point stick, by their distances.
+    pub fn sticking(&mut self, point: &Tuple) -> Result<Vec<bool>, Error> {
+        let design = [Design::new(self.judge.setup, *point)];
+        let task = |&a: &f64| Task::of(0, &Tuple { a, ..*point });
+        let tasks: Vec<Task> = self.judge.distances.iter().map(task).collect();
+        Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
     }
 
     /// The designs row of one point, as a sweep would write it.

@@ -24,6 +24,8 @@ pub(super) struct Judge<'a> {
     pub distances: Vec<f64>,
     pub reach: [f64; 2],
     pub deviations: Vec<[f64; COLUMNS]>,
+    /// How far inside its limits a tap is kept, relative: as far as its kernel may be off, so that every more accurate one finds them kept.
+    pub margin: f64,
 }
 
 impl Judge<'_> {
@@ -193,15 +195,16 @@ impl Judge<'_> {
     /// What the taps of a whisker violate.
     pub fn limits(&self, score: &mut Score, seen: &Seen) {
         let limits = &self.search.limits;
+        let share = |value: f64, most: f64| value * (1.0 + self.margin) / most - 1.0;
         score.set(Limit::Solved, if seen.unsolved > 0.0 { seen.unsolved } else { f64::NEG_INFINITY });
         score.set(Limit::NoStrain, seen.nearest - 1.0);
         score.set(Limit::Slipped, over(seen.farthest - 1.0));
-        score.set(Limit::Strain, seen.strain / limits.strain - 1.0);
+        score.set(Limit::Strain, share(seen.strain, limits.strain));
         if let Some(force) = limits.force {
-            score.set(Limit::Force, seen.force / force - 1.0);
+            score.set(Limit::Force, share(seen.force, force));
         }
         if let (Some((k, peak)), true) = (seen.highest, self.search.objective.needs_distance()) {
-            score.set(Limit::Root, k * seen.reading / peak - 1.0);
+            score.set(Limit::Root, share(k * seen.reading, peak));
         }
         if limits.unambiguous {
             let range = self.setup.estimate.range.unwrap_or(self.reach);

@@ -35,6 +35,7 @@ mod samples;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
+pub mod shares;
 pub mod swarm;
 pub mod variables;
 mod whisker;

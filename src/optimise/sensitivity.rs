@@ -4,14 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::evaluate::Scorer;
 use super::score::Score;
+use super::shares::{self, LEVELS, LINES, Line, Shares};
 use super::variables::Variables;
 use crate::error::Error;
-use crate::reduce::Spread;
 use crate::scene::sampler::Sampler;
 use crate::scene::{Column, Tuple};
 
-/// Base samples of the global indices.
-const SAMPLES: u32 = 2048;
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
 /// The parameters, in row order.
@@ -32,11 +30,11 @@ pub type Pair = [Option<f64>; 2];
 pub struct Sensitivity {
     /// Elasticities ∂ln F/∂ln p at the optimum, in % per %.
     pub local: Vec<(Column, Pair)>,
-    /// First and total Sobol' indices of each variable over its bounds.
-    pub global: Vec<(Column, Pair, Pair)>,
-    /// Base samples of the global indices: fewer where the search was asked to stop.
+    /// Shares of the variance of ln K_sd and of ln total_rms_mm that are due to each variable over its bounds: Sobol' indices.
+    pub global: Vec<(Column, [Option<Shares>; 2])>,
+    /// Points at which they were evaluated: fewer where the search was asked to stop.
     pub samples: u32,
-    /// Those of them that have K_sd, and that have total_rms_mm, in all their evaluations; the indices are over these.
+    /// Those of them that have K_sd, and that have total_rms_mm, above 0; the shares are over these.
     pub complete: [u32; 2],
     /// Evaluations spent.
     pub evaluations: u64,
@@ -85,8 +83,8 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
     Ok(())
 }
 
-/// First-order indices after A. Saltelli et al., Comput. Phys. Commun. 181 (2010), total ones after M. J. W. Jansen (1999), on
-/// scrambled Sobol points.
+/// Of the logarithms: over a box both figures span decades, and next to a fold, where a reading has no distance, total_rms_mm grows as 1/|x − x₀|:
+/// its variance does not exist, and what is found for it depends on the points. That of its logarithm does.
 fn indices(
     scorer: &mut Scorer<'_>,
     variables: &Variables,
@@ -97,38 +95,27 @@ fn indices(
     let k = variables.len();
     let (_, drive) = variables.place(best);
     let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let coordinate =
-        |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0;
-    // For each base sample: A, B, and A with one column of B.
-    let points: Vec<Tuple> = (0..SAMPLES)
-        .flat_map(|i| (0..k + 2).map(move |m| (i, m)))
-        .map(|(i, m)| {
-            let from_b = |c: usize| m == 1 || m >= 2 && m - 2 == c;
-            let u: Vec<f64> = (0..k).map(|c| coordinate(i, if from_b(c) { k + c } else { c })).collect();
-            variables.point(&u, drive)
-        })
-        .collect();
-    let scores = until(stop, scorer, &points, k + 2)?;
+    let coordinate = |i: usize, c: usize| {
+        (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i as u32)) + 0.5) / 4_294_967_296.0
+    };
+    let point = |i: usize, along: usize, j: usize| {
+        let at = |c: usize| if c == along { shares::level(i, j) } else { coordinate(i, c) };
+        variables.point(&(0..k).map(at).collect::<Vec<_>>(), drive)
+    };
+    let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
+    let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
+    let scores = until(stop, scorer, &points, k * LEVELS)?;
     out.evaluations += scores.len() as u64;
-    out.samples = (scores.len() / (k + 2)) as u32;
-    out.global = variables.list().iter().map(|v| (v.column, [None; 2], [None; 2])).collect();
+    out.samples = scores.len() as u32;
+    out.global = variables.list().iter().map(|v| (v.column, [None; 2])).collect();
     for f in 0..2 {
-        let complete = |row: &&[Score]| row.iter().all(|s| s.figures[f].is_finite());
-        let rows: Vec<Vec<f64>> = scores
-            .chunks(k + 2)
-            .filter(complete)
-            .map(|row| row.iter().map(|s| s.figures[f]).collect())
-            .collect();
-        out.complete[f] = rows.len() as u32;
-        let mut all = Spread::default();
-        rows.iter().for_each(|r| r[..2].iter().for_each(|x| all.push(*x)));
-        let (Some(mean), Some(sd)) = (all.mean(), all.sd().filter(|sd| *sd > 0.0)) else { continue };
-        let (n, variance) = (rows.len() as f64, sd * sd);
-        for (c, (_, first, total)) in out.global.iter_mut().enumerate() {
-            let together: f64 = rows.iter().map(|r| (r[1] - mean) * (r[2 + c] - r[0])).sum();
-            let apart: f64 = rows.iter().map(|r| (r[0] - r[2 + c]).powi(2)).sum();
-            first[f] = Some(together / n / variance);
-            total[f] = Some(apart / (2.0 * n) / variance);
+        let value = |s: &Score| Some(s.figures[f].ln()).filter(|y| y.is_finite()).unwrap_or(f64::NAN);
+        let lines: Vec<Line> =
+            scores.chunks(LEVELS).map(|line| std::array::from_fn(|j| value(&line[j]))).collect();
+        out.complete[f] = lines.iter().flatten().filter(|y| y.is_finite()).count() as u32;
+        for (c, (_, found)) in out.global.iter_mut().enumerate() {
+            let along: Vec<Line> = lines.iter().skip(c).step_by(k).copied().collect();
+            found[f] = shares::shares(&along);
         }
     }
     Ok(())

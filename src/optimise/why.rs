@@ -4,7 +4,15 @@ use super::report::Report;
 use super::score::Limit;
 use super::write::key;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Setup};
+use crate::scene::{Column, Setup, Theory};
+
+/// The bias for people: a model that reads the strains that it made has none by construction.
+pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> String) -> String {
+    match (theory, value) {
+        (Theory::Exact, Some(0.0)) => "0 by construction".into(),
+        _ => number(value),
+    }
+}
 
 /// What ends the way to something better.
 pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
@@ -34,12 +42,15 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
     };
     parts.extend(report.binding.iter().map(|l| binds(l).to_owned()));
     let row = &report.best.row;
-    if let (true, Some(bias), Some(noise)) =
+    if let (true, Some(error), Some(noise)) =
         (search.objective != Objective::Sd, row.error_rms(), row.noise_rms())
     {
-        let larger = if bias > noise { "bias" } else { "noise" };
+        let larger = if error > noise { "bias" } else { "noise" };
+        let mm = |x: Option<f64>| format!("{:.3e} mm", x.unwrap_or(f64::NAN));
+        let bias = bias(setup.estimate.theory, Some(error), &mm);
         parts.push(format!(
-            "{larger} is the larger part of the total (bias {bias:.3e} mm, noise {noise:.3e} mm)"
+            "{larger} is the larger part of the total (bias {bias}, noise {})",
+            mm(Some(noise))
         ));
     }
     if parts.is_empty() {

@@ -4,7 +4,8 @@ use serde_json::{Value, json};
 
 use super::other::Other;
 use super::report::{Design, Report};
-use super::sensitivity::{PARAMETERS, Pair};
+use super::sensitivity::{PARAMETERS, Pair, Sensitivity};
+use super::shares::{CONFIDENCE, Share, Shares};
 use super::why::why;
 use crate::error::Error;
 use crate::scene::search::{Objective, Search};
@@ -117,13 +118,6 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
     let local: Value =
         s.local.iter().map(|(c, p)| (key(&spec.study.setup, *c).to_owned(), pair(p))).collect();
-    let global: Value = s
-        .global
-        .iter()
-        .map(|(c, first, total)| {
-            (key(&spec.study.setup, *c).to_owned(), json!({ "first": pair(first), "total": pair(total) }))
-        })
-        .collect();
     let bounds: Value =
         report.at_bounds.iter().map(|(c, end)| (key(&spec.study.setup, *c).to_owned(), json!(end))).collect();
     let mut value = json!({
@@ -137,7 +131,7 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         "estimator": spec.study.setup.estimate.theory.estimator(),
         "other": report.other.as_ref().map(|o| other(&spec.study.setup, o)),
         "sensitivity": {
-            "elasticity": local, "sobol": global,
+            "elasticity": local, "sobol": shares(&spec.study.setup, s), "scale": SCALE, "confidence": CONFIDENCE,
             "samples": s.samples, "samples_complete": { "K_sd": s.complete[0], "total_rms_mm": s.complete[1] },
         },
     });
@@ -155,6 +149,25 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         });
     }
     value
+}
+
+/// Of what the shares of variance are: the logarithm of a figure.
+pub const SCALE: &str = "ln";
+
+/// First and total shares of variance as JSON, with their intervals.
+fn shares(setup: &Setup, s: &Sensitivity) -> Value {
+    let both = |found: &[Option<Shares>; 2], of: &dyn Fn(&Shares) -> Value| {
+        let [sd, total] = found.each_ref().map(|f| f.as_ref().map(of));
+        json!({ "K_sd": sd, "total_rms_mm": total })
+    };
+    let variable = |(c, found): &(Column, [Option<Shares>; 2])| {
+        let value = json!({
+            "first": both(found, &|s| json!(s.first.value)), "first_interval": both(found, &|s| json!(s.first.interval)),
+            "total": both(found, &|s| json!(s.total.value)), "total_interval": both(found, &|s| json!(s.total.interval)),
+        });
+        (key(setup, *c).to_owned(), value)
+    };
+    s.global.iter().map(variable).collect()
 }
 
 /// What the other estimator would give; over the sampled whiskers where there are any.
@@ -223,14 +236,27 @@ fn sensitivity(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
         "K_sd_total",
         "total_rms_first",
         "total_rms_total",
+        "K_sd_first_low",
+        "K_sd_first_high",
+        "K_sd_total_low",
+        "K_sd_total_high",
+        "total_rms_first_low",
+        "total_rms_first_high",
+        "total_rms_total_low",
+        "total_rms_total_high",
+        "scale",
     ])?;
     for column in PARAMETERS {
-        let none = [None; 2];
-        let local = s.local.iter().find(|(c, _)| *c == column).map_or(none, |(_, p)| *p);
-        let (first, total) =
-            s.global.iter().find(|(c, ..)| *c == column).map_or((none, none), |(_, f, t)| (*f, *t));
+        let local = s.local.iter().find(|(c, _)| *c == column).map_or([None; 2], |(_, p)| *p);
+        let found = s.global.iter().find(|(c, _)| *c == column).map_or([None; 2], |(_, found)| *found);
+        let each: Vec<Option<Share>> =
+            found.iter().flat_map(|f| [f.map(|f| f.first), f.map(|f| f.total)]).collect();
         let mut fields = vec![Field::Word(key(&spec.study.setup, column))];
-        fields.extend([local[0], local[1], first[0], total[0], first[1], total[1]].map(Field::from));
+        fields.extend(local.map(Field::from));
+        fields.extend(each.iter().map(|share| Field::from(share.map(|s| s.value))));
+        let ends = each.iter().flat_map(|share| [0, 1].map(|end| share.map(|s| s.interval[end])));
+        fields.extend(ends.map(Field::from));
+        fields.push(Field::Word(if each.iter().any(Option::is_some) { SCALE } else { "" }));
         text.row(&mut fields)?;
     }
     Ok(text.into_bytes())

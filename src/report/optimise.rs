@@ -100,7 +100,7 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
 /// Title, label, and the name and column of each series.
 type Bars = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
-/// Bars of elasticities, and of Sobol' indices.
+/// Bars of elasticities, and of shares of variance.
 fn sensitivity(table: &Table) -> Result<Figure, InputError> {
     let names: Vec<String> = (0..table.len).map(|r| table.word("parameter", r)).collect();
     let mut panels = Vec::new();
@@ -112,12 +112,12 @@ fn sensitivity(table: &Table) -> Result<Figure, InputError> {
         ),
         (
             "spread of K, over the box",
-            "Sobol’ index",
+            "share of the variance of ln K_sd",
             &[("first order", "K_sd_first"), ("total", "K_sd_total")],
         ),
         (
             "total error, over the box",
-            "Sobol’ index",
+            "share of the variance of ln total",
             &[("first order", "total_rms_first"), ("total", "total_rms_total")],
         ),
     ];
@@ -140,7 +140,7 @@ fn sensitivity(table: &Table) -> Result<Figure, InputError> {
     Ok(Figure::new(
         "sensitivity",
         "Sensitivity",
-        "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of variance over the box of the variables (sensitivity.csv).",
+        "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of the variance of the logarithm over the box of the variables (Sobol’ indices; sensitivity.csv).",
         panels,
     ))
 }

@@ -8,6 +8,7 @@ use super::quantity;
 use super::source::Source;
 use crate::error::{Error, InputError};
 use crate::figure::{Along, Figure, Mark, Marker, Panel, Path};
+use crate::scene::RankBy;
 
 /// The ringed tap.
 const BEST: &str = "best within the limits";
@@ -37,7 +38,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         free(panel.with(Mark::points(Path::new(BEST, 4, at("optimum", column)), Marker::Ring)), column)
     };
     let mut c = Content { answer: answer::of_tap(result, drive, sd), ..Content::default() };
-    let parts = [column("bias_rms_mm")?, column("noise_rms_mm")?, column("total_rms_mm")?];
+    // Results of before have its other name only.
+    let bias = if table.has("error_rms_mm") { "error_rms_mm" } else { RankBy::BIAS };
+    let parts = [column(bias)?, column("noise_rms_mm")?, column("total_rms_mm")?];
     let best = at("optimum", "total_rms_mm").map(|at| (BEST, at));
     let errors = free(budget("", drive, parts, best), "total_rms_mm");
     let why = result["why"].as_str().unwrap_or_default();
@@ -79,7 +82,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     }
     for (name, key) in [
         ("total error, mm", "total_rms_mm"),
-        ("bias, mm", "bias_rms_mm"),
+        ("bias, mm", bias),
         ("noise, mm", "noise_rms_mm"),
         ("spread of K", sd),
     ] {

@@ -64,6 +64,14 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     Err(sections.section("output").get("by")?.error(message).allowed(allowed))
 }
 
+/// A column to rank by, also by the other name of the bias.
+fn rank_by(by: &Item<'_>) -> Result<RankBy> {
+    match by.text() {
+        Ok(RankBy::BIAS) => Ok(RankBy::ErrorRms),
+        _ => by.word(&RankBy::ALL.map(|by| (by.name(), by))),
+    }
+}
+
 /// `[output]`.
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     section.get("format")?.word(&TableFormat::WORDS)?;
@@ -76,7 +84,7 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         designs: section.get("designs")?.flag()?,
         distances: section.get("distances")?.flag()?,
         top: section.optional("top", top)?,
-        by: section.get("by")?.word(&RankBy::ALL.map(|by| (by.name(), by)))?,
+        by: rank_by(&section.get("by")?)?,
         per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
     })
 }

@@ -41,6 +41,17 @@ impl<'a> Curve<'a> {
         Self { scorer: self.scorer.stopping(stop), ..self }
     }
 
+    /// Bound on the error of its strains.
+    pub fn tolerance(&self) -> f64 {
+        self.scorer.tolerance()
+    }
+
+    /// Whether a contact turns from sticking to sliding, or back, between two drives.
+    pub fn turns(&mut self, drives: [f64; 2]) -> Result<bool, Error> {
+        let [before, after] = drives.map(|drive| self.scorer.sticking(&Tuple { drive, ..self.whisker }));
+        Ok(before? != after?)
+    }
+
     /// At these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..self.whisker }).collect();

@@ -22,7 +22,7 @@ use crate::optimise::score::{Goal, Limit, Score};
 use crate::profile::both;
 use crate::progress::NEVER;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{BackendChoice, RunOptions, Setup, Spec, Study, Theory};
+use crate::scene::{BackendChoice, Contact, RunOptions, Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
@@ -55,6 +55,8 @@ pub enum LimitedBy {
     Bound,
     /// Beyond it a tap has no strain, no root, or slips off.
     CompleteRows,
+    /// There a contact turns from sticking to sliding, and what is made small has a kink.
+    Friction,
 }
 
 impl LimitedBy {
@@ -66,6 +68,7 @@ impl LimitedBy {
             Self::Strain => "strain_limit",
             Self::Bound => "bound",
             Self::CompleteRows => "complete_rows",
+            Self::Friction => "friction",
         }
     }
 }
@@ -108,6 +111,8 @@ pub struct Other {
     pub theory: Theory,
     /// The best drive that keeps the strain limit, or why there is none.
     pub optimum: Result<Sample, String>,
+    /// Whether it lies at a bound of the interval.
+    pub at_bound: bool,
 }
 
 /// Where a best drive is looked for: what `options` ask for, else, for few taps, the CPU in f64.
@@ -179,13 +184,13 @@ fn find_by(
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (optimum, evaluations, seconds) = match best(&study, ends, objective, choice, (needed, stop)) {
-        Ok(other) => (Ok(other.optimum), other.evaluations, other.seconds),
-        Err(Error::Input(why)) => (Err(why.message), 0, 0.0),
+    let (other, evaluations, seconds) = match best(&study, ends, objective, choice, (needed, stop)) {
+        Ok(o) => (Other { theory, optimum: Ok(o.optimum), at_bound: o.at_bound }, o.evaluations, o.seconds),
+        Err(Error::Input(why)) => (Other { theory, optimum: Err(why.message), at_bound: false }, 0, 0.0),
         Err(failed) => return Err(failed),
     };
     Ok(Report {
-        other: Some(Other { theory, optimum }),
+        other: Some(other),
         evaluations: report.evaluations + evaluations,
         seconds: report.seconds + seconds,
         ..report
@@ -219,7 +224,14 @@ fn best(
     let Some(optimum) = optimum::find(&mut curve, &samples, goal, &kept)? else {
         return Err(overstrained(setup, &samples).into());
     };
-    let (limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
+    let (mut limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
+    let inside = matches!(limited_by, LimitedBy::Bias | LimitedBy::Noise);
+    if inside
+        && matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..))
+        && optimum::kinked(&mut curve, &optimum, goal)?
+    {
+        limited_by = LimitedBy::Friction;
+    }
     Ok(Report {
         why: write::why(setup, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
         curve: samples,

@@ -112,6 +112,21 @@ impl CostFunction for &Cost<'_, '_> {
     }
 }
 
+/// Smallest step by which a kink is looked for, of the drive: the error of the taps is no part of what is seen.
+const STEP: f64 = 1e-3;
+
+/// Whether friction gives the curve a kink at its minimum `at`: a contact turns from sticking to sliding there, and the slope jumps by the same whatever
+/// the step. Where a curve turns smoothly the slopes half a step away differ half as much.
+pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Error> {
+    let step = curve.tolerance().cbrt().max(STEP);
+    let drives = [1.0 - step, 1.0 - 0.5 * step, 1.0 + 0.5 * step, 1.0 + step].map(|by| at.drive * by);
+    let values: Vec<f64> = curve.at(&drives)?.iter().map(|s| goal.value(&s.score)).collect();
+    let rise = |a: f64, b: f64| a + b - 2.0 * goal.value(&at.score);
+    // Per step, of whole and half ones: equal for a kink, twice as much for a parabola.
+    let kink = rise(values[0], values[3]) < 1.5 * 2.0 * rise(values[1], values[2]);
+    Ok(kink && curve.turns([drives[0], drives[3]])?)
+}
+
 /// What limits the optimum, and whether it lies at a bound of the interval.
 pub fn limited_by(optimum: &Sample, ends: [f64; 2], objective: Objective) -> (LimitedBy, bool) {
     let at_bound = ends.iter().any(|end| (optimum.drive - end).abs() <= REACHED * end);

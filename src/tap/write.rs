@@ -5,11 +5,17 @@ use serde_json::{Value, json};
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Setup, Spec, Study, Theory};
+use crate::scene::{Convention, Drive, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
 use crate::sink::table::{Field, drive_unit};
+
+/// The bias, as in all tables.
+const ERROR: &str = RankBy::ErrorRms.name();
+
+/// Its older name in this table.
+const BIAS: &str = RankBy::BIAS;
 
 /// Name of the drive and its unit.
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
@@ -41,7 +47,7 @@ fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
     let row = &s.row;
     json!({
         setup.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
-        "bias_rms_mm": row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
+        ERROR: row.error_rms(), BIAS: row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
         "force_max_N": row.force_max(), "status": row.status.to_string(),
     })
 }
@@ -54,6 +60,7 @@ pub fn result(study: &Study, report: &Report) -> Value {
         json!({
             "estimator": other.theory.estimator(),
             "optimum": optimum.ok().map(|s| point(&study.setup, s, unit)),
+            "at_bound": other.at_bound,
             "why_not": optimum.err(),
         })
     });
@@ -78,10 +85,11 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
         study.setup.drive.column(),
         mean,
         sd,
-        "bias_rms_mm",
+        BIAS,
         "noise_rms_mm",
         "total_rms_mm",
         "strain_max",
+        ERROR,
         "status",
     ])
     .map_err(fail)?;
@@ -93,6 +101,7 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
             [k_mean, k_sd, row.error_rms(), row.noise_rms(), row.total_rms(), row.strain_max()]
                 .map(Field::from),
         );
+        fields.push(Field::from(row.error_rms()));
         fields.push(Field::Status(row.status));
         text.row(&mut fields).map_err(fail)?;
     }
@@ -155,23 +164,33 @@ pub fn why(
     let mut text = match by {
         LimitedBy::Bound => format!("The {end} {name} of the interval is best: {trend}."),
         LimitedBy::Strain => format!(
-            "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit} would be best.",
-            setup.gauge.strain_limit, optimum.drive, unconstrained.drive
+            "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit}{} would be best.",
+            setup.gauge.strain_limit,
+            optimum.drive,
+            unconstrained.drive,
+            if ends.contains(&unconstrained.drive) { ", where the interval ends," } else { "" }
+        ),
+        LimitedBy::Friction => format!(
+            "At {:.4}{unit} a contact turns from sticking to sliding, and the {} has a kink there: it grows on both sides.",
+            optimum.drive,
+            if objective == Objective::Sd { "spread of K" } else { "total error" }
         ),
         LimitedBy::CompleteRows => format!("Beyond {:.4}{unit} a tap has no distance or slips off.", optimum.drive),
         LimitedBy::Bias | LimitedBy::Noise if objective == Objective::Sd => {
             format!("The spread of K has a minimum inside the interval, at {:.4}{unit}.", optimum.drive)
         }
-        LimitedBy::Noise if exact => format!(
-            "The model itself has no bias, and its noise is least at {:.4}{unit}: a quieter gauge, or averaged taps, would help.",
-            optimum.drive
-        ),
+        LimitedBy::Noise if exact => {
+            format!("The noise is least at {:.4}{unit}: a quieter gauge, or averaged taps, would help.", optimum.drive)
+        }
         LimitedBy::Bias if setup.estimate.theory == Theory::Exact => "Taps before the peak of the strain are taken for farther ones: larger distances, or a gauge nearer to the clamp, would help most.".to_owned(),
         LimitedBy::Bias => "Bias and noise balance, and the bias is the larger part: a better model of the whisker, or a calibration by distance, would help more than a quieter gauge.".to_owned(),
         LimitedBy::Noise => "Bias and noise balance, and the noise is the larger part: a quieter gauge, or averaged taps, would help most.".to_owned(),
     };
     if at_bound && by != LimitedBy::Bound {
         text += &format!(" It is also the {end} {name} of the interval.");
+    }
+    if exact && objective == Objective::Distance {
+        text += " The bias is 0 by construction: the model reads the strains that it made.";
     }
     text
 }

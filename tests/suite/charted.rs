@@ -2,6 +2,7 @@
 
 use crate::common::program::Desk;
 use serde_json::Value;
+use vibrissa::chart::{ranges::Wanted, scope::Scope};
 use vibrissa::smooth::rod::{Range, RodChart};
 
 const WHISKER: &str = "D = { from = 8, to = 12, steps = 9 }\nd = { from = 2, to = 7, steps = 6 }\nL_a = 50";
@@ -195,4 +196,33 @@ fn charts_keep_their_bounds() {
         assert!(c.error <= 1e-6 && c.range.taper[1] >= 0.75 * taper[1], "{range:?}");
         assert!(!whole || (c.range.taper[1] - taper[1]).abs() < 1e-12, "{range:?}");
     }
+}
+
+/// A contact that always sticks has no smooth chart next to the apex of a strong taper. That is found before more than one chart is made.
+#[test]
+fn charts_that_will_be_refused_ask_few_taps() {
+    let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 48]\n\
+                [model]\nextension = true\ncontact = \"stick\"\n";
+    let (spec, _) = crate::common::searching::parse(&format!(
+        "{text}[optimise]\nobjective = \"sd\"\nvariables = {{ theta = [0.5, 10] }}\n"
+    ));
+    let wanted = Wanted {
+        D: [8.0, 12.0],
+        d: [2.0, 7.0],
+        L_a: [50.0; 2],
+        x_ss: [3.0, 15.0],
+        l: [1.0, 4.0],
+        drive: [0.5, 10.0],
+    };
+    let distances: Vec<f64> = (0..10).map(|i| 21.0 + 3.0 * f64::from(i)).collect();
+    let tried = |wanted: &Wanted| Scope::tried(&spec.study.setup, &distances, wanted, 1e-5).unwrap();
+    let (none, refused) = tried(&wanted);
+    assert!(none.is_none() && refused > 0);
+    // Mild tapers have all ten.
+    let (all, made) = tried(&Wanted { d: [6.0, 7.0], ..wanted });
+    assert!(all.is_some_and(|scope| scope.charts.len() == 10));
+    assert!(
+        3 * refused < made + refused && refused < 8_000,
+        "{refused} taps asked in vain, {made} for charts that there are"
+    );
 }

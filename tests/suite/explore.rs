@@ -69,6 +69,27 @@ fn charts_of_many_models_hold_their_tolerance() {
     assert!(baked(SPEC)["result"]["deviation_error"].as_f64().unwrap() < 5e-4);
 }
 
+/// Strains that cross zero next to the contact, where a skin that is pulled along bends the whisker, are no hole in a chart.
+#[test]
+fn friction_on_the_surface_has_a_page_over_all_of_its_ranges() {
+    let model = |lines: &str| SPEC.to_owned() + "[model]\nsurface = true\nextension = true\n" + lines;
+    for text in [
+        model("contact = { coulomb = 0.3 }\n"),
+        model("shear = true\nmaterial = { neo-hookean = 3.2 }\ncontact = { coulomb = 0.3 }\n")
+            .replace("[4, 7]", "[4, 10]")
+            .replace("[1, 4]", "[0.5, 10]"),
+        model("material = { yeoh = [0.5, -0.08, 0.02] }\ncontact = { coulomb = 0.3 }\n")
+            .replace("[4, 7]", "[6, 7]"),
+    ] {
+        let said = baked(&text);
+        let counts = &said["counts"];
+        let (taps, outside) =
+            (counts["taps_checked"].as_u64().unwrap(), counts["taps_outside"].as_u64().unwrap());
+        assert!(taps > 300 && 8 * outside < taps, "{said}\n{text}");
+        assert!(said["result"]["strain_error"].as_f64().unwrap() < 1e-5, "{said}\n{text}");
+    }
+}
+
 #[test]
 fn what_has_no_page_is_refused_by_its_key() {
     let refused = |text: &str, key: &str, allowed: &str| {

@@ -57,6 +57,7 @@ mod rod;
 mod search;
 mod seconds;
 mod shape;
+mod shares;
 mod signals;
 mod sizes;
 mod smooth_axis;

@@ -57,6 +57,7 @@ fn the_optimum_is_that_of_a_scan() {
             "noise_rms_mm",
             "total_rms_mm",
             "strain_max",
+            "error_rms_mm",
             "status",
         ];
         assert_eq!(curve.columns, names);
@@ -150,4 +151,72 @@ fn specs_that_leave_no_choice_are_refused() {
     refused(&format!("{noisy}[tap]\na = [6, 5.5]\n").replace("x_ss = 5", "x_ss = 8"), &[], "tap.a");
     let desk = Desk::new(&format!("{WHISKER}[tap]\n{DISTANCES}"));
     desk.run(&["tap", "spec.toml", "--objective", "sd", "--quiet"]).exits(0);
+}
+
+/// The bias has one name, and scripts that read its other one still find it.
+#[test]
+fn the_bias_is_read_by_both_of_its_names() {
+    let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n");
+    let (desk, result) = tap(&text, &[]);
+    assert_eq!(result["optimum"]["error_rms_mm"], result["optimum"]["bias_rms_mm"]);
+    let curve = Table::read(&desk.path("found/tap.csv"));
+    assert_eq!(curve.numbers("error_rms_mm"), curve.numbers("bias_rms_mm"));
+    let ranked = |by: &str| {
+        sweep(&format!("{text}[output]\ntop = 3\nby = \"{by}\"\n").replace("[3, 4]", "[3, 3.5, 4]"), CPU_F64)
+            .designs
+    };
+    assert_eq!(ranked("bias_rms_mm").rows, ranked("error_rms_mm").rows);
+}
+
+#[test]
+fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
+    let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [1, 5]\n");
+    // The noise of the exact estimator still falls at 5°.
+    let paper = Desk::new(&text).run(&["tap", "spec.toml"]).exits(0).stdout;
+    assert!(
+        paper.contains("with --estimator exact it would be θ 5.0000°, where the interval ends:"),
+        "{paper}"
+    );
+    assert!(paper.contains("(bias 0 by construction, noise"), "{paper}");
+    let (_, result) = tap(&text, &[]);
+    assert_eq!(result["other"]["at_bound"], true);
+    let exact = format!("{text}[estimate]\ntheory = \"exact\"\n");
+    let (_, result) = tap(&exact, &[]);
+    assert_eq!(result["limited_by"], "bound");
+    assert!(
+        result["why"]
+            .as_str()
+            .unwrap()
+            .ends_with("The bias is 0 by construction: the model reads the strains that it made.")
+    );
+    // Beyond the strain limit the end of the interval would be best: nothing is known of what follows it.
+    let tight = exact.replace("noise_strain", "strain_limit = 0.02\nnoise_strain");
+    let (_, result) = tap(&tight, &[]);
+    assert!(
+        result["why"]
+            .as_str()
+            .unwrap()
+            .contains("without it 5.0000°, where the interval ends, would be best"),
+        "{result}"
+    );
+}
+
+/// At 1.4955° a contact begins to slide; half a degree farther the spread of K is the larger, and so it is before.
+#[test]
+fn a_kink_of_friction_is_no_balance_of_bias_and_noise() {
+    let text = "[whisker]\nD = 9\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nside = \"far\"\n\
+                [tap]\na = [21, 30, 39]\ntheta = [1.2, 1.8]\n\
+                [model]\nextension = true\nshear = true\nmaterial = { neo-hookean = 3.2 }\ncontact = { coulomb = 0.3 }\n";
+    let (_, result) = tap(text, &["--objective", "sd"]);
+    assert_eq!(result["limited_by"], "friction", "{result}");
+    assert!(result["why"].as_str().unwrap().contains("turns from sticking to sliding"), "{result}");
+    let theta = result["optimum"]["theta_deg"].as_f64().unwrap();
+    let around = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|by| theta + 0.005 * by);
+    let swept = sweep(&text.replace("[1.2, 1.8]", &format!("{around:?}")), CPU_F64);
+    let sd: Vec<f64> = swept.designs.numbers("K_sd").into_iter().flatten().collect();
+    let rise = |a: usize, b: usize| sd[a] + sd[b] - 2.0 * sd[2];
+    assert!(rise(1, 3) > 0.0 && rise(0, 4) < 3.0 * rise(1, 3), "{sd:?}");
+    // Where nothing sticks, nothing turns.
+    let (_, smooth) = tap(&format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n"), &[]);
+    assert_eq!(smooth["limited_by"], "noise");
 }

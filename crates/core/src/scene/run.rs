@@ -111,8 +111,11 @@ impl RankBy {
         Self::ForceMax,
     ];
 
+    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
+    pub const BIAS: &str = "bias_rms_mm";
+
     /// Name as in `[output] by`.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::KSd => "K_sd",
             Self::ErrorRms => "error_rms_mm",

@@ -1,0 +1,172 @@
+//! Shares of variance: how much of what a figure varies over a box one variable makes, alone and with all others.
+//!
+//! # Theory
+//! Lines along a variable, through points that fill the box of the others and all at the same levels of it, are a two-way table. Its sum
+//! of squares splits twice: between levels and within them, between lines and within them (R. A. Fisher). The share of the first is the first-order
+//! index Var(E[y|x])/Var(y) of I. M. Sobol' (1993), that of the last the total one, E[Var(y|all others)]/Var(y). No term is negative, so both lie
+//! in [0, 1], and are exact where a variable does nothing, or all. Missing values are left out of their line and level: the shares are then those of
+//! the part of the box that has values.
+//!
+//! Estimators that compare two points at a time (A. Saltelli et al., Comput. Phys. Commun. 181, 2010) divide by a variance that other points have,
+//! and leave [0, 1] where tails are heavy.
+
+use crate::scene::sampler::Sampler;
+
+/// Lines along each variable: two halves, whose levels lie between each other's.
+pub const LINES: usize = 128;
+/// Levels of a line.
+pub const LEVELS: usize = 16;
+/// Resamples of the confidence intervals, and how many of them lie beyond each end: 95 % lie within.
+const RESAMPLES: usize = 200;
+const BEYOND: usize = 5;
+/// Of the intervals.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Values along one line; NaN where there is none.
+pub type Line = [f64; LEVELS];
+
+/// A share with its confidence interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// In [0, 1].
+    pub value: f64,
+    /// In [0, 1], around the value.
+    pub interval: [f64; 2],
+}
+
+/// Shares of one variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shares {
+    /// What it makes alone.
+    pub first: Share,
+    /// What it takes part in.
+    pub total: Share,
+}
+
+/// Place in [0, 1] of level `j` on line `i`: turn by turn on either side of the middle of its cell, so that the mean of all is 1/2.
+pub fn level(i: usize, j: usize) -> f64 {
+    (j as f64 + if (i < LINES / 2) == j.is_multiple_of(2) { 0.25 } else { 0.75 }) / LEVELS as f64
+}
+
+/// Shares of the variable along which `lines` lie, in their order; `None` where nothing varies.
+pub fn shares(lines: &[Line]) -> Option<Shares> {
+    let whole: Vec<usize> = (0..lines.len()).collect();
+    let found = Squares::of(lines, &whole)?;
+    let halves: Vec<Squares> = [&whole[..half(lines)], &whole[half(lines)..]]
+        .iter()
+        .filter_map(|h| Squares::half(lines, h))
+        .collect();
+    let resampled: Vec<Squares> =
+        (0..RESAMPLES).filter_map(|r| Squares::of(lines, &resample(lines, r))).collect();
+    let share = |side: Side| {
+        let value = found.share(side);
+        let mut drawn: Vec<f64> = resampled.iter().map(|s| s.share(side)).collect();
+        drawn.sort_by(f64::total_cmp);
+        let beyond = BEYOND.min(drawn.len().saturating_sub(1) / 2);
+        let [low, high] = match drawn.len() {
+            0 => [0.0, 1.0],
+            n => [drawn[beyond], drawn[n - 1 - beyond]],
+        };
+        // A share next to 0 is drawn too large again and again: its mirror image lies on the other side. Levels that lie elsewhere say what
+        // the number of them is worth.
+        let apart = match halves.as_slice() {
+            [a, b] => 0.5 * (a.share(side) - b.share(side)).abs(),
+            _ => 0.0,
+        };
+        let (low, high) = (low.min(2.0 * value - high), high.max(2.0 * value - low));
+        Share { value, interval: [(low - apart).max(0.0), (high + apart).min(1.0)] }
+    };
+    Some(Shares { first: share(Side::First), total: share(Side::Total) })
+}
+
+/// Lines of the first half.
+fn half(lines: &[Line]) -> usize {
+    lines.len().min(LINES / 2)
+}
+
+/// Lines drawn with replacement, as many of each half as it has.
+fn resample(lines: &[Line], r: usize) -> Vec<usize> {
+    let drawn = |i: usize| {
+        let (from, n) =
+            if i < half(lines) { (0, half(lines)) } else { (half(lines), lines.len() - half(lines)) };
+        let chance = u64::from(Sampler::Random.coordinate(1, r as u32, i as u32));
+        from + (chance * n as u64 >> 32) as usize
+    };
+    (0..lines.len()).map(drawn).collect()
+}
+
+/// Which of two shares.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Side {
+    First,
+    Total,
+}
+
+/// Sums of squares, of values about their means: between and within levels, between and within lines.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    levels: [f64; 2],
+    lines: [f64; 2],
+}
+
+impl Squares {
+    /// Of the lines `chosen`, each half by itself; `None` where nothing varies.
+    fn of(lines: &[Line], chosen: &[usize]) -> Option<Self> {
+        let (first, second) = chosen.split_at(half(lines));
+        let both = [Self::half(lines, first), Self::half(lines, second)];
+        both.into_iter().flatten().reduce(|a, b| Self {
+            levels: [a.levels[0] + b.levels[0], a.levels[1] + b.levels[1]],
+            lines: [a.lines[0] + b.lines[0], a.lines[1] + b.lines[1]],
+        })
+    }
+
+    /// Of lines that have the same levels.
+    fn half(lines: &[Line], chosen: &[usize]) -> Option<Self> {
+        let mut squares = Self::default();
+        let (mut of_lines, mut of_levels) = (Weighted::default(), Weighted::default());
+        let mut levels = [Weighted::default(); LEVELS];
+        for i in chosen {
+            let mut line = Weighted::default();
+            for (x, level) in lines[*i].iter().zip(&mut levels).filter(|(x, _)| x.is_finite()) {
+                line.push(*x, 1.0);
+                level.push(*x, 1.0);
+            }
+            of_lines.push(line.mean, line.weight);
+            squares.lines[1] += line.squares;
+        }
+        for level in levels {
+            of_levels.push(level.mean, level.weight);
+            squares.levels[1] += level.squares;
+        }
+        (squares.lines[0], squares.levels[0]) = (of_lines.squares, of_levels.squares);
+        (squares.lines[0] + squares.lines[1] > 0.0).then_some(squares)
+    }
+
+    /// A share of the sum.
+    fn share(&self, side: Side) -> f64 {
+        let ([of, rest], [other, within]) = (self.levels, self.lines);
+        match side {
+            Side::First => of / (of + rest),
+            Side::Total => within / (other + within),
+        }
+    }
+}
+
+/// Mean, and sum of squared distances from it, of weighted values (B. P. Welford 1962; D. H. D. West 1979).
+#[derive(Debug, Clone, Copy, Default)]
+struct Weighted {
+    weight: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Weighted {
+    fn push(&mut self, x: f64, weight: f64) {
+        if weight > 0.0 {
+            self.weight += weight;
+            let from_old = x - self.mean;
+            self.mean += from_old * weight / self.weight;
+            self.squares += weight * from_old * (x - self.mean);
+        }
+    }
+}
