@@ -70,6 +70,9 @@ const ROUGH: [usize; 1] = [TAPER];
 /// Where in [−1, 1] such an axis ends then: next to the apex, and next to the contact, the rod depends on its place most steeply.
 const SMOOTHER: f64 = 0.6;
 
+/// Share of an axis that is cut before others which is enough of it.
+const ENOUGH: f64 = 0.6;
+
 /// Least share of an axis that cuts leave.
 const LEAST_SHARE: f64 = 0.15;
 
@@ -83,7 +86,8 @@ pub fn build<const F: usize>(
     build_of(axes, bounds, (MOST, &ROUGH), ask)
 }
 
-/// As [`build`], of `most` points at most, the axes `cuts` cut one after the other where the functions are too rough for them.
+/// As [`build`], of `most` points at most, the axes `cuts` cut one after the other where the functions are too rough for them. If the first of these is not the
+/// taper, it is also cut before others where points have no values.
 pub fn build_of<const F: usize>(
     axes: [Axis; AXES],
     bounds: &[Bound; F],
@@ -102,7 +106,7 @@ pub fn build_of<const F: usize>(
                 }
                 None => return Ok(None),
             },
-            Over::Without(points) => match cut(&axes, &points) {
+            Over::Without(points) => match cut(&axes, &points, cuts.first().filter(|k| **k != TAPER)) {
                 Some(smaller) => axes = smaller,
                 None => return Ok(None),
             },
@@ -204,8 +208,8 @@ fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
     })
 }
 
-/// `axes` without the points `without`, cut along the axis where most is left.
-fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]]) -> Option<[Axis; AXES]> {
+/// `axes` without the points `without`, cut along the axis where most is left, or along `first` where enough of that is.
+fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]], first: Option<&usize>) -> Option<[Axis; AXES]> {
     let mut best: Option<(f64, usize, [f64; 2])> = None;
     for axis in (0..AXES).filter(|k| !axes[*k].is_point()) {
         let lowest = without.iter().map(|x| x[axis]).fold(1.0, f64::min);
@@ -216,8 +220,10 @@ fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]]) -> Option<[Axis; AXES]> {
             [highest + 0.25 * (1.0 - highest).clamp(0.1, 0.5), 1.0],
         ] {
             let share = 0.5 * (ends[1] - ends[0]);
-            if share >= LEAST_SHARE && best.is_none_or(|(most, ..)| share > most) {
-                best = Some((share, axis, ends));
+            // More than any share.
+            let rank = if first == Some(&axis) && share >= ENOUGH { 1.0 + share } else { share };
+            if share >= LEAST_SHARE && best.is_none_or(|(most, ..)| rank > most) {
+                best = Some((rank, axis, ends));
             }
         }
     }
