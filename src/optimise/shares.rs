@@ -90,7 +90,7 @@ fn resample(lines: &[Line], r: usize) -> Vec<usize> {
         let (from, n) =
             if i < half(lines) { (0, half(lines)) } else { (half(lines), lines.len() - half(lines)) };
         let chance = u64::from(Sampler::Random.coordinate(1, r as u32, i as u32));
-        from + (chance * n as u64 >> 32) as usize
+        from + ((chance * n as u64) >> 32) as usize
     };
     (0..lines.len()).map(drawn).collect()
 }
