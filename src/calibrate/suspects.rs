@@ -1,6 +1,6 @@
 //! Rows that should not be believed, each with its reason: robust checks before anything is fitted.
 //!
-//! In order: a sensor at its end stop, repeats that disagree with their own cell, cells that disagree with the smooth [`surface`](super::surface)
+//! In order: a sensor at its end stop, repeats that disagree with their own cell, cells that disagree with the smooth surface
 //! through all others, alone among their neighbours.
 
 use std::collections::HashSet;
