@@ -50,7 +50,9 @@ fn a_plan_says_which_way_the_taps_go() {
 #[test]
 fn friction_that_the_reference_must_solve_is_planned_for() {
     let friction = "[model]\nextension = true\ncontact = { coulomb = 0.3 }\n";
-    let with = |rest: &str| planned(&format!("{WHISKER}{}", taps(8, 6, rest)), &["--backend", "cpu"]).0;
+    // The plan is made of a probe, which a busy machine slows: the shortest of three.
+    let once = |rest: &str| planned(&format!("{WHISKER}{}", taps(8, 6, rest)), &["--backend", "cpu"]).0;
+    let with = |rest: &str| (0..3).map(|_| once(rest)).fold(f64::INFINITY, f64::min);
     let (slow, fast) = (with(friction), with("[model]\nextension = true\n"));
     assert!(slow > 10.0 * fast, "{slow} and {fast}");
 }
