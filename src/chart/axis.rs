@@ -8,35 +8,34 @@ pub const AXES: usize = 5;
 /// Most orders over the drive, which lanes carry.
 pub const ORDERS: usize = 12;
 
-/// The place g of a gauge's middle, over which the strain is even in the width: half of the terms.
-pub const MIDDLE: f64 = 0.5;
+/// Length over a of the gauge that stands for a point.
+pub const POINT: f64 = 1e-3;
 
-/// That of its near end: where wide gauges begin at the clamp no box over the middle has but them.
-pub const NEAR_END: f64 = 0.0;
+/// Smallest x/a of a point: the middle of its gauge where that begins at the clamp.
+pub const FIRST_PLACE: f64 = 0.5 * POINT;
 
 /// Numbers of a tap in units of its contact distance, in the order of a series: the first is the outermost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// θ, rad, or δ/a.
     Drive,
-    /// (x2 − x1)/a.
-    Width,
+    /// A length of the rig over a, r₀/a or ρ/a; one value where a is one number.
+    Length,
     /// D/a.
     Base,
     /// τa.
     Taper,
-    /// (x1 + g (x2 − x1))/a, the place g of the gauge: its middle, or its near end.
+    /// x/a of a point of the skin.
     Place,
 }
 
 impl Quantity {
     /// All, in order.
-    pub const ALL: [Self; AXES] = [Self::Drive, Self::Width, Self::Base, Self::Taper, Self::Place];
+    pub const ALL: [Self; AXES] = [Self::Drive, Self::Length, Self::Base, Self::Taper, Self::Place];
 
-    /// Word in a chart's file; `gauge_at` is the place g of the gauge.
-    pub fn word(self, gauge_at: f64) -> &'static str {
-        let place = if gauge_at == MIDDLE { "gauge_middle_over_a" } else { "gauge_near_end_over_a" };
-        ["drive", "gauge_width_over_a", "D_over_a", "tau_a", place][self as usize]
+    /// Word in a chart's file.
+    pub fn word(self) -> &'static str {
+        ["drive", "length_over_a", "D_over_a", "tau_a", "x_over_a"][self as usize]
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::axis::{AXES, Axis, Quantity};
 use super::build::{Bound, Built, build};
-use super::distance::{DistanceChart, FUNCTIONS};
+use super::distance::{DistanceChart, FUNCTIONS, room};
 use super::taps::Taps;
 use crate::design::radians;
 use crate::error::SolveError;
@@ -30,19 +30,21 @@ pub fn path(setup: &Setup, a: f64) -> f64 {
 /// Box and series over `axes` of what linear theory lacks, over driveᵉ, e = `power`, each good to `error`.
 pub fn branch(
     setup: &Setup,
-    (a, gauge_at, direction): (f64, f64, Direction),
+    (a, direction): (f64, Direction),
     axes: [Axis; AXES],
     (power, error, solved, stop): (i32, f64, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
-    let mut taps = Taps::new(setup, a, gauge_at, None, solved).towards(direction).stopping(stop);
+    let mut taps = Taps::new(setup, a, None, solved).towards(direction).stopping(stop);
     let known = linear(direction);
     let bad = Status::NOT_CONVERGED | Status::MATERIAL_LIMIT | Status::NO_STRAIN | Status::INVALID_GEOMETRY;
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let drive = q[Quantity::Drive as usize];
         let moved = path(setup, a) * if setup.drive == Drive::Angle { drive } else { drive * a };
         let found = [o.strain_2 / o.strain_linear, o.azimuth, o.slide / moved];
-        let values: [f64; FUNCTIONS] = std::array::from_fn(|f| (found[f] - known[f]) / drive.powi(power));
+        let rooms = [room(q), 1.0, 1.0];
+        let values: [f64; FUNCTIONS] =
+            std::array::from_fn(|f| rooms[f] * (found[f] - known[f]) / drive.powi(power));
         Some(values).filter(|v| !o.status.has(bad) && v.iter().all(|v| v.is_finite()))
     };
     let bounds = [Bound::of(error); FUNCTIONS];

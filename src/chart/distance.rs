@@ -4,9 +4,11 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::DMatrix;
 
-use super::axis::{AXES, Axis, MIDDLE, Map, Quantity};
+use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
 use super::beside;
 use super::build::{Bound, Built, build, check_points};
+use super::gauge::Rule;
+use super::ranges::holds;
 use super::taps::Taps;
 use crate::design::radians;
 use crate::error::SolveError;
@@ -20,7 +22,8 @@ use crate::status::Status;
 /// What a chart holds of a tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// δ = ε/(θ f cos² β) − 1, f of the estimator's theory: 1/K − 1 of an upright pole.
+    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
+    /// contact as 1 − x/a does, and δ there is steep.
     Strain,
     /// c/a − 1.
     Arc,
@@ -33,6 +36,9 @@ pub const FUNCTIONS: usize = 3;
 
 /// Share of the tolerance that the strain of a chart may be off.
 const SHARE: f64 = 0.1;
+
+/// Share of the tolerance that the mean over the points of a gauge may be off.
+const FOLDED: f64 = 0.02;
 
 /// Share of the tolerance where a contact chooses whether it slides.
 const CHOICE: f64 = 0.3;
@@ -57,8 +63,8 @@ pub struct DistanceChart {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
-    /// g: the place of the gauge is that of x1 + g (x2 − x1).
-    pub gauge_at: f64,
+    /// Gauges that it serves, and how they are read.
+    pub gauges: Rule,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
@@ -90,16 +96,15 @@ pub fn power(setup: &Setup) -> i32 {
 }
 
 impl DistanceChart {
-    /// The chart of `setup` at `a` mm over ranges of quantities, with the place `gauge_at` of the gauge, whose strain is good to a tenth of
-    /// `tolerance`.
+    /// The chart of `setup` at `a` mm over ranges of quantities, for gauges up to a width over a, whose strain is good to a tenth of `tolerance`.
     pub fn new(
         setup: &Setup,
         a: f64,
-        (ranges, gauge_at): ([[f64; 2]; AXES], f64),
+        asked: ([[f64; 2]; AXES], f64),
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
         let job = (power(setup), tolerance, &NEVER);
-        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, gauge_at), job, &mut Sweeps::default())
+        Self::towards(setup, (a, Direction::UPRIGHT), asked, job, &mut Sweeps::default())
     }
 
     /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty; `None` also where the contact of one that is not upright, or is told by
@@ -107,48 +112,53 @@ impl DistanceChart {
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
-        (ranges, gauge_at): ([[f64; 2]; AXES], f64),
+        (mut ranges, width): ([[f64; 2]; AXES], f64),
         (power, tolerance, stop): (i32, f64, &AtomicBool),
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
+        let served = |mut chart: Self| {
+            chart.gauges = Rule::fewest(&chart, width, FOLDED * tolerance)?;
+            Some(chart)
+        };
         let maps = [
             if power == 2 { Map::Square } else { Map::Linear },
-            if gauge_at == MIDDLE { Map::Square } else { Map::Linear },
+            Map::Linear,
             Map::Linear,
             if power == 2 { Map::Inverse } else { Map::Root },
-            Map::Root,
+            Map::Linear,
         ];
+        ranges[Quantity::Place as usize][0] = ranges[Quantity::Place as usize][0].max(FIRST_PLACE);
         let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
         let job = (power, tolerance, stop);
         if setup.gauge.second || !direction.is_upright() {
             if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
                 return Ok(None);
             }
-            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, sweeps)? else {
+            let Some(built) = branch(setup, (a, direction, None), axes, job, sweeps)? else {
                 return Ok(None);
             };
-            let mut chart = Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps);
+            let mut chart = Self::of(a, power, vec![built], Vec::new(), *sweeps);
             chart.direction = direction;
             if setup.gauge.second {
                 let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
-                let (place, job) = ((a, gauge_at, direction), (power, error, solved(power, false), stop));
+                let (place, job) = ((a, direction), (power, error, solved(power, false), stop));
                 chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
             }
-            return Ok(Some(chart).filter(|chart| chart.beside.is_some() == setup.gauge.second));
+            let whole = chart.beside.is_some() == setup.gauge.second;
+            return Ok(if whole { served(chart) } else { None });
         }
         let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, gauge_at, direction, None), axes, job, sweeps)? else {
+            let Some(built) = branch(setup, (a, direction, None), axes, job, sweeps)? else {
                 return Ok(None);
             };
-            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps)));
+            return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
         };
         if mu == 0.0 {
             let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, gauge_at, direction, frictionless), axes, job, sweeps)?
-            else {
+            let Some(built) = branch(setup, (a, direction, frictionless), axes, job, sweeps)? else {
                 return Ok(None);
             };
-            return Ok(Some(Self::of((a, gauge_at), power, vec![built], Vec::new(), *sweeps)));
+            return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
         }
         // By their ratios, all over one box.
         let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
@@ -156,7 +166,7 @@ impl DistanceChart {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, gauge_at, direction, grip), axes, job, sweeps)? else {
+                let Some(built) = branch(setup, (a, direction, grip), axes, job, sweeps)? else {
                     return Ok(None);
                 };
                 if built.axes != axes {
@@ -167,28 +177,23 @@ impl DistanceChart {
             }
             known.sort_by(|a, b| a.0.total_cmp(&b.0));
             let branches = known.iter().map(|(_, built)| built.clone()).collect();
-            let mut chart = Self::of((a, gauge_at), power, branches, ratios, *sweeps);
+            let mut chart = Self::of(a, power, branches, ratios, *sweeps);
             chart.error = chart.choice(setup, stop)?;
             if chart.error <= CHOICE * tolerance {
-                return Ok(Some(chart));
+                return Ok(served(chart));
             }
             *sweeps = chart.sweeps;
         }
         Ok(None)
     }
 
-    fn of(
-        (a, gauge_at): (f64, f64),
-        power: i32,
-        branches: Vec<Built<FUNCTIONS>>,
-        ratios: Vec<f64>,
-        sweeps: Sweeps,
-    ) -> Self {
+    fn of(a: f64, power: i32, branches: Vec<Built<FUNCTIONS>>, ratios: Vec<f64>, sweeps: Sweeps) -> Self {
         let error =
             |b: &Built<FUNCTIONS>| b.errors[0] * b.axes[Quantity::Drive as usize].range[1].powi(power);
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
-        Self { a, direction, gauge_at, power, branches, beside, ratios, error, sweeps }
+        let gauges = Rule { width: 0.0, points: Vec::new() };
+        Self { a, direction, gauges, power, branches, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -196,15 +201,25 @@ impl DistanceChart {
         &self.branches[0].axes
     }
 
+    /// Whether it holds at the quantities `q`; a gauge that begins at the clamp has its points behind it.
+    pub fn holds(&self, q: &[f64; AXES]) -> bool {
+        let inside = |k: usize| match k == Quantity::Place as usize {
+            true => holds([self.axes()[k].range[0] - FIRST_PLACE, self.axes()[k].range[1]], q[k]),
+            false => holds(self.axes()[k].range, q[k]),
+        };
+        (0..AXES).all(inside)
+    }
+
     /// Largest error of the strain where the contact chooses whether it slides.
     fn choice(&mut self, setup: &Setup, stop: &AtomicBool) -> Result<f64, SolveError> {
-        let mut taps = Taps::new(setup, self.a, self.gauge_at, None, 1e-8).stopping(stop);
+        let mut taps = Taps::new(setup, self.a, None, 1e-8).stopping(stop);
         let points: Vec<[f64; AXES]> = check_points(self.axes(), CHOICES);
         let found = taps.solve(&points)?;
         self.sweeps.merge(&taps.sweeps);
         let error = |(q, o): (&[f64; AXES], &Outcome)| {
             let [strain, ..] = self.at(q);
-            o.deviation.is_finite().then(|| (strain + o.deviation / (1.0 + o.deviation)).abs())
+            let own = room(q) * o.deviation / (1.0 + o.deviation);
+            o.deviation.is_finite().then(|| (strain + own).abs() / room(q))
         };
         Ok(points.iter().zip(&found).filter_map(error).fold(0.0, f64::max))
     }
@@ -235,6 +250,11 @@ impl DistanceChart {
     }
 }
 
+/// 1 − x/a.
+pub fn room(q: &[f64; AXES]) -> f64 {
+    1.0 - q[Quantity::Place as usize]
+}
+
 fn polynomial(c: &[f64], x: f64) -> f64 {
     c.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
@@ -256,13 +276,15 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
 /// Box and series of taps at `a` mm held by `grip`.
 fn branch(
     setup: &Setup,
-    (a, gauge_at, direction, grip): (f64, f64, Direction, Option<Grip>),
+    (a, direction, grip): (f64, Direction, Option<Grip>),
     axes: [Axis; AXES],
     (power, tolerance, stop): (i32, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let most = axes[Quantity::Drive as usize].range[1].powi(power);
-    let strain = SHARE * tolerance / most;
+    // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
+    let room_left = 1.0 - axes[Quantity::Place as usize].range[1];
+    let strain = SHARE * tolerance / most * room_left.sqrt();
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
     let bounds = [
         match power {
@@ -272,8 +294,7 @@ fn branch(
         Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
         Bound::of(10.0 * SHARE * tolerance / most),
     ];
-    let mut taps =
-        Taps::new(setup, a, gauge_at, grip, solved(power, chooses)).towards(direction).stopping(stop);
+    let mut taps = Taps::new(setup, a, grip, solved(power, chooses)).towards(direction).stopping(stop);
     let cos = radians(direction)[0].cos();
     let spatial = setup.gauge.second || !direction.is_upright();
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
@@ -288,7 +309,7 @@ fn branch(
             true => o.strain / (o.strain_linear * cos * cos) - 1.0,
             false => -o.deviation / (1.0 + o.deviation),
         };
-        let values = [strain, o.arc / a - 1.0, o.normal_force / (linear * cos) - 1.0];
+        let values = [room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear * cos) - 1.0];
         Some(values.map(|v| v / scale)).filter(|v| v.iter().all(|v| v.is_finite()))
     };
     let built = build(axes, &bounds, &mut |q| {

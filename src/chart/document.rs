@@ -10,11 +10,12 @@ use super::series::{Row, Series};
 use crate::scene::{Drive, Setup};
 
 /// Version of the format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
-/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_width) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
-/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. With a second gauge three more,
-/// over a box of their own, each with the value of linear theory that is to be added.
+/// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_length) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
+/// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. The strain is that at a point;
+/// `gauge` says at which points of a gauge it is read, and what each weighs ([`super::gauge`]). With a second gauge three functions more,
+/// over a box of their own, each with the value of linear theory that is to be added; of them ε₂ is that at a point too.
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
     let upright = charts.iter().all(|chart| chart.direction.is_upright());
@@ -23,12 +24,13 @@ pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
         "version": env!("CARGO_PKG_VERSION"),
         "drive": drive,
         "hub_mm": setup.hub,
-        "functions": ["strain_over_theory_less_1", "arc_over_a_less_1", "force_over_linear_less_1"],
+        "functions": ["strain_over_theory_less_1_times_1_less_x_over_a", "arc_over_a_less_1", "force_over_linear_less_1"],
         "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)" },
         "charts": charts.iter().map(|chart| one(chart, upright)).collect::<Vec<_>>(),
     });
     if setup.gauge.second {
-        all["beside"] = json!(["strain_2_over_theory", "azimuth_rad", "slide_over_path"]);
+        all["beside"] =
+            json!(["strain_2_over_theory_times_1_less_x_over_a", "azimuth_rad", "slide_over_path"]);
     }
     all
 }
@@ -40,6 +42,7 @@ fn one(chart: &DistanceChart, upright: bool) -> Value {
         "power": chart.power,
         "strain_error": chart.error,
         "axes": axes(chart),
+        "gauge": { "largest_width_over_a": chart.gauges.width, "points": chart.gauges.points },
         "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
     });
     if !upright {
@@ -55,7 +58,7 @@ fn one(chart: &DistanceChart, upright: bool) -> Value {
 fn axes(chart: &DistanceChart) -> Value {
     let axis = |quantity: Quantity| {
         let axis = &chart.axes()[quantity as usize];
-        json!({ "quantity": quantity.word(chart.gauge_at), "variable": axis.map, "range": axis.range })
+        json!({ "quantity": quantity.word(), "variable": axis.map, "range": axis.range })
     };
     json!(Quantity::ALL.map(axis))
 }

@@ -22,6 +22,7 @@ pub mod beside;
 pub mod build;
 pub mod distance;
 pub mod document;
+pub mod gauge;
 pub mod lanes;
 pub mod leja;
 pub mod ranges;

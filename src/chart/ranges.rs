@@ -1,6 +1,6 @@
 //! What the numbers of designs can be, and the box of a chart that holds them.
 
-use super::axis::{AXES, MIDDLE, NEAR_END};
+use super::axis::AXES;
 use crate::design::amount;
 use crate::physics::taper::Taper;
 use crate::plan::Layout;
@@ -38,8 +38,8 @@ impl Wanted {
         Self { D: base, d: tip, L_a: length, x_ss, l: grid, drive }
     }
 
-    /// Ranges of drive (rad or mm), x2 − x1, D, τ and the place of the gauge, of whiskers that reach `far` mm and whose gauges end before
-    /// `gauge_end`, and what place g that is; `None` where there are none.
+    /// Ranges of drive (rad or mm), lengths of the rig (none vary), D, τ and points of gauges, of whiskers that reach `far` mm and whose gauges
+    /// end before `gauge_end`, and the largest x2 − x1; `None` where there are none.
     pub fn ranges(&self, setup: &Setup, far: f64, gauge_end: f64) -> Option<([[f64; 2]; AXES], f64)> {
         let longest = self.L_a.map(|length| length.max(far));
         // τ and tan α are monotonic in each of D, d and L_a.
@@ -54,15 +54,12 @@ impl Wanted {
             }
         }
         let tau = [tau[0].max(-1.0 / far), tau[1].min(0.99 / far)];
-        let width = [self.l[0] / steepest.hypot(1.0), self.l[1]];
-        // Every corner is to be a gauge.
-        let at = if self.x_ss[0] + MIDDLE * width[0] < MIDDLE * width[1] { NEAR_END } else { MIDDLE };
-        let last = gauge_end - (1.0 - at) * width[1];
-        let place = [self.x_ss[0] + at * width[0], (self.x_ss[1] + at * width[1]).min(last)];
+        let shortest = self.l[0] / steepest.hypot(1.0);
+        let place = [self.x_ss[0], (self.x_ss[1] + self.l[1]).min(gauge_end)];
         let drive = self.drive.map(|drive| amount(setup.drive, drive));
-        let ranges = [drive, width, self.D, tau, place];
+        let ranges = [drive, [0.0; 2], self.D, tau, place];
         let whole = ranges.iter().all(|[lo, hi]| lo.is_finite() && lo <= hi);
-        (whole && drive[0] > 0.0 && width[0] > 0.0 && self.D[0] > 0.0).then_some((ranges, at))
+        (whole && drive[0] > 0.0 && shortest > 0.0 && self.D[0] > 0.0).then_some((ranges, self.l[1]))
     }
 }
 
@@ -84,7 +81,7 @@ pub fn unscaled(kind: Drive, ranges: &[[f64; 2]; AXES], a: f64) -> [[f64; 2]; AX
     std::array::from_fn(|k| ranges[k].map(|x| x / factors[k]))
 }
 
-/// Quantities at `a` over drive, x2 − x1, D, τ and the place of the gauge.
+/// Quantities at `a` over drive, a length of the rig, D, τ and x.
 pub fn factors(kind: Drive, a: f64) -> [f64; AXES] {
     let drive = if kind == Drive::Angle { 1.0 } else { 1.0 / a };
     [drive, 1.0 / a, 1.0 / a, a, 1.0 / a]

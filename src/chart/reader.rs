@@ -133,7 +133,7 @@ impl Reader {
         tasks.par_chunks(GRAIN).flat_map_iter(part).collect()
     }
 
-    /// Quantities of `task`, the drive in rad or mm, if it is at the distance and direction of `chart` and within it, and within what `also` is read.
+    /// Drive (rad or mm), x1/a, D/a, τa and x2/a of `task`, if it is at the distance and direction of `chart` and within it, and within what `also` is read.
     fn numbers(
         &self,
         setup: &Setup,
@@ -149,15 +149,13 @@ impl Reader {
         let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, a, task.drive))?;
         let [x1, x2] = shared.gauge;
         let drive = amount(setup.drive, task.drive);
-        let place = (x1 + chart.gauge_at * (x2 - x1)) / a;
-        let q = [drive, (x2 - x1) / a, design.tuple.D / a, shared.taper.tau * a, place];
-        let scale = factors(setup.drive, a)[Quantity::Drive as usize];
+        let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
+        let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
+        let ends = [x1, x2].map(|x| [scaled, 0.0, base, taper, x / a]);
         let inside = |chart: &DistanceChart| {
-            chart.axes().iter().zip(q).enumerate().all(|(k, (axis, q))| {
-                holds(axis.range, if k == Quantity::Drive as usize { q * scale } else { q })
-            })
+            holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
         };
-        (inside(chart) && also.is_none_or(inside)).then_some(q)
+        (inside(chart) && also.is_none_or(inside)).then_some([drive, x1 / a, base, taper, x2 / a])
     }
 }
 
@@ -185,10 +183,10 @@ pub fn charts(
     let leans = directions.iter().any(|direction| direction.lean != 0.0);
     let power = if leans { power(setup).min(1) } else { power(setup) };
     let chart = |(a, direction): &(f64, Direction)| {
-        let Some((ranges, at)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
+        let Some((ranges, width)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
         let job = (power, tolerance, stop);
-        DistanceChart::towards(setup, (*a, *direction), (ranges, at), job, &mut Sweeps::default())
+        DistanceChart::towards(setup, (*a, *direction), (ranges, width / a), job, &mut Sweeps::default())
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

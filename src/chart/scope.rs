@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::axis::{AXES, Quantity};
+use super::axis::{AXES, FIRST_PLACE, Quantity};
 use super::distance::{DistanceChart, power};
 use super::ranges::{NEAREST, Wanted, holds, scaled, unscaled};
 use crate::design::{amount, is_whisker};
@@ -42,7 +42,7 @@ pub struct Summary {
     pub charts: usize,
     /// Range of τa.
     pub taper: [f64; 2],
-    /// Range of the middle of the gauge over a, or of its near end where gauges begin at the clamp.
+    /// Range of points of gauges over a.
     pub place: [f64; 2],
     /// Range of D/a.
     pub base: [f64; 2],
@@ -100,9 +100,9 @@ pub struct Scope {
     pub rank: Rank,
     /// Smallest and largest distance, mm.
     reach: [f64; 2],
-    /// What place of the gauge the charts know.
-    gauge_at: f64,
-    /// Where every chart holds: drive (rad or mm), x2 − x1, D, τ, the place of the gauge in mm and 1/mm.
+    /// Largest x2 − x1, mm.
+    width: f64,
+    /// Where every chart holds: drive (rad or mm), a length, D, τ, x in mm and 1/mm.
     within: [[f64; 2]; AXES],
 }
 
@@ -176,16 +176,19 @@ impl Scope {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
         let [lo, hi] = setup.estimate.range.unwrap_or([near, far]);
-        let Some((asked, gauge_at)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
+        let Some((asked, width)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
             return Ok((None, 0));
         };
-        let held =
-            |chart: &DistanceChart| unscaled(setup.drive, &chart.axes().map(|axis| axis.range), chart.a);
+        let held = |chart: &DistanceChart| {
+            let mut ranges = chart.axes().map(|axis| axis.range);
+            ranges[Quantity::Place as usize][0] -= FIRST_PLACE;
+            unscaled(setup.drive, &ranges, chart.a)
+        };
         let chart = |a: f64| {
             let (ranges, job) = (scaled(setup.drive, &asked, a), (power(setup), tolerance, &NEVER));
             let mut spent = Sweeps::default();
             let place = (a, Direction::UPRIGHT);
-            let chart = DistanceChart::towards(setup, place, (ranges, gauge_at), job, &mut spent)?;
+            let chart = DistanceChart::towards(setup, place, (ranges, width / a), job, &mut spent)?;
             let all = |chart: &DistanceChart| {
                 drives.iter().all(|drive| holds(held(chart)[Quantity::Drive as usize], *drive))
             };
@@ -224,7 +227,7 @@ impl Scope {
             drives: Vec::new(),
             rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
             reach: [near, far],
-            gauge_at,
+            width,
             within,
         };
         Ok((Some(scope), taps))
@@ -243,10 +246,14 @@ impl Scope {
         } else {
             self.within[Quantity::Drive as usize][0]
         };
-        let numbers = [drive, x2 - x1, t.D, taper.tau, x1 + self.gauge_at * (x2 - x1)];
+        let numbers = [x1, x2].map(|x| [drive, 0.0, t.D, taper.tau, x]);
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
-        let inside = !tilted && self.within.iter().zip(numbers).all(|(range, number)| holds(*range, number));
+        let inside = !tilted
+            && holds([0.0, self.width], x2 - x1)
+            && numbers
+                .iter()
+                .all(|numbers| self.within.iter().zip(numbers).all(|(range, number)| holds(*range, *number)));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }
 

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::axis::{AXES, Quantity};
+use super::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
@@ -24,8 +24,6 @@ pub struct Taps<'a> {
     evaluator: Evaluator<'a>,
     /// a, mm.
     a: f64,
-    /// What place of the gauge stands among the quantities.
-    gauge_at: f64,
     /// What holds the contact; none where the model says.
     grip: Option<Grip>,
     direction: Direction,
@@ -34,12 +32,12 @@ pub struct Taps<'a> {
 }
 
 impl<'a> Taps<'a> {
-    /// Taps of `setup` at `a` mm with the place `gauge_at` of the gauge, held by `grip`, to `tolerance`.
-    pub fn new(setup: &'a Setup, a: f64, gauge_at: f64, grip: Option<Grip>, tolerance: f64) -> Self {
+    /// Taps of `setup` at `a` mm, held by `grip`, to `tolerance`.
+    pub fn new(setup: &'a Setup, a: f64, grip: Option<Grip>, tolerance: f64) -> Self {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
         let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
-        Self { setup, evaluator, a, gauge_at, grip, direction: Direction::UPRIGHT, sweeps }
+        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, sweeps }
     }
 
     /// Until `stop` is set.
@@ -54,8 +52,7 @@ impl<'a> Taps<'a> {
 
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
-        let designs: Vec<Design> =
-            points.par_iter().map(|q| design(self.setup, self.a, self.gauge_at, q)).collect();
+        let designs: Vec<Design> = points.par_iter().map(|q| design(self.setup, self.a, q)).collect();
         let task = |(design, q): (u32, &[f64; AXES])| {
             let drive = q[Quantity::Drive as usize];
             let drive = match self.setup.drive {
@@ -74,17 +71,17 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// A whisker, longer than any contact, of which a tap at `a` mm has the quantities `q`.
+/// A whisker, longer than any contact, with a point of a gauge, of which a tap at `a` mm has the quantities `q`.
 #[allow(non_snake_case)]
-fn design(setup: &Setup, a: f64, gauge_at: f64, q: &[f64; AXES]) -> Design {
+fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
-    let (D, width, place) = (of(Quantity::Base), of(Quantity::Width), of(Quantity::Place));
+    let (D, width, place) = (of(Quantity::Base), a * POINT, of(Quantity::Place));
     let p = q[Quantity::Taper as usize];
     let reach = if p > 0.0 { (0.5 + 0.5 / p).min(1.5) } else { 1.5 };
     let L_a = a * reach;
     let d = D * (1.0 - p * reach);
     let taper = Taper::new(D, d, L_a);
-    let gauge = [place - gauge_at * width, place + (1.0 - gauge_at) * width];
+    let gauge = [place - 0.5 * width, place + 0.5 * width];
     let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });

@@ -23,8 +23,8 @@ pub const ARC: usize = 2;
 /// P over that of the linear theory, less 1.
 pub const FORCE: usize = 3;
 
-/// Axis of r₀/a, or of ρ/a where the pole has a radius: the place of the width of a gauge, which a point has not.
-pub const OFFSET: usize = Quantity::Width as usize;
+/// Axis of r₀/a, or of ρ/a where the pole has a radius.
+pub const OFFSET: usize = Quantity::Length as usize;
 /// Axis of τa.
 pub const TAPER: usize = Quantity::Taper as usize;
 /// Axis of x/a.

@@ -1,16 +1,10 @@
 //! Over which ranges a page lets everything be moved: those of the spec; where it has one number, a range around it.
 
-use crate::chart::axis::AXES;
+use crate::chart::axis::{AXES, FIRST_PLACE};
 use crate::design::amount;
 use crate::error::InputError;
 use crate::plan::Layout;
 use crate::scene::{Axis, Column, Drive, Setup, Tuple};
-
-/// Smallest x/a of the chart: that of the middle of a point's gauge at the clamp.
-pub const FIRST_PLACE: f64 = 0.5 * POINT;
-
-/// Length over a of the gauge that stands for a point.
-pub const POINT: f64 = 1e-3;
 
 /// Largest x/a of the chart; beyond it the strain next to the contact is drawn to its known end.
 pub const LAST_PLACE: f64 = 0.95;

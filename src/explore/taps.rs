@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 
 use super::along::{ARC, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, TAPER};
-use super::domain::POINT;
-use crate::chart::axis::{AXES, Quantity};
+use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};

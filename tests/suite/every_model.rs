@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use crate::common::program::Desk;
 use vibrissa::chart::{
-    axis::{AXES, MIDDLE},
-    distance::DistanceChart,
+    axis::AXES,
+    distance::{DistanceChart, room},
     taps::Taps,
 };
 use vibrissa::scene::{Contact, Drive, Estimate, Material, Setup, Theory};
@@ -161,9 +161,8 @@ fn worst(setup: &Setup, a: f64) -> f64 {
         Drive::Angle => [0.5f64.to_radians(), 10f64.to_radians()],
         Drive::Displacement => [0.2 / a, 4.0 / a],
     };
-    let ranges =
-        [drive, [1.0 / a, 4.0 / a], [8.0 / a, 12.0 / a], [0.0025 * a, 0.013 * a], [3.5 / a, 15.0 / a]];
-    let chart = DistanceChart::new(setup, a, (ranges, MIDDLE), 1e-5).unwrap().expect("a smooth model");
+    let ranges = [drive, [0.0; 2], [8.0 / a, 12.0 / a], [0.0025 * a, 0.013 * a], [3.0 / a, 17.0 / a]];
+    let chart = DistanceChart::new(setup, a, (ranges, 4.0 / a), 1e-5).unwrap().expect("a smooth model");
     let mut seed = 1u64;
     let mut random = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -172,9 +171,9 @@ fn worst(setup: &Setup, a: f64) -> f64 {
     let points: Vec<[f64; AXES]> = (0..400)
         .map(|_| chart.axes().map(|axis| axis.range[0] + random() * (axis.range[1] - axis.range[0])))
         .collect();
-    let found = Taps::new(setup, a, MIDDLE, None, 1e-9).solve(&points).unwrap();
+    let found = Taps::new(setup, a, None, 1e-9).solve(&points).unwrap();
     let error = |(q, o): (&[f64; AXES], &vibrissa::evaluate::Outcome)| {
-        (chart.at(q)[0] + o.deviation / (1.0 + o.deviation)).abs()
+        (chart.at(q)[0] / room(q) + o.deviation / (1.0 + o.deviation)).abs()
     };
     points.iter().zip(&found).map(error).fold(0.0, f64::max)
 }

@@ -100,8 +100,8 @@ struct Plain {
 struct Distance {
     a: f32,
     inverse: f32,
-    /// What place of the gauge the chart knows.
-    gauge_at: f32,
+    /// Place and weight of the points of a gauge.
+    gauge: Vec<[f32; 2]>,
     /// η at both ends of the range of interest.
     ends: [f32; 2],
     /// What the chart's functions are multiplied by for the drive's power in mm.
@@ -187,7 +187,7 @@ impl Distance {
         Self {
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
-            gauge_at: chart.gauge_at as f32,
+            gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
             ends: ends.map(|e| e as f32),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
@@ -197,35 +197,73 @@ impl Distance {
             branches: chart
                 .branches
                 .iter()
-                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], &mut products)))
+                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], f == Function::Strain, &mut products)))
                 .collect(),
             products,
             most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
         }
     }
 
-    /// Chebyshev polynomials at quantities, from axis `first` on.
+    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge.
     #[inline(always)]
-    fn polynomials<const FMA: bool>(
+    fn polynomials<const FMA: bool, const OWN: bool>(
         &self,
-        quantities: &[Lanes<FMA>; AXES],
-        first: usize,
+        [drive, near, base, taper, far]: &[Lanes<FMA>; AXES],
         basis: &mut [Vec<Lanes<FMA>>; AXES],
         products: &mut Values<FMA>,
     ) {
-        let one = Lanes::<FMA>::of(1.0);
-        for k in first..AXES {
-            let q = quantities[k];
-            let y = match self.maps[k] {
-                Map::Linear => q,
-                Map::Square => q * q,
-                Map::Root => (one / (one - q)).sqrt(),
-                Map::Inverse => one / (one - q),
-            };
-            let [scale, shift] = self.affine[k].map(Pack::splat);
-            read::polynomials(y.mul_add(scale, shift), self.sizes[k], &mut basis[k]);
+        basis[1][0] = Lanes::<FMA>::of(1.0);
+        if OWN {
+            read::polynomials(self.variable(0, *drive), self.sizes[0], &mut basis[0]);
         }
+        read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
+        read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
+        self.fold([*near, *far], *taper, &mut basis[4]);
         self.products.fill(basis, products);
+    }
+
+    /// The variable of axis `k`, in [−1, 1].
+    #[inline(always)]
+    fn variable<const FMA: bool>(&self, k: usize, q: Lanes<FMA>) -> Lanes<FMA> {
+        let one = Lanes::<FMA>::of(1.0);
+        let y = match self.maps[k] {
+            Map::Linear => q,
+            Map::Square => q * q,
+            Map::Root => (one / (one - q)).sqrt(),
+            Map::Inverse => one / (one - q),
+        };
+        let [scale, shift] = self.affine[k].map(Pack::splat);
+        y.mul_add(scale, shift)
+    }
+
+    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`super::gauge`]).
+    #[inline(always)]
+    fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
+        let of = Lanes::<FMA>::of;
+        let n = self.sizes[4];
+        let (one, width) = (of(1.0), far - near);
+        for value in into.iter_mut() {
+            *value = of(0.0);
+        }
+        let mut total = of(0.0);
+        for [place, weight] in &self.gauge {
+            let s = width.mul_add(Pack::splat(*place), near);
+            let u = one - p * s;
+            let weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
+            total = weight.mul_add(one - s, total);
+            let x = self.variable(4, s);
+            let twice = x + x;
+            let (mut last, mut this) = (one, x);
+            into[0] = into[0] + weight;
+            for value in into.iter_mut().take(n).skip(1) {
+                *value = weight.mul_add(this, *value);
+                (last, this) = (this, twice * this - last);
+            }
+        }
+        let share = one / total;
+        for value in into.iter_mut().take(n) {
+            *value = *value * share;
+        }
     }
 }
 

@@ -38,7 +38,7 @@ impl Readings {
         }
     }
 
-    /// Taps at distance `i`; their quantities, the drive in rad or mm, within its chart.
+    /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
         best(Reading { readings: self, i, quantities, out });
     }
@@ -63,7 +63,7 @@ impl Readings {
             if self.displaced {
                 q[0] = drive * Pack::splat(distance.inverse);
             }
-            distance.polynomials(&q, 0, &mut basis, &mut products);
+            distance.polynomials::<FMA, true>(&q, &mut basis, &mut products);
             let (functions, share) = self.choice.read::<FMA, true>(&distance.branches, &basis, &products);
             let power = Pack::splat(distance.scale)
                 * match self.power {

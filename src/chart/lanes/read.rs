@@ -9,6 +9,9 @@ use crate::kernel::cpu::Pack;
 const MOST_PRODUCTS: usize = 256;
 const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 
+/// In place of an order over x/a: of a function of the whole tap, which knows none.
+const WHOLE: u8 = u8::MAX;
+
 /// Values of products, by place.
 pub(super) type Values<const FMA: bool> = [Lanes<FMA>; MOST_PRODUCTS];
 
@@ -59,21 +62,24 @@ impl Products {
     #[inline(always)]
     pub fn fill<const FMA: bool>(&self, basis: &[Vec<Lanes<FMA>>; AXES], into: &mut Values<FMA>) {
         for ([taper, place], value) in self.pairs.iter().zip(into) {
-            *value = basis[3][usize::from(*taper)] * basis[4][usize::from(*place)];
+            let taper = basis[3][usize::from(*taper)];
+            *value = if *place == WHOLE { taper } else { taper * basis[4][usize::from(*place)] };
         }
     }
 }
 
 impl Flat {
-    pub fn new(series: &Series, products: &mut Products) -> Self {
+    /// Of `series`, a function of the `point` at which the strain is asked, or of the whole tap.
+    pub fn new(series: &Series, point: bool, products: &mut Products) -> Self {
         let mut flat = Self::default();
         for row in &series.rows {
             let [orders @ .., taper] = row.orders.map(|k| k as u8);
             if flat.blocks.last().is_none_or(|block| block.orders != orders) {
                 flat.blocks.push(Block { orders, terms: 0 });
             }
-            for (place, c) in row.coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                let place = products.place([taper, place as u8]);
+            let orders = if point { row.coefficients.len() } else { 1 };
+            for (place, c) in row.coefficients[..orders].iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                let place = products.place([taper, if point { place as u8 } else { WHOLE }]);
                 flat.terms.push(Term { coefficient: *c as f32, place });
                 if let Some(block) = flat.blocks.last_mut() {
                     block.terms += 1;

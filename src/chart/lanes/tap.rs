@@ -167,12 +167,9 @@ impl Tables {
         let (one, inverse) = (of(1.0), Pack::splat(distance.inverse));
         let p = design.tau * Pack::splat(distance.a);
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
-        let width = s2 - s1;
         let own = if self.theory.displaced { drive * inverse } else { drive };
-        let quantities =
-            [own, width, design.diameter * inverse, p, s1 + Pack::splat(distance.gauge_at) * width];
-        let first = if OWN { 0 } else { 1 };
-        distance.polynomials(&quantities, first, &mut scratch.basis, &mut scratch.products);
+        let quantities = [own, s1, design.diameter * inverse, p, s2];
+        distance.polynomials::<FMA, OWN>(&quantities, &mut scratch.basis, &mut scratch.products);
         let scale = Pack::splat(distance.scale);
         if OWN && distance.branches.len() > 1 {
             let (read, _) =

@@ -1,0 +1,79 @@
+//! A gauge as a mean over points of the skin, so that a chart needs no axis for its width.
+//!
+//! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
+//! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
+
+use super::axis::{AXES, Quantity};
+use super::distance::{DistanceChart, Function, room};
+use crate::kernel::nodes::gauss;
+
+/// Numbers of points that are tried.
+const POINTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
+
+/// Points of the mean that others are compared with.
+const EXACT: usize = 20;
+
+/// Gauges up to a width, and the points at which they are read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rule {
+    /// Largest (x2 − x1)/a.
+    pub width: f64,
+    /// Place between x1 (0) and x2 (1), and weight, of each point.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Rule {
+    /// Of `n` points.
+    fn new(width: f64, n: usize) -> Self {
+        let (places, weights) = gauss(n);
+        Self {
+            width,
+            points: places.into_iter().zip(weights).map(|(place, weight)| [place, weight]).collect(),
+        }
+    }
+
+    /// The fewest points by which `chart` gives the mean over gauges of `width` to `error`; `None` where eight are too few. Compared are gauges at
+    /// both ends and in the middle of its points, at the corners of the other quantities.
+    pub fn fewest(chart: &DistanceChart, width: f64, error: f64) -> Option<Self> {
+        let exact = Self::new(width, EXACT);
+        let ends = |quantity: Quantity| chart.axes()[quantity as usize].range;
+        let [first, last] = ends(Quantity::Place);
+        let width = width.min(last - first);
+        let far = last - width;
+        let mut gauges = Vec::new();
+        for drive in ends(Quantity::Drive) {
+            for base in ends(Quantity::Base) {
+                for taper in ends(Quantity::Taper) {
+                    gauges.extend(
+                        [first, 0.5 * (first + far), far].map(|x| ([drive, 0.0, base, taper, x], x + width)),
+                    );
+                }
+            }
+        }
+        let wanted: Vec<Vec<f64>> = gauges.iter().map(|(q, end)| exact.means(chart, q, *end)).collect();
+        let close = |rule: &Self| {
+            gauges.iter().zip(&wanted).all(|((q, end), wanted)| {
+                rule.means(chart, q, *end).iter().zip(wanted).all(|(x, y)| (x - y).abs() <= error)
+            })
+        };
+        POINTS.into_iter().map(|n| Self::new(exact.width, n)).find(close)
+    }
+
+    /// δ by each branch of `chart` of a gauge from the place of `q` to x/a = `end`.
+    fn means(&self, chart: &DistanceChart, q: &[f64; AXES], end: f64) -> Vec<f64> {
+        let (place, taper) = (Quantity::Place as usize, Quantity::Taper as usize);
+        let scale = q[Quantity::Drive as usize].powi(chart.power);
+        let (mut sums, mut total) = (vec![0.0; chart.branches.len()], 0.0);
+        for [share, weight] in &self.points {
+            let mut at = *q;
+            at[place] += share * (end - q[place]);
+            let weight = weight / (1.0 - q[taper] * at[place]).powi(3);
+            let x = std::array::from_fn(|k| chart.axes()[k].place(at[k]));
+            for (sum, branch) in sums.iter_mut().zip(&chart.branches) {
+                *sum += weight * scale * branch.series[Function::Strain as usize].at(x);
+            }
+            total += weight * room(&at);
+        }
+        sums.into_iter().map(|sum| sum / total).collect()
+    }
+}
