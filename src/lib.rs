@@ -3,7 +3,7 @@
 //! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`] (what was asked), [`plan`] says what will run and how,
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`chart`]
-//! (any model) and [`smooth`] (the ideal rod) spare it most taps. [`explain`] compares the effects of a model, [`verify`]
+//! spares it most taps. [`explain`] compares the effects of a model, [`verify`]
 //! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
 //! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C or Python, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
@@ -12,7 +12,7 @@
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
 pub use vibrissa_core::{design, error, estimate, excerpt, physics, reduce, scene, status};
-pub use vibrissa_kernel::{self as kernel, smooth};
+pub use vibrissa_kernel as kernel;
 
 pub mod api;
 pub mod backend;

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::SolveError;
+use crate::kernel::ranking::{Charts, Ranking};
 use crate::kernel::{Job, Solution, Solver, Tap};
 use crate::scene::Layout;
-use crate::smooth::{Ranking, Scope};
 
 /// What a probed solver has spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -68,8 +68,12 @@ impl Solver for Probe {
         Ok(())
     }
 
-    fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        self.inner.ranking(scope, layout)
+    fn ranking(
+        &mut self,
+        charts: &dyn Charts,
+        layout: &Layout,
+    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        self.inner.ranking(charts, layout)
     }
 
     fn failed(&mut self, why: &SolveError) {

@@ -6,9 +6,9 @@ use super::lanes::{Counting, Figures, Tables, Words};
 use super::ranges::Wanted;
 use super::scope::{Scope, Summary};
 use crate::error::SolveError;
+use crate::kernel::ranking::Case;
 use crate::reduce::Sweeps;
 use crate::scene::{Setup, Tuple};
-use crate::smooth::Case;
 
 /// Rows of one work item.
 const GRAIN: usize = 1024;

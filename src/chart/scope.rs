@@ -8,18 +8,21 @@ use super::ranges::{NEAREST, Wanted, holds, scaled, unscaled};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
+use crate::kernel::ranking::{Case, Within};
 use crate::physics::taper::Taper;
 use crate::plan::Layout;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Convention, Direction, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
-use crate::smooth::Case;
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
 
-/// Most distances of a design: each has its chart.
-const MOST_DISTANCES: u64 = 64;
+/// Most distances of a design: each has its chart. Beyond the first number charts must be far fewer than what they read.
+const MOST_DISTANCES: [u64; 2] = [64, 1024];
+
+/// Taps at each distance that pay for a chart of many.
+const MANY_PAY: u64 = 1 << 14;
 
 /// Most drives of a design.
 const MOST_DRIVES: u64 = 4096;
@@ -111,7 +114,9 @@ impl Scope {
     pub fn fits(study: &Study, layout: &Layout) -> bool {
         let setup = &study.setup;
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
-        let sizes = (2..=MOST_DISTANCES).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
+        let each = layout.len() / layout.n_distances.max(1);
+        let most = MOST_DISTANCES[usize::from(each >= MANY_PAY)];
+        let sizes = (2..=most).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
@@ -159,7 +164,7 @@ impl Scope {
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
         let count = distances.len() as u64;
-        if !charted(setup) || !(2..=MOST_DISTANCES).contains(&count) {
+        if !charted(setup) || !(2..=MOST_DISTANCES[0]).contains(&count) {
             return Ok((None, 0));
         }
         Self::over(setup, (distances, &[]), wanted, tolerance)
@@ -255,6 +260,12 @@ impl Scope {
                 .iter()
                 .all(|numbers| self.within.iter().zip(numbers).all(|(range, number)| holds(*range, *number)));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
+    }
+
+    /// Ranges of the designs that the charts hold.
+    pub fn within(&self) -> Within {
+        let [drive, _, base, tau, x] = self.within;
+        Within { D: base, tau, x, drive, width: self.width, reach: self.reach[1] }
     }
 
     /// What `run.json` says of the charts.

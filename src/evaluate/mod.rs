@@ -14,12 +14,13 @@ use rayon::prelude::*;
 use crate::chart::reader::Reader;
 use crate::design::Design;
 use crate::error::SolveError;
+use crate::kernel::drives::DriveAxis;
+use crate::kernel::ranking::{Charts, Ranking};
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
-use crate::smooth::{Ranking, Scope, drives::DriveAxis};
 use crate::status::Status;
 pub use guard::{Guard, doubts};
 pub use outcome::told;
@@ -250,14 +251,14 @@ impl<'a> Evaluator<'a> {
         std::mem::take(&mut self.sweeps)
     }
 
-    /// What ranks the designs of `scope` on the solver's own device, where it has one.
+    /// What ranks the designs of `layout` from `charts` on the solver's own device, where it has one.
     pub fn ranking(
         &mut self,
-        scope: &Scope,
+        charts: &dyn Charts,
         layout: &Layout,
     ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         match &mut self.method {
-            Method::Fast { solver, .. } => solver.ranking(scope, layout),
+            Method::Fast { solver, .. } => solver.ranking(charts, layout),
             Method::Reference => Ok(None),
         }
     }

@@ -8,8 +8,8 @@ use crate::chart::{
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
     rows::RowReader,
 };
+use crate::kernel::drives::DriveAxis;
 use crate::scene::{Geometry, Layout, Study};
-use crate::smooth::drives::DriveAxis;
 
 /// How taps are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +44,7 @@ impl Way {
     /// What ranks the designs of a sweep, where charts can.
     pub(super) fn charted(study: &Study, layout: &Layout, choice: &Choice) -> Option<Ranker> {
         // Where taps cannot be solved the sweep itself says why.
-        Ranker::new(study, layout, choice.chart_tolerance()?, choice.backend.name == "gpu").ok().flatten()
+        Ranker::new(study, layout, choice.chart_tolerance()?).ok().flatten()
     }
 
     /// What reads the taps of a sweep in place of solving them, where charts can and it pays.

@@ -1,4 +1,4 @@
-//! A ranked sweep from the chart of the rod: all rows ranked in a few flops each, the best solved again.
+//! A ranked sweep from charts: all rows ranked in a few flops each, the best solved again.
 
 use std::time::Instant;
 
@@ -15,10 +15,10 @@ use crate::chart::{
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
+use crate::kernel::ranking::{Case, Charts, Ranking};
 use crate::plan::Layout;
 use crate::scene::Tuple;
 use crate::sink::run_json::Counts;
-use crate::smooth::{Case, Ranking};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
@@ -99,8 +99,7 @@ pub(super) fn device(
     ranker: &Ranker,
     layout: &Layout,
 ) -> Result<Option<Box<dyn Ranking>>, Error> {
-    let Some(scope) = ranker.rod() else { return Ok(None) };
-    Ok(run.evaluator.ranking(scope, layout)?)
+    Ok(run.evaluator.ranking(ranker, layout)?)
 }
 
 /// A search under way.

@@ -210,7 +210,7 @@ fn attempt(
 
 /// The way of the space.
 fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
-    run.counts.chart = run.plan.ranker.as_ref().map(|ranker| ranker.summary());
+    run.counts.chart = run.plan.ranker.as_ref().map(|ranker| serde_json::json!(ranker.summary()));
     if let Some(reader) = &run.plan.reader {
         run.counts.chart = Some(json!(reader.summary()));
         if run.state.is_none() {

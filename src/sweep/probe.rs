@@ -10,13 +10,13 @@ use crate::chart::{lanes::Found, ranker::Ranker};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
+use crate::kernel::ranking::{Case, Charts, Ranking};
 use crate::plan::{CHUNK, KEEP, Plan};
 use crate::profile::both::TAPS;
 use crate::progress::Silent;
 use crate::scene::Layout;
 use crate::scene::{Space, Study, Tuple};
 use crate::sink::table::Table;
-use crate::smooth::{Case, Ranking};
 
 /// A helping that takes so long is large enough to tell, s.
 const ENOUGH: f64 = 0.03;

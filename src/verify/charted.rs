@@ -6,8 +6,8 @@ use super::places::Place;
 use crate::chart::ranker::Ranker;
 use crate::design::{Design, amount};
 use crate::evaluate::Outcome;
+use crate::kernel::ranking::{Case as Reading, Charts};
 use crate::scene::Tuple;
-use crate::smooth::Case as Reading;
 
 /// The line of the chart that `place` ranks the designs of `case` with, if it does, on these taps and their designs. Taps that the
 /// chart leaves to the kernel are counted as `neither`.
@@ -20,9 +20,7 @@ pub(super) fn line(
 ) -> Option<Line> {
     let study = case.study.as_ref()?;
     let layout = study.space.layout()?;
-    let ranker = Ranker::new(study, &layout, place.chart_tolerance()?, place.backend().name == "gpu")
-        .ok()
-        .flatten()?;
+    let ranker = Ranker::new(study, &layout, place.chart_tolerance()?).ok().flatten()?;
     let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
     let read = |i: usize| {
         let distance = distances.iter().position(|a| *a == tuples[i].a)?;

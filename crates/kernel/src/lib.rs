@@ -22,20 +22,22 @@
 
 pub mod chart;
 pub mod cpu;
+pub mod drives;
 pub mod effects;
 pub mod frames;
 pub mod gpu;
 pub mod nodes;
 pub mod pose;
+pub mod ranking;
 pub mod rule;
-pub mod smooth;
+
 pub mod tap;
 
 pub use chart::Chart;
 use cpu::Cpu;
 pub use effects::Effects;
+use ranking::{Charts, Ranking};
 pub use rule::{Rule, ladder};
-use smooth::{Ranking, Scope};
 pub use tap::{Solution, Tap};
 
 use std::sync::OnceLock;
@@ -136,8 +138,12 @@ pub trait Solver: Send {
         0
     }
 
-    /// What ranks the designs of `scope` on this backend's own device; `None` where it has none, or the scope does not fit on it.
-    fn ranking(&mut self, _scope: &Scope, _layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    /// What ranks the designs of a layout from `charts` on this backend's own device; `None` where it has none, or they do not fit on it.
+    fn ranking(
+        &mut self,
+        _charts: &dyn Charts,
+        _layout: &Layout,
+    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         Ok(None)
     }
 

@@ -13,7 +13,7 @@ use crate::scene::{Per, RankBy, Tuple};
 pub(super) const MOST: f32 = 0.95;
 
 /// Largest deviation of the strain for which it is taken to grow with the drive.
-const LARGEST: f32 = 0.3;
+pub(super) const LARGEST: f32 = 0.3;
 
 /// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error.
 const REPEATS: usize = 5;

@@ -3,7 +3,7 @@
 use super::Twin;
 
 /// The files of the Rust side, by what the table calls them.
-pub const FILES: [(&str, &str); 12] = [
+pub const FILES: [(&str, &str); 8] = [
     ("exact/mod.rs", "crates/kernel/src/cpu/exact/mod.rs"),
     ("exact/sweep.rs", "crates/kernel/src/cpu/exact/sweep.rs"),
     ("exact/newton.rs", "crates/kernel/src/cpu/exact/newton.rs"),
@@ -11,10 +11,6 @@ pub const FILES: [(&str, &str); 12] = [
     ("exact/spatial.rs", "crates/kernel/src/cpu/exact/spatial.rs"),
     ("exact/legendre.rs", "crates/kernel/src/cpu/exact/legendre.rs"),
     ("exact/tables.rs", "crates/kernel/src/cpu/exact/tables.rs"),
-    ("lanes/mod.rs", "crates/kernel/src/smooth/lanes/mod.rs"),
-    ("lanes/tap.rs", "crates/kernel/src/smooth/lanes/tap.rs"),
-    ("lanes/rows.rs", "crates/kernel/src/smooth/lanes/rows.rs"),
-    ("lanes/estimate.rs", "crates/kernel/src/smooth/lanes/estimate.rs"),
     ("scene/sampler.rs", "crates/core/src/scene/sampler.rs"),
 ];
 
@@ -208,189 +204,6 @@ pub const TWINS: &[Twin] = &[
     Twin { wgsl: "owen", rust: "scene/sampler.rs:owen", heads: &[("x", "point")], same: 6, ..Twin::NONE },
     Twin { wgsl: "high", rust: "scene/sampler.rs:multiply", same: 7, ..Twin::NONE },
     Twin { wgsl: "philox", rust: "scene/sampler.rs:philox", same: 5, ..Twin::NONE },
-    Twin {
-        wgsl: "bounds",
-        rust: "lanes/estimate.rs:bounds",
-        only_wgsl: &["value", "slope", "beta", "lo", "hi"],
-        only_rust: &["tap", "distance"],
-        renamed: &[("tap.value", "value"), ("tap.slope", "slope"), ("tap.beta", "beta"), ("at_lo", "low")],
-        same: 4,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::new",
-        renamed: &[
-            ("t.D", "w.D"),
-            ("t.d", "w.d"),
-            ("t.L_a", "w.L_a"),
-            ("t.x_ss", "w.x_ss"),
-            ("t.l", "w.l"),
-            ("slope", "tan_alpha"),
-        ],
-        numbers: &[],
-        same: 3,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/tap.rs:Tables::read",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/tap.rs:Tables::tap",
-        renamed: &[
-            ("tap.unit", "unit"),
-            ("tap.beta", "beta"),
-            ("tap.value", "value"),
-            ("tap.slope", "slope"),
-            ("tap.strain", "strain"),
-            ("tap.largest", "largest"),
-            ("design.diameter", "w.D"),
-            ("design.tau", "tau"),
-            ("design.gauge[0]", "x1"),
-            ("design.gauge[1]", "x2"),
-            ("distance.a", "a"),
-            ("distance.inverse", "inverse"),
-            ("means[0]", "over0"),
-        ],
-        numbers: &[],
-        same: 18,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/tap.rs:series",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Row::read",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::push",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::row",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::count_and_rank",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::edges",
-        renamed: &[
-            ("self.design.length", "w.L_a"),
-            ("distance.a", "a"),
-            ("distance.inverse", "inverse"),
-            ("tap.strain", "strain"),
-        ],
-        numbers: &[],
-        same: 1,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::miss",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:Rows::calibration",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/rows.rs:first",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/estimate.rs:Decided::new",
-        renamed: &[],
-        numbers: &[],
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/estimate.rs:Decided::range",
-        renamed: &[("rows.largest", "largest")],
-        numbers: &[],
-        same: 2,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/estimate.rs:Decided::count",
-        renamed: &[
-            ("tap.unit", "unit_"),
-            ("tap.beta", "beta_"),
-            ("tap.value", "value_"),
-            ("tap.slope", "slope_"),
-        ],
-        numbers: &[],
-        same: 1,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "design",
-        part: true,
-        rust: "lanes/estimate.rs:Rows::estimate",
-        renamed: &[
-            ("tap.unit", "unit_"),
-            ("tap.beta", "beta_"),
-            ("tap.value", "value_"),
-            ("tap.slope", "slope_"),
-            ("largest", "largest_error"),
-            ("distance.a", "a"),
-            ("row.angle", "angle"),
-            ("tables.noise", "NOISE"),
-        ],
-        numbers: &[],
-        same: 9,
-        ..Twin::NONE
-    },
 ];
 
 /// Functions of WGSL without a twin.

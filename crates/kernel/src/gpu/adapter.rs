@@ -60,6 +60,12 @@ impl Adapter {
         Self { lie: Some(lie), ..self }
     }
 
+    /// Whether it ranks designs. A software device does not: it is the CPU, whose own lanes read charts many times faster (`docs/cost.md`). Tests ask for it
+    /// by [`SOFTWARE_RANKS`].
+    pub fn ranks(&self) -> bool {
+        !self.software || self.lie.is_some() || std::env::var_os(SOFTWARE_RANKS).is_some()
+    }
+
     /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.
     pub(super) fn open(&self, f64: bool) -> Result<(wgpu::Device, wgpu::Queue), SolveError> {
         let required_features = if f64 { wgpu::Features::SHADER_F64 } else { wgpu::Features::empty() };
@@ -72,6 +78,9 @@ impl Adapter {
         pollster::block_on(request).map_err(|e| SolveError::Device(format!("adapter {}: {e}", self.name)))
     }
 }
+
+/// Environment variable by which a software device ranks designs too.
+pub const SOFTWARE_RANKS: &str = "VIBRISSA_SOFTWARE_RANKS";
 
 /// Process that has asked drivers for their adapters; 0 before.
 static ASKED_BY: AtomicU32 = AtomicU32::new(0);

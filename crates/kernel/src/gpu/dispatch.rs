@@ -16,7 +16,7 @@ use super::{
     seal::Seal,
     shader::{Variant, WORKGROUP, validate},
 };
-use crate::smooth::{Ranking, Scope};
+use crate::ranking::{Charts, Ranking};
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
@@ -328,8 +328,15 @@ impl Solver for Gpu {
         }
     }
 
-    fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        Ok(Ranker::new(self, scope, layout)?.map(|ranker| Box::new(ranker) as Box<dyn Ranking>))
+    fn ranking(
+        &mut self,
+        charts: &dyn Charts,
+        layout: &Layout,
+    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        if !self.adapter.ranks() {
+            return Ok(None);
+        }
+        Ok(Ranker::new(self, charts, layout)?.map(|ranker| Box::new(ranker) as Box<dyn Ranking>))
     }
 
     fn batch_limit(&self) -> usize {

@@ -10,7 +10,7 @@ use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log};
 use super::ranking::Ranker;
 use crate::cpu::Cpu;
-use crate::smooth::{Ranking, Scope};
+use crate::ranking::{Charts, Ranking};
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Layout, Precision};
@@ -226,9 +226,13 @@ impl Solver for Watched {
         self.limit
     }
 
-    fn ranking(&mut self, scope: &Scope, layout: &Layout) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        let Some(gpu) = &self.gpu else { return Ok(None) };
-        match Ranker::new(gpu, scope, layout) {
+    fn ranking(
+        &mut self,
+        charts: &dyn Charts,
+        layout: &Layout,
+    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+        let Some(gpu) = self.gpu.as_ref().filter(|gpu| gpu.adapter().ranks()) else { return Ok(None) };
+        match Ranker::new(gpu, charts, layout) {
             Ok(ranker) => return Ok(ranker.map(|ranker| Box::new(ranker) as Box<dyn Ranking>)),
             Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
             Err(fault) => self.log.say(format!("{}: {fault}: the CPU ranks", self.adapter.name)),

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::Ranker;
 use crate::gpu::fault::Fault;
-use crate::smooth::{Batch, Case, Found, Ranking, Scope, Tables};
+use crate::ranking::{Batch, Case, Charts, Found, Ranking, Words};
 use vibrissa_core::scene::{Layout, Tuple};
 
 /// Stretches of designs that are compared, and designs of each.
@@ -18,12 +18,12 @@ const MARGIN: [f32; 2] = [5e-3, 2e-7];
 const EDGES: f64 = 0.01;
 
 /// What the CPU says of the designs of `range`.
-fn expected(scope: &Scope, tables: &Tables, layout: &Layout, range: &Range<u64>, bound: f32) -> Found {
+fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32) -> Found {
     let mut found = Found::default();
     let mut easy: (Vec<u64>, Vec<Tuple>) = (Vec::new(), Vec::new());
     for k in range.clone() {
         let tuple = layout.design(k);
-        match scope.case(&tuple) {
+        match charts.case(&tuple) {
             Case::Easy => {
                 easy.0.push(k);
                 easy.1.push(tuple);
@@ -32,7 +32,7 @@ fn expected(scope: &Scope, tables: &Tables, layout: &Layout, range: &Range<u64>,
             Case::Void => found.words.invalid += layout.block(),
         }
     }
-    tables.rank(&easy.0, &easy.1, bound, &mut found);
+    charts.rank(&easy.0, &easy.1, bound, &mut found);
     found
 }
 
@@ -40,14 +40,13 @@ fn expected(scope: &Scope, tables: &Tables, layout: &Layout, range: &Range<u64>,
 ///
 /// # Errors
 /// Designs ranked otherwise than by the CPU, with figures; a device that fails.
-pub(super) fn check(ranker: &mut Ranker, scope: &Scope, layout: &Layout) -> Result<(), Fault> {
-    let tables = Tables::new(scope);
+pub(super) fn check(ranker: &mut Ranker, charts: &dyn Charts, layout: &Layout) -> Result<(), Fault> {
     let [stretches, length] = STRETCHES;
     let n = layout.n_designs;
     for s in 0..stretches {
         let from = (n.saturating_sub(length) / (stretches - 1)).saturating_mul(s);
         let range = from..(from + length.min(ranker.most())).min(n);
-        let every = expected(scope, &tables, layout, &range, f32::INFINITY);
+        let every = expected(charts, layout, &range, f32::INFINITY);
         // The best row of each design that has one.
         let mut best: BTreeMap<u64, f32> = BTreeMap::new();
         for (rank, k, _) in &every.rows {
@@ -84,8 +83,7 @@ fn compare(
             "of {of} designs {missed} with a row below {bound:e} are missing, and {added} without one are there"
         ));
     }
-    let counts =
-        |w: &crate::smooth::lanes::Words| [w.ok, w.slipped, w.strain, w.rootless, w.ambiguous, w.invalid];
+    let counts = |w: &Words| [w.ok, w.slipped, w.strain, w.rootless, w.ambiguous, w.invalid];
     // A design next to the border of the chart may be hard here and easy there.
     let unlike = hard.symmetric_difference(&left).count() as u64;
     let most = (EDGES * (of * block) as f64) as u64 + 2 + unlike * block;

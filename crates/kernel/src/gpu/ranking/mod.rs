@@ -18,13 +18,12 @@ use crate::gpu::Gpu;
 use crate::gpu::dispatch::{lost, wait};
 use crate::gpu::fault::Fault;
 use crate::gpu::lie::{Kind, Lie};
-use crate::smooth::lanes::Words;
-use crate::smooth::{Batch, Ranking, Scope};
+use crate::ranking::{Batch, Charts, Ranking, Words};
 use shader::WORKGROUP;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 
-/// The text of a scope's shader, for tests that read it.
+/// The text of the shader, for tests that read it.
 #[doc(hidden)]
 pub use shader::Shader;
 
@@ -34,8 +33,11 @@ const MOST: u64 = 1 << 20;
 /// Taps of a batch at most: bounds a dispatch in time and keeps its counts within 32 bits.
 const MOST_TAPS: u64 = 1 << 28;
 
-/// Designs that one invocation goes through.
+/// Designs that one invocation goes through at most.
 const EACH: u32 = 8;
+
+/// Rounds of all loops that an invocation goes through at most. Mesa's software device ends loops after 65 535 rounds.
+const MOST_ROUNDS: usize = 40_000;
 
 /// Batches in flight.
 const DEPTH: usize = 2;
@@ -49,12 +51,17 @@ const PLACE_BITS: u32 = MOST.ilog2();
 /// Weights of the counts of a batch in their sum.
 const WEIGHTS: [u32; 8] = [1, 3, 5, 7, 11, 13, 17, 19];
 
-/// A device with the pipeline of one scope.
+/// A device with the charts of one sweep.
 pub struct Ranker {
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipeline: wgpu::ComputePipeline,
-    tables: wgpu::Buffer,
+    /// The shader's `numbers`, `shape`, `rows` and `axes`.
+    charts: [wgpu::Buffer; 4],
+    /// Designs that one invocation goes through.
+    each: u32,
+    /// Whether designs have an axis that is listed.
+    listed: bool,
     lengths: Vec<u32>,
     slots: Vec<Slot>,
     flying: VecDeque<Flight>,
@@ -89,21 +96,25 @@ fn most(block: u64) -> u64 {
 }
 
 impl Ranker {
-    /// The pipeline of `scope` over `layout` on the device of `gpu`, which has passed its self-check; `None` where the scope does not fit a
+    /// What ranks the designs of `layout` from `charts` on the device of `gpu`, which has passed its self-check; `None` where they do not fit a
     /// device.
     ///
     /// # Errors
     /// A device that fails, or ranks otherwise than the CPU.
-    pub fn new(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, Fault> {
-        let Some(mut ranker) = Self::unchecked(gpu, scope, layout)? else { return Ok(None) };
-        check::check(&mut ranker, scope, layout)?;
+    pub fn new(gpu: &Gpu, charts: &dyn Charts, layout: &Layout) -> Result<Option<Self>, Fault> {
+        let Some(mut ranker) = Self::unchecked(gpu, charts, layout)? else { return Ok(None) };
+        check::check(&mut ranker, charts, layout)?;
         Ok(Some(ranker))
     }
 
-    fn unchecked(gpu: &Gpu, scope: &Scope, layout: &Layout) -> Result<Option<Self>, Fault> {
-        let Some(shader) = Shader::new(scope, layout) else { return Ok(None) };
+    fn unchecked(gpu: &Gpu, charts: &dyn Charts, layout: &Layout) -> Result<Option<Self>, Fault> {
+        let Some(shader) = Shader::new(&charts.sheet(), layout) else { return Ok(None) };
         let (device, queue) = gpu.handles();
-        let pipeline = gpu.compile("smooth", &shader.wgsl)?;
+        let each = (MOST_ROUNDS / shader.rounds.max(1)).min(EACH as usize) as u32;
+        if each == 0 {
+            return Ok(None);
+        }
+        let pipeline = gpu.compile("ranking", &shader.wgsl)?;
         let buffer = |bytes: u64, usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
@@ -113,8 +124,18 @@ impl Ranker {
             })
         };
         use wgpu::BufferUsages as U;
-        let tables = buffer(4 * shader.tables.len() as u64, U::STORAGE | U::COPY_DST);
-        queue.write_buffer(&tables, 0, bytemuck::cast_slice(&shader.tables));
+        let uploaded = |bytes: &[u8]| {
+            // One number at least: a buffer is not empty.
+            let of = buffer(bytes.len().max(16) as u64, U::STORAGE | U::UNIFORM | U::COPY_DST);
+            queue.write_buffer(&of, 0, bytes);
+            of
+        };
+        let charts = [
+            uploaded(bytemuck::cast_slice(&shader.numbers)),
+            uploaded(bytemuck::cast_slice(&shader.shape)),
+            uploaded(bytemuck::cast_slice(&shader.rows)),
+            uploaded(bytemuck::cast_slice(&shader.axes)),
+        ];
         let most = most(layout.block());
         // One entry more tells whether a list is longer than its count says.
         let list = 4 * (most + 1).max(COUNTERS as u64);
@@ -129,7 +150,9 @@ impl Ranker {
         gpu.heard()?;
         Ok(Some(Self {
             pipeline,
-            tables,
+            charts,
+            each,
+            listed: !shader.axes.is_empty(),
             lengths: shader.lengths,
             slots,
             flying: VecDeque::new(),
@@ -237,7 +260,7 @@ impl Ranking for Ranker {
         self.stamp = self.stamp.max(1);
         let (slot, stamp) = (&self.slots[free], self.stamp);
         let count = (range.end - range.start) as u32;
-        let invocations = count.div_ceil(EACH).max(1).next_multiple_of(WORKGROUP);
+        let invocations = count.div_ceil(self.each).max(1).next_multiple_of(WORKGROUP);
         let mut job = [0u32; 12];
         let bound = if told == Some(Kind::Wrong) { 1.5 * bound } else { bound };
         job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), stamp << PLACE_BITS]);
@@ -250,13 +273,16 @@ impl Ranking for Ranker {
         let mut tally = [0u32; COUNTERS];
         tally[COUNTERS - 1] = stamp;
         self.queue.write_buffer(&slot.tally, 0, bytemuck::cast_slice(&tally));
-        let buffers = [&slot.job, &self.tables, &slot.tally, &slot.best, &slot.hard];
+        let [numbers, shape, rows, axes] = &self.charts;
+        let buffers = [&slot.job, numbers, shape, rows, &slot.tally, &slot.best, &slot.hard, axes];
         let entries: Vec<_> = (0..)
             .zip(buffers)
+            // What the shader does not read has no binding.
+            .take(7 + usize::from(self.listed))
             .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
             .collect();
         let bind = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("smooth"),
+            label: Some("ranking"),
             layout: &self.pipeline.get_bind_group_layout(0),
             entries: &entries,
         });

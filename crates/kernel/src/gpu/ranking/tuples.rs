@@ -21,8 +21,8 @@ pub struct Tuples {
 }
 
 impl Tuples {
-    /// Of the designs of `layout`; tables start at `offset` of the shader's. `None` for axes too long for the device.
-    pub fn new(layout: &Layout, offset: usize) -> Option<Self> {
+    /// Of the designs of `layout`, their drives times `unit`. `None` for axes too long for the device.
+    pub fn new(layout: &Layout, unit: f32) -> Option<Self> {
         let factors = layout.factors();
         let lengths: Option<Vec<u32>> =
             factors.iter().map(|f| u32::try_from(f.len).ok().filter(|n| *n <= 1 << 31)).collect();
@@ -52,9 +52,9 @@ impl Tuples {
                         if tables.len() as u64 + listed.len() > MOST_NUMBERS {
                             return None;
                         }
-                        let at = offset + tables.len();
+                        let at = tables.len();
                         tables.extend(listed.iter().map(|x| x as f32));
-                        format!("tables[{at}u + g{f}]")
+                        format!("axes[{at}u + g{f}]")
                     }
                 };
             }
@@ -62,8 +62,7 @@ impl Tuples {
         let [big, small, length, place, grid, .., drive] = &values[..] else { return None };
         let _ = writeln!(
             body,
-            "    return Whisker({big}, {small}, {length}, {place}, {grid}, {:?}f * ({drive}));\n}}",
-            1f32.to_radians()
+            "    return Whisker({big}, {small}, {length}, {place}, {grid}, {unit:?}f * ({drive}));\n}}"
         );
         Some(Self {
             wgsl: include_str!("../../../../../shaders/sampler.wgsl").to_owned() + &helpers + &body,

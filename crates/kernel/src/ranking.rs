@@ -1,0 +1,205 @@
+//! Designs ranked from charts: what a device must know of them, and what ranking brings.
+//!
+//! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order of `shaders/ranking.wgsl`.
+
+use vibrissa_core::error::SolveError;
+use vibrissa_core::scene::{Drive, Tuple};
+
+/// How a design is dealt with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Case {
+    /// Charted.
+    Easy,
+    /// Tap by tap.
+    Hard,
+    /// No whisker with a gauge.
+    Void,
+}
+
+/// Taps per status word.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Words {
+    /// No word.
+    pub ok: u64,
+    /// `slipped_off`.
+    pub slipped: u64,
+    /// `strain_limit`.
+    pub strain: u64,
+    /// `no_root`.
+    pub rootless: u64,
+    /// `ambiguous`.
+    pub ambiguous: u64,
+    /// `invalid_geometry`.
+    pub invalid: u64,
+}
+
+impl Words {
+    /// Adds `other`.
+    pub fn add(&mut self, other: &Self) {
+        self.ok += other.ok;
+        self.slipped += other.slipped;
+        self.strain += other.strain;
+        self.rootless += other.rootless;
+        self.ambiguous += other.ambiguous;
+        self.invalid += other.invalid;
+    }
+}
+
+/// Best rows and counts of some designs.
+#[derive(Debug, Clone, Default)]
+pub struct Found {
+    /// Rank, design, drive.
+    pub rows: Vec<(f32, u64, u32)>,
+    /// Rows that are complete; designs that have one where designs compete.
+    pub complete: u64,
+    /// Taps per status word.
+    pub words: Words,
+    /// Designs that must be solved tap by tap.
+    pub hard: Vec<u64>,
+}
+
+impl Found {
+    /// Adds `other`.
+    pub fn merge(&mut self, other: Self) {
+        self.rows.extend(other.rows);
+        self.complete += other.complete;
+        self.words.add(&other.words);
+        self.hard.extend(other.hard);
+    }
+}
+
+/// What a finished batch brings.
+pub struct Batch {
+    /// Its designs.
+    pub range: std::ops::Range<u64>,
+    /// Rows that are complete; designs that have one where designs compete.
+    pub complete: u64,
+    /// Taps per status word.
+    pub words: Words,
+    /// Designs with a row below the bound.
+    pub best: Vec<u64>,
+    /// Designs that must be solved tap by tap.
+    pub hard: Vec<u64>,
+}
+
+/// Ranks designs on a device, in batches that overlap.
+pub trait Ranking {
+    /// Designs of a batch at most.
+    fn most(&self) -> u64;
+
+    /// Whether another batch can start.
+    fn free(&self) -> bool;
+
+    /// Starts a batch that looks for rows below `bound`.
+    fn start(&mut self, range: std::ops::Range<u64>, bound: f32);
+
+    /// Waits for the oldest batch; `None` when none is in flight.
+    fn finish(&mut self) -> Option<Result<Batch, SolveError>>;
+}
+
+/// Charts that rank designs on the CPU, and say what a device needs to do the same.
+pub trait Charts {
+    /// How the design `t` is dealt with.
+    fn case(&self, t: &Tuple) -> Case;
+
+    /// Rows of the designs `ks`, all easy, that rank below `bound`.
+    fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found);
+
+    /// The charts as numbers.
+    fn sheet(&self) -> Sheet;
+}
+
+/// Numbers of a distance beside the points of its gauge: ends of the range of interest (η), what the functions are multiplied by, largest arc, two
+/// that are free, scale and shift of drive, D/a, τa and x/a, a and 1/a.
+pub const HEAD: usize = 16;
+
+/// Charts of some distances as numbers, with all else that ranking needs. Lengths in mm, drives in rad or mm.
+#[derive(Debug, Clone)]
+pub struct Sheet {
+    /// What moves.
+    pub kind: Drive,
+    /// Distances.
+    pub distances: usize,
+    /// Drives that all designs share, ascending; none where each design has its own.
+    pub drives: Vec<f32>,
+    /// Every tap is read at its own drive: where drives are shared too, if a contact may stick.
+    pub own: bool,
+    /// Points over the drives that designs share; 1 where each is read on its own.
+    pub points: usize,
+    /// Scale and shift of the drive's variable to [−1, 1] over the drives that designs share.
+    pub common: [f32; 2],
+    /// e.
+    pub power: i32,
+    /// The drives at the points to the power e.
+    pub powers: Vec<f32>,
+    /// Coefficients from values at the points, a row for each.
+    pub back: Vec<f32>,
+    /// Branches of a contact with friction, 1 of others, and powers of T/(μP) from values at them, a row for each.
+    pub branches: usize,
+    /// See [`Self::branches`].
+    pub choice: Vec<f32>,
+    /// Numbers of each distance: [`HEAD`], then place and weight of `gauge` points.
+    pub heads: Vec<f32>,
+    /// Points of a gauge.
+    pub gauge: usize,
+    /// Most orders over x/a.
+    pub places: usize,
+    /// Groups of four orders over the drive.
+    pub groups: usize,
+    /// Where series begin, and how many orders each has: for each distance and branch two numbers of the strain, two of the arc (places in this and in
+    /// `rows`); then, group by group of a series, how many places, for each how many tapers, for each how many rows.
+    pub shape: Vec<u32>,
+    /// Coefficients of four orders over the drive, for each order over D/a; then the polynomials over the drive at the points.
+    pub rows: Vec<[f32; 4]>,
+    /// Where the latter begin.
+    pub at_points: usize,
+    /// Designs that the charts hold.
+    pub within: Within,
+    /// The estimate's theory.
+    pub theory: Theory,
+    /// Strain limit of the gauge.
+    pub strain_limit: f32,
+    /// Noise of the gauge in strain.
+    pub noise: f32,
+    /// K − 1 of a K given in the spec.
+    pub fixed: Option<f32>,
+    /// K is multiplied by x2 − x1.
+    pub elongation: bool,
+    /// Largest deviation of the strain for which a design is ranked.
+    pub largest: f32,
+    /// What ranks.
+    pub by: vibrissa_core::scene::RankBy,
+    /// Rows or designs compete.
+    pub per: vibrissa_core::scene::Per,
+}
+
+/// Ranges of the designs that charts hold.
+#[derive(Debug, Clone, Copy)]
+#[allow(non_snake_case)]
+pub struct Within {
+    /// D.
+    pub D: [f64; 2],
+    /// τ.
+    pub tau: [f64; 2],
+    /// Points of gauges.
+    pub x: [f64; 2],
+    /// Drives.
+    pub drive: [f64; 2],
+    /// Largest x2 − x1.
+    pub width: f64,
+    /// Shortest L_a.
+    pub reach: f64,
+}
+
+/// What the theory of the estimate has beside the plain formula.
+#[derive(Debug, Clone, Copy)]
+pub struct Theory {
+    /// r₀, mm.
+    pub hub: f32,
+    /// u in place of 1 + r₀u.
+    pub displaced: bool,
+    /// S/D².
+    pub shear: f32,
+    /// None of them.
+    pub plain: bool,
+}

@@ -1,0 +1,146 @@
+//! Charts as numbers for a device: what [`Tables`] holds, in the order of `shaders/ranking.wgsl`.
+
+use super::rows::{LARGEST, MOST};
+use super::{Distance, Tables};
+use crate::chart::axis::{AXES, Quantity};
+use crate::chart::distance::{DistanceChart, Function, lobatto, matrix_at};
+use crate::chart::scope::Scope;
+use crate::chart::series::Series;
+use crate::kernel::ranking::{HEAD, Sheet, Theory};
+
+/// Orders over the drive that go together.
+const GROUP: usize = 4;
+
+/// Functions that rank.
+const RANKED: [Function; 2] = [Function::Strain, Function::Arc];
+
+/// Series as numbers, one behind the other.
+#[derive(Default)]
+struct Written {
+    shape: Vec<u32>,
+    rows: Vec<[f32; GROUP]>,
+}
+
+impl Written {
+    /// Writes `series`: its terms by group of orders over the drive, by place, by taper, by base.
+    fn push(&mut self, series: &Series, groups: usize) {
+        let mut terms: Vec<([usize; AXES], f64)> = Vec::new();
+        for row in &series.rows {
+            let [drive, length, base, taper] = row.orders;
+            let of_row = row.coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
+            terms.extend(of_row.map(|(place, c)| ([drive, length, base, taper, place], *c)));
+        }
+        let [drive, base, taper, place] =
+            [Quantity::Drive, Quantity::Base, Quantity::Taper, Quantity::Place].map(|q| q as usize);
+        let orders =
+            |of: &[([usize; AXES], f64)], axis: usize| of.iter().map(|(o, _)| o[axis] + 1).max().unwrap_or(0);
+        for group in 0..groups {
+            let own: Vec<_> = terms.iter().filter(|(o, _)| o[drive] / GROUP == group).copied().collect();
+            let places = orders(&own, place);
+            self.shape.push(places as u32);
+            for n in 0..places {
+                let own: Vec<_> = own.iter().filter(|(o, _)| o[place] == n).copied().collect();
+                let tapers = orders(&own, taper);
+                self.shape.push(tapers as u32);
+                for m in 0..tapers {
+                    let own: Vec<_> = own.iter().filter(|(o, _)| o[taper] == m).copied().collect();
+                    let mut rows = vec![[0.0f32; GROUP]; orders(&own, base)];
+                    own.iter().for_each(|(o, c)| rows[o[base]][o[drive] % GROUP] = *c as f32);
+                    self.shape.push(rows.len() as u32);
+                    self.rows.extend(rows);
+                }
+            }
+        }
+    }
+}
+
+impl Tables {
+    /// The charts of `scope`, of which these tables are.
+    pub fn sheet(&self, scope: &Scope) -> Sheet {
+        let charts = &scope.charts;
+        let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
+        let all = || {
+            let of = |chart: &'_ DistanceChart| chart.branches.clone();
+            charts.iter().flat_map(of).flat_map(|b| RANKED.map(|f| b.series[f as usize].clone()))
+        };
+        let most =
+            |axis: Quantity| all().map(|series| series.sizes()[axis as usize]).max().unwrap_or(1).max(1);
+        let groups = most(Quantity::Drive).max(self.points.min(GROUP)).div_ceil(GROUP);
+        // Where each series begins comes first.
+        let heads = 2 * RANKED.len() * branches * charts.len();
+        let mut written = Written { shape: vec![0; heads], rows: Vec::new() };
+        for (n, chart) in charts.iter().enumerate() {
+            for (b, branch) in chart.branches.iter().enumerate() {
+                for (k, function) in RANKED.into_iter().enumerate() {
+                    let at = 2 * (RANKED.len() * (n * branches + b) + k);
+                    written.shape[at] = written.shape.len() as u32;
+                    written.shape[at + 1] = written.rows.len() as u32;
+                    written.push(&branch.series[function as usize], groups);
+                }
+            }
+        }
+        let at_points = written.rows.len();
+        for distance in &self.distances {
+            for t in &distance.at_points {
+                let at = |k: usize| t.get(k).copied().unwrap_or(0.0);
+                written.rows.extend((0..groups).map(|g| std::array::from_fn(|k| at(GROUP * g + k))));
+            }
+        }
+        let kinds = [3, 5].map(|n: usize| matrix_at(&lobatto(n)).concat());
+        let gauge = self.distances.iter().map(|d| d.gauge.len()).max().unwrap_or(1);
+        let mut numbers = Vec::new();
+        for (distance, chart) in self.distances.iter().zip(charts) {
+            numbers.extend(head(distance, chart, kinds[0].len()));
+            let points = distance.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
+            numbers.extend(points.take(gauge).flatten());
+        }
+        Sheet {
+            kind: self.kind,
+            distances: charts.len(),
+            drives: self.angles.iter().map(|angle| angle.drive).collect(),
+            own: self.angles.is_empty() || self.apart,
+            points: self.points,
+            common: self.affine,
+            power: self.power,
+            powers: self.powers.clone(),
+            back: self.from_points.iter().flat_map(|row| row[..self.points].to_vec()).collect(),
+            branches,
+            choice: kinds.concat().into_iter().map(|x| x as f32).collect(),
+            heads: numbers,
+            gauge,
+            places: most(Quantity::Place),
+            groups,
+            shape: written.shape,
+            rows: written.rows,
+            at_points,
+            within: scope.within(),
+            theory: Theory {
+                hub: self.theory.hub,
+                displaced: self.theory.displaced,
+                shear: self.theory.shear,
+                plain: self.theory.plain,
+            },
+            strain_limit: self.strain_limit,
+            noise: self.noise,
+            fixed: self.fixed,
+            elongation: self.elongation,
+            largest: if self.angles.is_empty() || self.apart { MOST } else { LARGEST },
+            by: self.by,
+            per: self.per,
+        }
+    }
+}
+
+/// Numbers of a distance; `five`: where the matrix of five branches begins, behind that of three.
+fn head(distance: &Distance, chart: &DistanceChart, five: usize) -> [f32; HEAD] {
+    let [drive, _, base, taper, place] = distance.affine;
+    let branches = chart.branches.len();
+    let choice = if branches == 5 { five } else { 0 };
+    let affine = [drive, base, taper, place].concat();
+    let mut head = [0.0; HEAD];
+    head[..2].copy_from_slice(&distance.ends);
+    head[2..6].copy_from_slice(&[distance.scale, distance.most_arc, branches as f32, choice as f32]);
+    head[6..14].copy_from_slice(&affine);
+    head[14..].copy_from_slice(&[distance.a, distance.inverse]);
+    head
+}
