@@ -106,10 +106,9 @@ fn point(p: &Point) -> Vec<Field> {
 
 fn table<'a>(columns: &[&str], rows: impl Iterator<Item = Row<'a>>) -> Result<String, Error> {
     let mut text = Text::default();
-    let failed = |e: csv::Error| Error::Run(e.to_string());
-    text.header(columns).map_err(failed)?;
+    text.header(columns)?;
     for (words, mut numbers) in rows {
-        text.named_row(&words, &mut numbers).map_err(failed)?;
+        text.named_row(&words, &mut numbers)?;
     }
     String::from_utf8(text.into_bytes()).map_err(|e| Error::Run(e.to_string()))
 }
