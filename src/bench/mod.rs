@@ -5,13 +5,12 @@
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
 //! can do, the median what it did, their spread how much else it did ([`noise`]).
 //!
-//! [`work`] makes the work–precision points, [`scaling`] the cost of whole sweeps and of threads, [`roofline`] compares counted
-//! operations with measured peaks; [`tables`] show them, and [`crate::report`] draws its figures from these.
+//! [`work`] makes the work–precision points, with the sweeps of the solver that each takes, [`scaling`] the cost of whole sweeps and of
+//! threads; [`tables`] show them, and [`crate::report`] draws its figures from these.
 
 pub mod noise;
 pub mod place;
 mod probe;
-pub mod roofline;
 pub mod scaling;
 pub mod settings;
 pub mod stopwatch;
@@ -34,18 +33,15 @@ use crate::sink::{
 };
 use noise::Noise;
 use place::Place;
-use roofline::{Load, Peak};
 use scaling::{Scaled, Threaded};
 pub use settings::Settings;
 use work::Point;
 
 /// Every file of a benchmark; a figure without points is left out.
-const FILES: [&str; 15] = [
+const FILES: [&str; 11] = [
     "work_precision.csv",
     "scaling.csv",
     "threads.csv",
-    "peaks.csv",
-    "roofline.csv",
     "work_precision.svg",
     "work_precision.png",
     "configurations.svg",
@@ -54,8 +50,6 @@ const FILES: [&str; 15] = [
     "scaling.png",
     "threads.svg",
     "threads.png",
-    "roofline.svg",
-    "roofline.png",
 ];
 
 /// Everything that was measured.
@@ -67,10 +61,6 @@ pub struct Measured {
     pub scaled: Vec<Scaled>,
     /// The same taps on 1, 2, … threads.
     pub threaded: Vec<Threaded>,
-    /// What the machine can do.
-    pub peaks: Vec<Peak>,
-    /// What the kernels ask of it.
-    pub loads: Vec<Load>,
 }
 
 impl Measured {
@@ -80,15 +70,12 @@ impl Measured {
             Part::Point(point) => self.points.push(point),
             Part::Scaled(scaled) => self.scaled.push(scaled),
             Part::Threaded(threaded) => self.threaded.push(threaded),
-            Part::Peak(peak) => self.peaks.push(peak),
-            Part::Load(load) => self.loads.push(load),
         }
     }
 
     /// Number of parts.
     pub fn len(&self) -> usize {
-        let of_places = self.peaks.len() + self.loads.len();
-        self.points.len() + self.scaled.len() + self.threaded.len() + of_places
+        self.points.len() + self.scaled.len() + self.threaded.len()
     }
 
     /// Whether nothing was measured.
@@ -106,10 +93,6 @@ pub enum Part {
     Scaled(Scaled),
     /// Taps on some threads.
     Threaded(Threaded),
-    /// What a place can do.
-    Peak(Peak),
-    /// What a kernel asks of it.
-    Load(Load),
 }
 
 /// How a benchmark tells what it does and has measured, and hears that it should stop.
@@ -166,7 +149,6 @@ pub fn measure(
 ) -> Result<(), Error> {
     watch.all = settings.steps(places);
     work::measure(settings, places, watch)?;
-    roofline::measure(settings, places, watch)?;
     scaling::threads(settings, places, watch)?;
     scaling::sizes(settings, places, scratch, watch)
 }
@@ -225,7 +207,6 @@ pub fn counts(m: &Measured) -> Value {
         "failed": m.points.iter().map(|p| p.failed).sum::<usize>(),
         "scaling": m.scaled.len(),
         "threads": m.threaded.len(),
-        "roofline": m.loads.len(),
     })
 }
 

@@ -32,9 +32,6 @@ impl Noise {
                 format!("{} {} on {}{tolerance}", p.configuration, p.solved.name(), on(p.place))
             });
         }
-        for l in &measured.loads {
-            noise.take(&l.kernel, || format!("the kernel of {} on {}", l.configuration, on(l.place)));
-        }
         for t in &measured.threaded {
             noise.take(&t.times, || format!("{} threads of {}", t.threads, on(t.place)));
         }

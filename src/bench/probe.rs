@@ -14,8 +14,6 @@ use crate::scene::Layout;
 pub struct Spent {
     /// Seconds in the solver.
     pub seconds: f64,
-    /// Taps solved; a tap on two rungs counts twice.
-    pub taps: u64,
     /// Sweeps of all taps.
     pub sweeps: f64,
 }
@@ -60,7 +58,6 @@ impl Solver for Probe {
         let seconds = start.elapsed().as_secs_f64();
         let mut spent = self.account.0.lock().unwrap_or_else(|e| e.into_inner());
         spent.seconds += seconds;
-        spent.taps += taps.len() as u64;
         spent.sweeps += out.iter().map(|s| s.sweeps).sum::<f64>();
         if self.alone.is_some() {
             out.iter_mut().for_each(|s| s.error = 0.0);

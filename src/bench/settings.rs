@@ -94,10 +94,9 @@ impl Settings {
         let points: usize =
             fast().map(|p| self.tolerances(p.precision).len() + self.nodes(p).len()).sum::<usize>() + 1;
         let linear = fast().count();
-        let loads = (self.configurations.len() + 1) * fast().count();
         let threaded = places.iter().filter(|p| p.adapter.is_none()).count() * self.threads.len();
         let scaled: usize = places.iter().map(|p| 2 * self.sizes(p).len()).sum();
-        self.configurations.len() * points + linear + loads + threaded + scaled
+        self.configurations.len() * points + linear + threaded + scaled
     }
 
     /// Taps solved in all, repeats included, to the order of magnitude.

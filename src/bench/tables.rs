@@ -35,44 +35,13 @@ pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>
         let times = numbers(&[t.times.best, t.times.median, t.speedup]);
         (at(t.place), [vec![Field::Count(t.threads as u64)], times, vec![t.times.spread.into()]].concat())
     });
-    let peaks = m.peaks.iter().map(|p| (at(p.place), numbers(&[p.flops / 1e9, p.bytes / 1e9])));
-    let roofline = m.loads.iter().map(|l| {
-        let o = &l.operations;
-        let each = [o.add, o.mul, o.fma, o.div, o.sqrt, o.compare].map(|n| n as f64 / l.counted as f64);
-        let (flops, bytes) = (l.flops_per_second(), l.bytes_per_second());
-        let peak = m.peaks.iter().find(|p| p.place == l.place);
-        let share = |now: f64, most: Option<f64>| most.map_or(f64::NAN, |most| now / most);
-        let rest = [
-            l.bytes as f64,
-            l.kernel.best,
-            l.kernel.median,
-            flops / 1e9,
-            bytes / 1e9,
-            share(flops, peak.map(|p| p.flops)),
-            share(bytes, peak.map(|p| p.bytes)),
-        ];
-        let first = numbers(&[l.tolerance, l.sweeps, l.flops()]);
-        let spread = vec![l.kernel.spread.into()];
-        (with(l.configuration, l.place), [first, numbers(&each), numbers(&rest), spread].concat())
-    });
-    let texts = [
-        table(&WORK, work)?,
-        table(&SCALING, scaling)?,
-        table(&THREADS, threads)?,
-        table(&PEAKS, peaks)?,
-        table(&ROOFLINE, roofline)?,
-    ];
+    let texts = [table(&WORK, work)?, table(&SCALING, scaling)?, table(&THREADS, threads)?];
     Ok(COLUMNS.into_iter().map(|(file, _)| file).zip(texts).collect())
 }
 
 /// Every table and its columns.
-pub const COLUMNS: [(&str, &[&str]); 5] = [
-    ("work_precision.csv", &WORK),
-    ("scaling.csv", &SCALING),
-    ("threads.csv", &THREADS),
-    ("peaks.csv", &PEAKS),
-    ("roofline.csv", &ROOFLINE),
-];
+pub const COLUMNS: [(&str, &[&str]); 3] =
+    [("work_precision.csv", &WORK), ("scaling.csv", &SCALING), ("threads.csv", &THREADS)];
 
 const WORK: [&str; 17] = [
     "configuration",
@@ -113,32 +82,6 @@ const SCALING: [&str; 13] = [
 const THREADS: [&str; 8] =
     ["backend", "precision", "adapter", "threads", "ns_per_tap", "ns_per_tap_median", "speedup", "spread"];
 
-const PEAKS: [&str; 5] = ["backend", "precision", "adapter", "gflops", "gbytes_per_s"];
-
-const ROOFLINE: [&str; 21] = [
-    "configuration",
-    "backend",
-    "precision",
-    "adapter",
-    "tolerance",
-    "sweeps_mean",
-    "flops_per_tap",
-    "add_per_tap",
-    "mul_per_tap",
-    "fma_per_tap",
-    "div_per_tap",
-    "sqrt_per_tap",
-    "compare_per_tap",
-    "bytes_per_tap",
-    "kernel_ns_per_tap",
-    "kernel_ns_per_tap_median",
-    "gflops",
-    "gbytes_per_s",
-    "share_of_peak_flops",
-    "share_of_peak_bytes",
-    "spread",
-];
-
 fn point(p: &Point) -> Vec<Field> {
     let nodes = match p.solved {
         Solved::Nodes(n) => Field::Count(n as u64),
@@ -163,10 +106,9 @@ fn point(p: &Point) -> Vec<Field> {
 
 fn table<'a>(columns: &[&str], rows: impl Iterator<Item = Row<'a>>) -> Result<String, Error> {
     let mut text = Text::default();
-    let failed = |e: csv::Error| Error::Run(e.to_string());
-    text.header(columns).map_err(failed)?;
+    text.header(columns)?;
     for (words, mut numbers) in rows {
-        text.named_row(&words, &mut numbers).map_err(failed)?;
+        text.named_row(&words, &mut numbers)?;
     }
     String::from_utf8(text.into_bytes()).map_err(|e| Error::Run(e.to_string()))
 }

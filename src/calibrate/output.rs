@@ -50,12 +50,11 @@ pub fn tables(
     data: &Data,
     locator: &Locator,
 ) -> Result<[(&'static str, Vec<u8>); 4], Error> {
-    let text = |e: csv::Error| Error::Run(e.to_string());
     Ok([
-        ("K_table.csv", k_table(found, data, &locator.rig.setup).map_err(text)?),
-        ("designs.csv", designs(found, locator).map_err(text)?),
-        ("distances.csv", distances(found, locator).map_err(text)?),
-        ("rows.csv", rows(found, data, locator).map_err(text)?),
+        ("K_table.csv", k_table(found, data, &locator.rig.setup)?),
+        ("designs.csv", designs(found, locator)?),
+        ("distances.csv", distances(found, locator)?),
+        ("rows.csv", rows(found, data, locator)?),
     ])
 }
 
@@ -64,7 +63,7 @@ pub fn side_name(side: Side) -> &'static str {
     if side == Side::Far { "far" } else { "contact" }
 }
 
-fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> csv::Result<Vec<u8>> {
+fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Vec<u8>, Error> {
     let mut text = Text::default();
     let signal = data.unit.common();
     let (sd, linear) = (format!("{signal}_sd"), "strain_linear");
@@ -117,7 +116,7 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> csv::Result<Vec<u8
     Ok(text.into_bytes())
 }
 
-fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
+fn designs(found: &Calibrated, locator: &Locator) -> Result<Vec<u8>, Error> {
     let rig = &locator.rig;
     let mut text = Text::default();
     let mut columns = Table::Designs.columns(&rig.setup);
@@ -154,7 +153,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
-fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
+fn distances(found: &Calibrated, locator: &Locator) -> Result<Vec<u8>, Error> {
     let rig = &locator.rig;
     let mut text = Text::default();
     let mut columns = Table::Distances.columns(&rig.setup);
@@ -177,7 +176,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> csv::Result<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
-fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> csv::Result<Vec<u8>> {
+fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, Error> {
     let kind = locator.rig.setup.drive;
     let signal = data.unit.common();
     let recorded = format!("recorded_{}", data.unit.column());

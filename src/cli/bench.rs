@@ -28,12 +28,7 @@ use super::{apart, interrupt, kept, say};
 pub fn run(args: &Bench) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let quiet = options.quiet == Some(true);
-    if let Some(n) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|e| Error::Run(e.to_string()))?;
-    }
+    super::sweep::threads(&options)?;
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));
         if !(least..1.0).contains(&t) {
@@ -157,7 +152,6 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     Reply {
         text,
         out: Some(out),
-        files: Vec::new(),
         counts: json!({ "measurements": steps, "taps": taps }),
         seconds: json!({ "expected": seconds }),
         backend: backends(places),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::calibrate::{self, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::{Export, Language, proposing};
@@ -83,7 +83,6 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         files: written.files,
         counts,
         seconds,
-        backend: Value::Null,
         result,
         quiet,
         refused,
@@ -142,12 +141,7 @@ fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
 pub(super) fn prepared(common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
     let options = common.over(&spec.run);
     reply::in_json(options.json == Some(true));
-    if let Some(n) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|e| Error::Run(e.to_string()))?;
-    }
+    super::sweep::threads(&options)?;
     Ok(options)
 }
 
@@ -164,10 +158,7 @@ fn planned(data: &Data, spec: &Spec, out: &std::path::Path) -> Reply {
     Reply {
         text,
         out: Some(out.to_owned()),
-        files: Vec::new(),
         counts: json!({ "rows": data.rows.len() }),
-        seconds: Value::Null,
-        backend: Value::Null,
         result: json!({ "in_force": run_json::in_force(spec), "signal": data.unit.column() }),
         ..Reply::default()
     }

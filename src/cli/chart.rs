@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::chart::{self, document::document, scope::Summary};
 use vibrissa::error::Error;
 use vibrissa::progress::NEVER;
@@ -76,15 +76,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         super::listed(&written.files),
         start.elapsed().as_secs_f64()
     );
-    let reply = Reply {
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        backend: Value::Null,
-        quiet,
-        ..Reply::default()
-    };
+    let reply =
+        Reply { text, out: Some(out), files: written.files, counts, seconds, quiet, ..Reply::default() };
     Ok(reply.removing(&written.removed))
 }

@@ -50,10 +50,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
-    if let Some(n) = options.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(n);
-        pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    }
+    super::sweep::threads(&options)?;
     let label = |path: &Path| path.display().to_string();
     let known = args.truth.as_deref().map(label);
     let question = traced::Question {

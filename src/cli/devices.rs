@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::backend::{self, Choice, listed};
 use vibrissa::error::Error;
 use vibrissa::kernel::cpu::Cpu;
@@ -58,10 +58,7 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
 
     Ok(Reply {
         text,
-        out: None,
-        files: Vec::new(),
         counts: json!({ "adapters": adapters.len() }),
-        seconds: Value::Null,
         backend: json!(b),
         result: listed(&adapters, &faults),
         ..Reply::default()

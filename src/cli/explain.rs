@@ -33,8 +33,6 @@ pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply
     let found = explain(&spec.study, &choice, &tolerances)?;
     Ok(Reply {
         text: text(spec, &choice, &found),
-        out: None,
-        files: Vec::new(),
         counts: json!({ "taps": found.total, "taps_compared": found.taps }),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
         backend: json!(choice.backend),

@@ -76,7 +76,6 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
         files: vec![out],
         counts: json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() }),
         seconds,
-        backend: Value::Null,
         result: json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) }),
         quiet,
         ..Reply::default()

@@ -250,7 +250,6 @@ fn reply(
         files,
         counts: counted(counts),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
-        backend: Value::Null,
         result: json!({ "estimator": locator.estimator.name() }),
         ..Reply::default()
     }

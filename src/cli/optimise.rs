@@ -149,7 +149,6 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
     Reply {
         text,
         out: Some(out.to_owned()),
-        files: Vec::new(),
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Rig, Unit};
@@ -45,10 +45,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         return Ok(Reply {
             text,
             out: Some(out),
-            files: Vec::new(),
             counts: json!({ "taps": taps }),
-            seconds: Value::Null,
-            backend: Value::Null,
             result: json!({ "settings": result, "in_force": run_json::in_force(&spec) }),
             ..Reply::default()
         });
@@ -80,7 +77,6 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         files: written.files,
         counts: counted,
         seconds,
-        backend: Value::Null,
         result: json!({ "settings": result }),
         quiet,
         ..Reply::default()

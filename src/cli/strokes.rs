@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::measure::Rig;
 use vibrissa::scene::{Column, RunOptions, Spec};
@@ -81,7 +81,6 @@ pub fn run(
         files: written.files,
         counts: counted,
         seconds,
-        backend: Value::Null,
         result: json!({ "settings": result }),
         quiet,
         ..Reply::default()

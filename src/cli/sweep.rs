@@ -215,7 +215,6 @@ fn planned(
     Ok(Reply {
         text,
         out: Some(out),
-        files: Vec::new(),
         counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes * format.share(), "curves": plan.curves }),
         seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),

@@ -43,12 +43,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let options = &asked.options;
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
-    if let Some(n) = options.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build_global()
-            .map_err(|e| Error::Run(e.to_string()))?;
-    }
+    super::sweep::threads(options)?;
     let places = verify::present(options, bound(args)?)?;
     if !quiet {
         asked.spec.iter().flat_map(|s| &s.warnings).for_each(say::warning);
@@ -207,7 +202,6 @@ fn planned(asked: &Asked, places: &[Place]) -> Result<Reply, Error> {
     Ok(Reply {
         text,
         out: Some(asked.out.clone()),
-        files: Vec::new(),
         counts: json!({ "configurations": cases.len(), "taps": taps, "lines": cases.len() * places.len() }),
         seconds: json!({ "expected": seconds }),
         backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),

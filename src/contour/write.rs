@@ -75,16 +75,15 @@ pub fn points(trace: &Trace, readings: &Readings) -> Vec<u8> {
 /// # Errors
 /// Text that cannot be written.
 pub fn curve(trace: &Trace) -> Result<Vec<u8>, Error> {
-    let error = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
-    text.header(&CURVE).map_err(error)?;
+    text.header(&CURVE)?;
     if let Ok(chosen) = &trace.curve {
         let (mut s, mut last): (f64, Option<[f64; 2]>) = (0.0, None);
         for (at, direction, sigma) in chosen.curve.traced(&trace.samples, PLACES) {
             s += last.map_or(0.0, |p| (at[0] - p[0]).hypot(at[1] - p[1]));
             last = Some(at);
             let mut row = [s, at[0], at[1], direction.to_degrees(), sigma].map(Field::Number).to_vec();
-            text.row(&mut row).map_err(error)?;
+            text.row(&mut row)?;
         }
     }
     Ok(text.into_bytes())

@@ -164,15 +164,7 @@ impl Locator {
         self.twofold.is_some()
     }
 
-    /// Distance, tilt and place of a tap of two readings.
-    ///
-    /// # Errors
-    /// A backend that fails.
-    pub fn locate_pair(&self, readings: Readings) -> Result<Spatial, Error> {
-        Ok(self.locate_pairs(&[readings])?[0])
-    }
-
-    /// As [`Self::locate_pair`], of many taps at once. Without a second gauge there is nothing.
+    /// Distance, tilt and place of taps of two readings. Without a second gauge there is nothing.
     ///
     /// # Errors
     /// A backend that fails.

@@ -26,12 +26,10 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 /// # Errors
 /// None of a whole report.
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
-    let mut all = vec![
-        ("history.csv", history(spec, report).map_err(failed)?),
-        ("sensitivity.csv", sensitivity(spec, report).map_err(failed)?),
-    ];
+    let mut all =
+        vec![("history.csv", history(spec, report)?), ("sensitivity.csv", sensitivity(spec, report)?)];
     if let Some(front) = &report.front {
-        all.push(("pareto.csv", pareto(spec, &front.points).map_err(failed)?));
+        all.push(("pareto.csv", pareto(spec, &front.points)?));
     }
     Ok(all)
 }
@@ -70,10 +68,6 @@ pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
         body["model_error"] = told.clone();
     }
     run_json::document("optimise", run_json::spec(spec), body)
-}
-
-fn failed(e: csv::Error) -> Error {
-    Error::Run(e.to_string())
 }
 
 /// What was spent.
@@ -183,7 +177,7 @@ fn other(setup: &Setup, other: &Other) -> Value {
     })
 }
 
-fn history(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
+fn history(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
     let (sd, drive) = (
         if spec.study.setup.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
         spec.study.setup.drive.column(),
@@ -225,7 +219,7 @@ fn history(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
-fn sensitivity(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
+fn sensitivity(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
     let s = &report.sensitivity;
     let mut text = Text::default();
     text.header(&[
@@ -262,7 +256,7 @@ fn sensitivity(spec: &Spec, report: &Report) -> csv::Result<Vec<u8>> {
     Ok(text.into_bytes())
 }
 
-fn pareto(spec: &Spec, points: &[Design]) -> csv::Result<Vec<u8>> {
+fn pareto(spec: &Spec, points: &[Design]) -> Result<Vec<u8>, Error> {
     let (mut text, mut values) = (Text::default(), Vec::new());
     text.header(&Table::Designs.columns(&spec.study.setup))?;
     for d in points {

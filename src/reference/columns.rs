@@ -125,7 +125,7 @@ pub fn parts() -> Vec<Part> {
 }
 
 /// Units by what names say.
-const UNITS: [(&str, &str); 12] = [
+const UNITS: [(&str, &str); 9] = [
     ("_mm", "mm"),
     ("_deg", "degrees"),
     ("_N", "N"),
@@ -134,9 +134,6 @@ const UNITS: [(&str, &str); 12] = [
     ("ns_per_tap", "ns"),
     ("ns_per_tap_median", "ns"),
     ("taps_per_second", "1/s"),
-    ("gflops", "1e9/s"),
-    ("gbytes_per_s", "1e9 B/s"),
-    ("bytes_per_tap", "B"),
     ("mV_per_V", "mV/V"),
 ];
 

@@ -116,7 +116,6 @@ pub fn tables(
     }
     let (mut nodes_text, mut contacts) = (header(&COLUMNS, setup)?, header(&CONTACTS, setup)?);
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
-    let failed = |e: csv::Error| Error::Run(e.to_string());
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Err(SolveError::Stopped.into());
@@ -125,9 +124,9 @@ pub fn tables(
         counts.shapes += usize::from(bent.is_some());
         let of = |s: &Shape| s.nodes.clone();
         for node in bent.as_ref().map(of).unwrap_or_default() {
-            nodes_text.row(&mut section(setup.directions, i, &tuples[i], &node)).map_err(failed)?;
+            nodes_text.row(&mut section(setup.directions, i, &tuples[i], &node))?;
         }
-        contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref())).map_err(failed)?;
+        contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
     }
     let [shape, of_contact] = FILES;
     Ok((counts, [(shape, nodes_text.into_bytes()), (of_contact, contacts.into_bytes())]))
@@ -145,7 +144,7 @@ fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
         })
         .map(|c| if *c == "theta_deg" { Column::Drive.name(setup.drive) } else { *c })
         .collect();
-    text.header(&names).map_err(|e| Error::Run(e.to_string()))?;
+    text.header(&names)?;
     Ok(text)
 }
 

@@ -250,9 +250,8 @@ pub fn simulate(
     method: Method,
     write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let text_error = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
-    text.header(&columns(rig, asked.directions, settings.unit)).map_err(text_error)?;
+    text.header(&columns(rig, asked.directions, settings.unit))?;
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();
@@ -277,7 +276,7 @@ pub fn simulate(
             for repeat in 1..=settings.repeats {
                 for (stroke, tap) in strokes.iter().zip(here) {
                     let stroke = Tuple { a: *a, ..*stroke };
-                    state.tap(&mut text, &mut counts, (&stroke, other), repeat, tap).map_err(text_error)?;
+                    state.tap(&mut text, &mut counts, (&stroke, other), repeat, tap)?;
                 }
                 if text.len() > 1 << 20 {
                     write(&std::mem::take(&mut text).into_bytes())?;
@@ -288,7 +287,7 @@ pub fn simulate(
     }
     if settings.zero_every.is_some() {
         let last = Tuple { a: layout.distance(layout.n_distances - 1), ..strokes[strokes.len() - 1] };
-        state.zero(&mut text, &mut counts, &last).map_err(text_error)?;
+        state.zero(&mut text, &mut counts, &last)?;
     }
     write(&text.into_bytes())?;
     Ok(counts)
@@ -344,7 +343,7 @@ impl State<'_> {
         row
     }
 
-    fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> csv::Result<()> {
+    fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
         let (values, _) = self.record([0.0; 2]);
         counts.zeros += 1;
         self.since_zero = 0;
@@ -360,7 +359,7 @@ impl State<'_> {
         (at, other): (&Tuple, f64),
         repeat: u64,
         tap: &crate::evaluate::Outcome,
-    ) -> csv::Result<()> {
+    ) -> Result<(), Error> {
         if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
             self.zero(text, counts, at)?;
         }

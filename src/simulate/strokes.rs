@@ -79,7 +79,6 @@ pub fn simulate(
     miss: &mut dyn FnMut(usize, Missed),
     write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
-    let text_error = |e: csv::Error| Error::Run(e.to_string());
     let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
     degrees.sort_by(f64::total_cmp);
     let angles: Vec<f64> = degrees.iter().map(|d| d.to_radians()).collect();
@@ -93,7 +92,7 @@ pub fn simulate(
     let signal = settings.unit.column();
     let after =
         ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
-    text.header(&[&BEFORE[..], &after].concat()).map_err(text_error)?;
+    text.header(&[&BEFORE[..], &after].concat())?;
     let mut counts = Counts::default();
     let shown = DirectionColumns::default();
     let mut state = State { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] };
@@ -113,7 +112,7 @@ pub fn simulate(
         let row = |text: &mut Text, rest: [f64; 4], status: &str| {
             let mut fields: Vec<Field> =
                 before.iter().chain(&rest).chain(&first).copied().map(Field::Number).collect();
-            text.row_with(&mut fields, &[SOURCE, status]).map_err(text_error)
+            text.row_with(&mut fields, &[SOURCE, status])
         };
         for (i, degree) in degrees.iter().enumerate() {
             if settings.zero_every.is_some_and(|n| state.since_zero >= n) {

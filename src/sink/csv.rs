@@ -1,6 +1,7 @@
 //! Tables as comma-separated text: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
 
 use super::table::{Field, Sink};
+use crate::error::Error;
 
 /// Rows as bytes of a CSV file, formatted away from the file so that it can be done in parallel.
 pub struct Text {
@@ -18,23 +19,30 @@ impl Default for Text {
 
 impl Text {
     /// The header line.
-    pub fn header(&mut self, columns: &[&str]) -> csv::Result<()> {
-        self.writer.write_record(columns)
+    ///
+    /// # Errors
+    /// None but a row of another width, here and below: rows are written to memory.
+    pub fn header(&mut self, columns: &[&str]) -> Result<(), Error> {
+        self.writer.write_record(columns).map_err(failed)
     }
 
     /// One row that starts with `words`; `fields` is left empty for the next.
-    pub fn named_row(&mut self, words: &[&str], fields: &mut Vec<Field>) -> csv::Result<()> {
-        words.iter().try_for_each(|w| self.writer.write_field(w))?;
+    pub fn named_row(&mut self, words: &[&str], fields: &mut Vec<Field>) -> Result<(), Error> {
+        words.iter().try_for_each(|w| self.writer.write_field(w)).map_err(failed)?;
         self.row(fields)
     }
 
     /// One row; `fields` is left empty for the next.
-    pub fn row(&mut self, fields: &mut Vec<Field>) -> csv::Result<()> {
+    pub fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
         self.row_with(fields, &[])
     }
 
     /// One row that ends with `texts`; `fields` is left empty for the next.
-    pub fn row_with(&mut self, fields: &mut Vec<Field>, texts: &[&str]) -> csv::Result<()> {
+    pub fn row_with(&mut self, fields: &mut Vec<Field>, texts: &[&str]) -> Result<(), Error> {
+        self.put(fields, texts).map_err(failed)
+    }
+
+    fn put(&mut self, fields: &mut Vec<Field>, texts: &[&str]) -> csv::Result<()> {
         for field in fields.drain(..) {
             match field {
                 Field::Number(x) if x.is_finite() => {
@@ -67,11 +75,15 @@ impl Text {
 }
 
 impl Sink for Text {
-    type Error = csv::Error;
+    type Error = Error;
 
-    fn row(&mut self, fields: &mut Vec<Field>) -> csv::Result<()> {
+    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
         Text::row(self, fields)
     }
+}
+
+fn failed(e: csv::Error) -> Error {
+    Error::Run(e.to_string())
 }
 
 #[cfg(test)]

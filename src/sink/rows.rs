@@ -81,7 +81,7 @@ impl Rows {
     /// A row of another width.
     pub fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
         match self {
-            Self::Text(text) => text.row(fields).map_err(|e| Error::Run(e.to_string())),
+            Self::Text(text) => text.row(fields),
             Self::Columns(columns) => columns.row(fields),
         }
     }

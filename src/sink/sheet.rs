@@ -48,7 +48,7 @@ impl Sheet {
         let file = match about.format {
             TableFormat::Csv => {
                 let mut text = Text::default();
-                text.header(columns).map_err(|e| Error::Run(e.to_string()))?;
+                text.header(columns)?;
                 output.write(&text.into_bytes())?;
                 File::Csv(Box::new(output))
             }

@@ -79,7 +79,6 @@ pub fn result(study: &Study, report: &Report) -> Value {
 pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
     let unit = k_unit(study);
     let [mean, sd] = k_names(&study.setup);
-    let fail = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
     text.header(&[
         study.setup.drive.column(),
@@ -91,8 +90,7 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
         "strain_max",
         ERROR,
         "status",
-    ])
-    .map_err(fail)?;
+    ])?;
     for s in &report.curve {
         let row = &s.row;
         let [k_mean, k_sd] = k_values(s, unit);
@@ -103,7 +101,7 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
         );
         fields.push(Field::from(row.error_rms()));
         fields.push(Field::Status(row.status));
-        text.row(&mut fields).map_err(fail)?;
+        text.row(&mut fields)?;
     }
     Ok(text.into_bytes())
 }

@@ -75,11 +75,10 @@ pub fn write(folder: &mut Folder, lines: &[Line], backends: &[Backend]) -> Resul
 /// # Errors
 /// None of a whole census.
 pub fn table(lines: &[Line], backends: &[Backend]) -> Result<Vec<u8>, Error> {
-    let failed = |e: csv::Error| Error::Run(e.to_string());
     let mut text = Text::default();
-    text.header(&COLUMNS).map_err(failed)?;
+    text.header(&COLUMNS)?;
     for line in lines {
-        text.row(&mut fields(line, &backends[line.place])).map_err(failed)?;
+        text.row(&mut fields(line, &backends[line.place]))?;
     }
     Ok(text.into_bytes())
 }

@@ -6,8 +6,8 @@ use crate::common::program::{Desk, SPEC};
 use crate::common::sweeping::{Row, Table, number};
 use serde_json::Value;
 
-const TABLES: [&str; 5] = ["peaks.csv", "roofline.csv", "scaling.csv", "threads.csv", "work_precision.csv"];
-const FIGURES: [&str; 5] = ["configurations", "roofline", "scaling", "threads", "work_precision"];
+const TABLES: [&str; 3] = ["scaling.csv", "threads.csv", "work_precision.csv"];
+const FIGURES: [&str; 4] = ["configurations", "scaling", "threads", "work_precision"];
 
 /// A quick run on the CPU, and its reply.
 fn bench(desk: &Desk, more: &[&str]) -> Value {
@@ -128,33 +128,13 @@ fn a_quick_run_measures_everything_on_the_cpu() {
     positive(&threads, &["threads", "ns_per_tap", "speedup"]);
     assert!(threads.rows.iter().filter(|r| r["threads"] == "1").all(|r| r["speedup"] == "1"));
 
-    let peaks = table(&desk, "peaks.csv");
-    assert_eq!(peaks.rows.len(), 2);
-    positive(&peaks, &["gflops", "gbytes_per_s"]);
-    let roofline = table(&desk, "roofline.csv");
-    positive(
-        &roofline,
-        &["flops_per_tap", "bytes_per_tap", "gflops", "share_of_peak_flops", "share_of_peak_bytes"],
-    );
-    for row in &roofline.rows {
-        let get = |column: &str| number(row, column).unwrap();
-        let flops = get("add_per_tap")
-            + get("mul_per_tap")
-            + 2.0 * get("fma_per_tap")
-            + get("div_per_tap")
-            + get("sqrt_per_tap");
-        assert!((flops / get("flops_per_tap") - 1.0).abs() < 1e-12, "{row:?}");
-        assert!((1e3..1e6).contains(&flops), "{row:?}");
-        assert_eq!(get("bytes_per_tap"), 8.0 * 26.0);
-    }
-
     // How much repeats differ is told beside every time, and summed up.
-    let spreads: Vec<f64> = [&work, &scaling, &threads, &roofline]
+    let spreads: Vec<f64> = [&work, &scaling, &threads]
         .into_iter()
         .flat_map(|t| &t.rows)
         .filter_map(|r| number(r, "spread"))
         .collect();
-    assert!(spreads.iter().all(|s| *s >= 0.0) && spreads.len() > 40, "{spreads:?}");
+    assert!(spreads.iter().all(|s| *s >= 0.0) && spreads.len() > 30, "{spreads:?}");
     let noise = &reply["result"]["noise"];
     let bound = noise["bound"].as_f64().unwrap();
     assert_eq!(bound, 0.15);
@@ -212,11 +192,6 @@ fn a_gpu_is_measured_like_the_cpu() {
         work.rows.iter().filter(|r| is(r, &[("backend", "gpu"), ("kernel", "exact")])).collect();
     assert_eq!(exact.len(), 2);
     assert!(exact.iter().all(|r| number(r, "strain_error_max").unwrap() <= 1e-5 && !r["adapter"].is_empty()));
-    let peaks = table(&desk, "peaks.csv");
-    positive(&peaks, &["gflops", "gbytes_per_s"]);
-    assert_eq!(peaks.rows.len(), 1);
-    let roofline = table(&desk, "roofline.csv");
-    assert!(roofline.rows.iter().all(|r| number(r, "bytes_per_tap") == Some(4.0 * 26.0)));
 }
 
 #[test]

@@ -17,7 +17,6 @@ mod every_model;
 mod explain;
 mod explore;
 mod export;
-mod flops;
 mod folders;
 mod framed;
 mod garbage;

@@ -17,8 +17,9 @@
 //! said to be [unsure](Solution::unsure), and the reference is asked.
 //!
 //! # Cost
-//! Counted on frictionless Hooke taps of 0.5–10°: 3381 flops a tap in f32 at 1e-5 (3.3 sweeps, 6 nodes), 8115 in f64 at 1e-8 (4.2 sweeps, 10
-//! nodes), all rungs and the gauge together (`vibrissa bench`, `roofline.csv`).
+//! A sweep of n nodes takes two n × n products and the work at the nodes. Frictionless Hooke taps of 0.5–10° take 3.3 sweeps of 6 nodes in
+//! f32 at 1e-5 and 4.2 of 10 nodes in f64 at 1e-8, all rungs together (`sweeps_mean` of `vibrissa bench`); counted once, with the gauge, that
+//! was 3381 and 8115 floating-point operations a tap.
 
 pub mod chart;
 pub mod cpu;

@@ -56,8 +56,6 @@ pub const VERIFY: Table = table(
 const NS: Told = ("ns_per_tap", "time of a tap from tuple to outcome, fastest run");
 const NS_MEDIAN: Told = ("ns_per_tap_median", "the same, median run");
 const SPREAD: Told = ("spread", "slowest less fastest of the repeats, over their median");
-const GFLOPS: &str = "gflops";
-const GBYTES: &str = "gbytes_per_s";
 
 /// `work_precision.csv`.
 pub const WORK: Table = table(
@@ -123,50 +121,6 @@ pub const THREADS: Table = table(
         NS,
         NS_MEDIAN,
         ("speedup", "time on one thread over time on these"),
-        SPREAD,
-    ],
-);
-
-/// `peaks.csv`.
-pub const PEAKS: Table = table(
-    "bench",
-    "peaks.csv",
-    "A row is what a backend can do at most, as measured.",
-    &[
-        BACKEND,
-        PRECISION,
-        ADAPTER,
-        (GFLOPS, "floating-point operations of fused multiply–adds"),
-        (GBYTES, "bytes of a triad (CPU) or a copy (GPU)"),
-    ],
-);
-
-/// `roofline.csv`.
-pub const ROOFLINE: Table = table(
-    "bench",
-    "roofline.csv",
-    "A row is a configuration on a backend at its default tolerance; operations are counted.",
-    &[
-        CONFIGURATION,
-        BACKEND,
-        PRECISION,
-        ADAPTER,
-        ("tolerance", "tolerance of the strain"),
-        ("sweeps_mean", "sweeps of a tap, mean"),
-        ("flops_per_tap", "floating-point operations of a tap"),
-        ("add_per_tap", "additions"),
-        ("mul_per_tap", "multiplications"),
-        ("fma_per_tap", "fused multiply–adds"),
-        ("div_per_tap", "divisions"),
-        ("sqrt_per_tap", "square roots"),
-        ("compare_per_tap", "comparisons"),
-        ("bytes_per_tap", "bytes of a tap and its solution"),
-        ("kernel_ns_per_tap", "time of a tap in the kernel, transfers included, fastest run"),
-        ("kernel_ns_per_tap_median", "the same, median run"),
-        (GFLOPS, "floating-point operations"),
-        (GBYTES, "bytes of taps and solutions"),
-        ("share_of_peak_flops", "share of the peak of peaks.csv"),
-        ("share_of_peak_bytes", "share of the peak of peaks.csv"),
         SPREAD,
     ],
 );

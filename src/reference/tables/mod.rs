@@ -5,7 +5,7 @@ mod judged;
 mod traced;
 
 use bent::{CONTACTS, SHAPE};
-use judged::{PEAKS, ROOFLINE, SCALING, THREADS, VERIFY, WORK};
+use judged::{SCALING, THREADS, VERIFY, WORK};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -72,8 +72,6 @@ pub const OTHERS: &[Table] = &[
     WORK,
     SCALING,
     THREADS,
-    PEAKS,
-    ROOFLINE,
 ];
 
 const HISTORY: Table = table(

@@ -1,4 +1,4 @@
-//! Figures of a benchmark: time against error, whole sweeps, threads, roofs.
+//! Figures of a benchmark: time against error, whole sweeps, threads.
 
 mod places;
 
@@ -23,16 +23,13 @@ const SLOWEST: f64 = 1e8;
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     figures(&|name| source.maybe(name))?.into_iter().for_each(|f| c.figure(f));
-    c.first_rows(
-        source,
-        &["work_precision.csv", "scaling.csv", "threads.csv", "roofline.csv", "peaks.csv", "peers.csv"],
-    )?;
+    c.first_rows(source, &["work_precision.csv", "scaling.csv", "threads.csv", "peers.csv"])?;
     if c.tables.is_empty() {
         source.table("work_precision.csv")?;
     }
     c.answer = match source.maybe("work_precision.csv")? {
         Some(work) => answer::of_bench(&work)?,
-        None => "Whole sweeps, threads and roofs were timed, no single taps.".to_owned(),
+        None => "Whole sweeps and threads were timed, no single taps.".to_owned(),
     };
     Ok(c)
 }
@@ -53,9 +50,6 @@ pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Ve
     }
     if let Some(table) = read("threads.csv")? {
         all.push(threads(&table)?);
-    }
-    if let (Some(loads), Some(peaks)) = (read("roofline.csv")?, read("peaks.csv")?) {
-        all.push(roofline(&loads, &peaks)?);
     }
     all.retain(|f| !f.is_empty());
     Ok(all)
@@ -234,41 +228,6 @@ fn threads(table: &Table) -> Result<Figure, InputError> {
         panel = panel.with(Mark::dotted(Path::new(name.clone(), colour, points), marker));
     }
     Ok(Figure::new("threads", "Threads", "The same taps on more threads (threads.csv).", vec![panel]))
-}
-
-fn roofline(loads: &Table, peaks: &Table) -> Result<Figure, InputError> {
-    let places = Places::of(loads);
-    let (flops, bytes, attained) =
-        (loads.numbers("flops_per_tap")?, loads.numbers("bytes_per_tap")?, loads.numbers("gflops")?);
-    let (top, slope) = (peaks.numbers("gflops")?, peaks.numbers("gbytes_per_s")?);
-    let all = (0..loads.len).map(|r| flops[r] / bytes[r]);
-    let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    let mut panel = Panel::new(
-        "",
-        Axis::log("counted flops per byte", ""),
-        Axis::log("attained in the kernel", "GFLOP/s"),
-    );
-    for (i, (name, key)) in places.0.iter().enumerate() {
-        let (colour, marker) = series(i);
-        if let Some(p) = peaks.rows(|r| Places::key(peaks, r) == *key).first() {
-            let ridge = top[*p] / slope[*p];
-            let roof = [0.5 * least.min(ridge), ridge, 2.0 * most.max(ridge)]
-                .map(|x| (x, (x * slope[*p]).min(top[*p])));
-            panel = panel
-                .with(Mark::line(Path::new("dashed: measured roof of the same colour", colour, roof), 1));
-        }
-        let rows = places.rows(loads, i, |_| true);
-        let notes = rows.iter().map(|r| loads.word("configuration", *r)).collect();
-        let path =
-            Path::new(name.clone(), colour, rows.into_iter().map(|r| (flops[r] / bytes[r], attained[r])));
-        panel = panel.with(Mark::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes });
-    }
-    Ok(Figure::new(
-        "roofline",
-        "Kernels under measured roofs",
-        "Attained flops against flops per byte, a point for each configuration (roofline.csv, peaks.csv).",
-        vec![panel],
-    ))
 }
 
 #[cfg(test)]

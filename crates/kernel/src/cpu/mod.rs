@@ -6,14 +6,12 @@
 
 mod exact;
 pub(crate) mod pack;
-mod peak;
 
 use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
 pub use pack::{Pack, Scalar};
-pub use peak::{bandwidth, flops};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -100,12 +98,6 @@ by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
 by_nodes!(by_nodes_f32, f32, 16,);
 #[cfg(test)]
 by_nodes!(by_nodes_f64, f64, 8,);
-
-/// Solves `taps` into `out`, one after the other on the calling thread, in numbers of any kind, with fused operations as such. `N` is
-/// the number of nodes of `job`.
-pub fn one_by_one<T: Scalar, const N: usize>(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) {
-    lanes::<T, N, 1, true>(&Tables::new(job.rule, job.chart), job, taps, out);
-}
 
 fn parallel(
     taps: &[Tap<f64>],

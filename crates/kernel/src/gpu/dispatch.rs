@@ -110,14 +110,6 @@ impl Gpu {
         self.precision
     }
 
-    pub(super) fn device(&self) -> &wgpu::Device {
-        &self.device
-    }
-
-    pub(super) fn queue(&self) -> &wgpu::Queue {
-        &self.queue
-    }
-
     /// Bytes of one number.
     fn word(&self) -> usize {
         match self.precision {

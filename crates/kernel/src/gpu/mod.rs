@@ -7,7 +7,6 @@ mod dispatch;
 mod fault;
 #[doc(hidden)]
 pub mod lie;
-mod peak;
 pub mod ranking;
 mod seal;
 pub mod shader;
@@ -18,5 +17,4 @@ pub use check::Passed;
 pub use clock::left_behind;
 pub use dispatch::Gpu;
 pub use fault::{Fault, Log, Told, hear, tell};
-pub use peak::Peaks;
 pub use watched::{Verdicts, Watched};
