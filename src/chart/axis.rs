@@ -82,6 +82,8 @@ pub struct Axis {
     pub range: [f64; 2],
     /// The variable.
     pub map: Map,
+    /// Whether it is never cut: part of it is as good as none.
+    pub whole: bool,
 }
 
 impl Axis {

@@ -211,7 +211,7 @@ fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
 /// `axes` without the points `without`, cut along the axis where most is left, or along `first` where enough of that is.
 fn cut(axes: &[Axis; AXES], without: &[[f64; AXES]], first: Option<&usize>) -> Option<[Axis; AXES]> {
     let mut best: Option<(f64, usize, [f64; 2])> = None;
-    for axis in (0..AXES).filter(|k| !axes[*k].is_point()) {
+    for axis in (0..AXES).filter(|k| !axes[*k].is_point() && !axes[*k].whole) {
         let lowest = without.iter().map(|x| x[axis]).fold(1.0, f64::min);
         let highest = without.iter().map(|x| x[axis]).fold(-1.0, f64::max);
         // A step further than the points: where the values end is between them and the others.

@@ -104,15 +104,16 @@ impl DistanceChart {
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
         let job = (power(setup), tolerance, &NEVER);
-        Self::towards(setup, (a, Direction::UPRIGHT), asked, job, &mut Sweeps::default())
+        let (ranges, width) = asked;
+        Self::towards(setup, (a, Direction::UPRIGHT), (ranges, width, false), job, &mut Sweeps::default())
     }
 
-    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty; `None` also where the contact of one that is not upright, or is told by
+    /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty. With `all_drives` the range of the drive is not cut. `None` also where the contact of one that is not upright, or is told by
     /// two gauges, has friction.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
-        (mut ranges, width): ([[f64; 2]; AXES], f64),
+        (mut ranges, width, all_drives): ([[f64; 2]; AXES], f64, bool),
         (power, tolerance, stop): (i32, f64, &AtomicBool),
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
@@ -128,7 +129,8 @@ impl DistanceChart {
             Map::Linear,
         ];
         ranges[Quantity::Place as usize][0] = ranges[Quantity::Place as usize][0].max(FIRST_PLACE);
-        let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
+        let whole = |k: usize| all_drives && k == Quantity::Drive as usize;
+        let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: whole(k) });
         let job = (power, tolerance, stop);
         if setup.gauge.second || !direction.is_upright() {
             if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {

@@ -186,7 +186,13 @@ pub fn charts(
         let Some((ranges, width)) = wanted.ranges(setup, far, NEAREST * a) else { return Ok(None) };
         let ranges = scaled(setup.drive, &ranges, *a);
         let job = (power, tolerance, stop);
-        DistanceChart::towards(setup, (*a, *direction), (ranges, width / a), job, &mut Sweeps::default())
+        DistanceChart::towards(
+            setup,
+            (*a, *direction),
+            (ranges, width / a, false),
+            job,
+            &mut Sweeps::default(),
+        )
     };
     let places: Vec<(f64, Direction)> =
         distances.iter().flat_map(|a| directions.iter().map(move |d| (*a, *d))).collect();

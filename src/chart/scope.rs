@@ -193,7 +193,13 @@ impl Scope {
             let (ranges, job) = (scaled(setup.drive, &asked, a), (power(setup), tolerance, &NEVER));
             let mut spent = Sweeps::default();
             let place = (a, Direction::UPRIGHT);
-            let chart = DistanceChart::towards(setup, place, (ranges, width / a), job, &mut spent)?;
+            let chart = DistanceChart::towards(
+                setup,
+                place,
+                (ranges, width / a, !drives.is_empty()),
+                job,
+                &mut spent,
+            )?;
             let all = |chart: &DistanceChart| {
                 drives.iter().all(|drive| holds(held(chart)[Quantity::Drive as usize], *drive))
             };

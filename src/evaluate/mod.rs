@@ -2,6 +2,7 @@
 
 mod guard;
 mod outcome;
+mod over_drives;
 mod solve;
 mod strains;
 mod tilted;
@@ -14,7 +15,6 @@ use rayon::prelude::*;
 use crate::chart::reader::Reader;
 use crate::design::Design;
 use crate::error::SolveError;
-use crate::kernel::drives::DriveAxis;
 use crate::kernel::ranking::{Charts, Ranking};
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
@@ -352,56 +352,6 @@ impl<'a> Evaluator<'a> {
         self.outcomes(designs, tasks, &solved, Some(expected))
     }
 
-    /// Outcomes of taps that come in runs of one distance over all of `drives`, and how many taps were solved. A run whose
-    /// solutions are smooth over the drive is read from a few of them; the others are solved drive by drive.
-    pub fn run_over_drives(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        drives: &[f64],
-    ) -> Result<(Vec<Outcome>, u64), SolveError> {
-        let setup = self.setup;
-        if self.needs_no_kernel() || tasks.iter().any(|task| task.is_spatial(setup)) {
-            return Ok((self.run(designs, tasks)?, tasks.len() as u64));
-        }
-        let ways = DriveAxis::ways(drives);
-        let tolerance = self.tolerance();
-        let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
-        let mut open: Vec<usize> = (0..tasks.len() / drives.len()).collect();
-        let mut count = 0;
-        for way in &ways {
-            let at = |r: usize, drive: f64| Task { drive, ..tasks[r * drives.len()] };
-            let nodes: Vec<Task> =
-                open.iter().flat_map(|&r| way.nodes.iter().map(move |&x| at(r, x))).collect();
-            let found = self.solutions(designs, &nodes)?;
-            count += nodes.len() as u64;
-            let read = |(&r, found): (&usize, &[Option<Solved>])| {
-                let tasks = &tasks[r * drives.len()..(r + 1) * drives.len()];
-                (r, over_drives(setup, designs, tasks, way, found, tolerance))
-            };
-            let runs: Vec<_> = open.par_iter().zip(found.par_chunks(way.nodes.len())).map(read).collect();
-            open.clear();
-            for (r, run) in runs {
-                match run {
-                    Some(run) => {
-                        for (place, s) in solved[r * drives.len()..].iter_mut().zip(run) {
-                            *place = Some(s);
-                        }
-                    }
-                    None => open.push(r),
-                }
-            }
-        }
-        let rest: Vec<usize> = open.iter().flat_map(|&r| r * drives.len()..(r + 1) * drives.len()).collect();
-        let again: Vec<Task> = rest.iter().map(|&i| tasks[i]).collect();
-        count += again.len() as u64;
-        for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
-            solved[i] = s;
-        }
-        let outcomes = self.outcomes(designs, tasks, &solved, None)?;
-        Ok((self.mend(designs, tasks, outcomes)?, count))
-    }
-
     /// Whether kernels give up on taps that others solve: with friction, and where a law softens until its tangent vanishes, up to which it has
     /// no chart.
     fn ends_early(&self) -> bool {
@@ -443,27 +393,4 @@ impl<'a> Evaluator<'a> {
         self.go_on()?;
         Ok(outcomes)
     }
-}
-
-/// A run of taps over the drives of `way`, from the solutions `found` at its nodes; `None` where they are not all of one kind, and good,
-/// and smooth.
-fn over_drives(
-    setup: &Setup,
-    designs: &[Design],
-    tasks: &[Task],
-    way: &DriveAxis,
-    found: &[Option<Solved>],
-    tolerance: f64,
-) -> Option<Vec<Solved>> {
-    let grip = found[0].as_ref()?.grip;
-    let usable = |s: &Option<Solved>| {
-        s.as_ref().filter(|s| s.grip == grip && s.solution.within(tolerance)).map(|s| s.solution)
-    };
-    let nodes: Option<Vec<_>> = found.iter().map(usable).collect();
-    let solutions = way.spread(&nodes?, tolerance)?;
-    let one = |(task, solution)| {
-        let frame = frame(setup, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true, plane: None })
-    };
-    tasks.iter().zip(solutions).map(one).collect()
 }

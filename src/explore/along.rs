@@ -101,7 +101,8 @@ impl Along {
             Map::Linear,
         ];
         let ranges = domain.scaled(setup.drive);
-        let mut axes: [Axis; AXES] = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k] });
+        let mut axes: [Axis; AXES] =
+            std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: false });
         let ratios: Vec<f64> = match setup.model.contact {
             Contact::Coulomb(mu) if mu > 0.0 => lobatto(ratios).iter().map(|x| x * mu).collect(),
             _ => Vec::new(),

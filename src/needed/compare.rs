@@ -106,34 +106,23 @@ impl Checked {
         self.taps > 0 && self.statuses == 0 && self.error <= bound
     }
 
-    /// Compares `found` with what the model of `full` said of `rows`; and the rows at which it does not keep `bound`.
-    pub(super) fn of(
-        full: &Setup,
-        rows: &[Row],
-        expected: &Said,
-        found: &Said,
-        bound: f64,
-    ) -> (Self, Vec<Row>) {
-        let (mut all, mut astray) = (Self::default(), Vec::new());
+    /// Compares `found` with what the model of `full` said of `rows`.
+    pub(super) fn of(full: &Setup, rows: &[Row], expected: &Said, found: &Said, bound: f64) -> Self {
+        let mut all = Self::default();
         let mut pairs = expected.taps.iter().zip(&found.taps);
         for row in rows {
             let design = Design::new(full, row.point);
             let peak = design.shared.as_ref().map_or(0.0, |shared| shared.peak);
             let least = 1e-3 * peak * amount(full.drive, row.point.drive);
-            let mut one = Self::default();
             for (i, (expected, found)) in pairs.by_ref().take(row.distances.len()).enumerate() {
                 let tap = (found.strain, found.arc, found.status);
                 if doubts(full, &design, tap, DOUBT * bound) {
-                    one.taps += 1;
-                    one.by_full += 1;
+                    all.taps += 1;
+                    all.by_full += 1;
                 } else {
-                    one.push(row.tap(i), least, *expected, *found);
+                    all.push(row.tap(i), least, *expected, *found);
                 }
             }
-            if !one.holds(bound) {
-                astray.push(row.clone());
-            }
-            all.merge(&one);
         }
         for (full, found) in expected.figures.iter().zip(&found.figures) {
             for (k, largest) in all.figures.iter_mut().enumerate() {
@@ -142,7 +131,7 @@ impl Checked {
                 }
             }
         }
-        (all, astray)
+        all
     }
 
     fn push(&mut self, tap: Tuple, least: f64, expected: Tap, found: Tap) {

@@ -3,7 +3,7 @@
 //! The change is |ε − ε_full|/max(|ε_full|, 1e-3 θ f_max), as a tolerance counts it. It is measured in f64 on the CPU over a spread of the
 //! scene's own space with its ends (`rows`), beginning with the effect that changes least alone and adding one at a time, so that
 //! what is bounded is the change of all of them together. The model that results must keep the bound at taps that did not choose it, and at
-//! every row that is kept ([`Needed::keeps`]); rows at which it does not join the spread, and it is chosen anew. Taps near a threshold of a
+//! every row that is kept ([`Needed::keeps`]); where it does not, nothing is left off. Taps near a threshold of a
 //! status are solved by the full model ([`Needed::guard`]); an effect without which any other word would change stays, those of the estimate
 //! included. So do finite rotation, without which K is 1 and nothing can be ranked, and hub and side, which are geometry.
 
@@ -33,9 +33,6 @@ const CANDIDATES: [Effect; 7] = [
     Effect::Stick,
     Effect::Rubber,
 ];
-
-/// Times that rows kept may refuse a model before the full one is taken.
-pub const MOST: u32 = CANDIDATES.len() as u32;
 
 /// Of so many rows one is looked at before all are: most effects are too large at any of them.
 const FIRST: usize = 8;
@@ -74,8 +71,6 @@ pub struct Needed {
     bound: f64,
     choice: Choice,
     rows: Rows,
-    /// Sets of effects that a check has refused.
-    refused: Vec<Vec<Effect>>,
     /// Every effect that could be left off, those left off first and in that order.
     pub parts: Vec<Part>,
     /// Over the spread; `None` where nothing is left off.
@@ -84,7 +79,7 @@ pub struct Needed {
     pub own: Option<Checked>,
     /// At the rows kept.
     pub kept: Option<Checked>,
-    /// Times that rows kept did not keep the bound, and the model was chosen anew.
+    /// 1 where rows kept did not keep the bound, and the full model was taken.
     pub fallbacks: u32,
     /// Seconds of choosing, and of checking rows kept.
     pub seconds: [f64; 2],
@@ -110,7 +105,6 @@ impl Needed {
             bound,
             choice: Choice::new(&options)?,
             rows,
-            refused: Vec::new(),
             parts: Vec::new(),
             spread: None,
             own: None,
@@ -152,88 +146,70 @@ impl Needed {
         self.parts.iter().filter(|p| p.left).map(|p| p.effect).collect()
     }
 
-    /// Leaves off nothing, whatever the bound.
-    ///
-    /// # Errors
-    /// A kernel that fails.
-    pub fn give_up(&mut self) -> Result<(), Error> {
-        self.fallbacks = MOST;
-        self.kept = None;
-        self.choose()
+    /// Leaves off nothing from here on.
+    pub fn give_up(&mut self) {
+        (self.fallbacks, self.kept) = (1, None);
+        self.take_full();
     }
 
-    /// Whether the model keeps the bound at `rows`; where it does not, it is chosen anew, with less left off. `go_on` is asked between parts.
+    /// Whether the model keeps the bound at `rows`, which are kept; where it does not, the full model is taken. `go_on` is asked between parts.
     ///
     /// # Errors
     /// A kernel that fails; that of `go_on`.
     pub fn keeps(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<bool, Error> {
-        let astray = self.measure(rows, go_on)?;
-        let begun = Instant::now();
-        let holds = astray.is_empty();
+        self.measure(rows, go_on)?;
+        let holds = self.kept.is_none_or(|kept| kept.holds(self.bound));
         if !holds {
-            self.fallbacks += 1;
-            self.refuse(astray);
-            self.kept = None;
-            self.choose()?;
+            self.give_up();
         }
-        self.seconds[1] += begun.elapsed().as_secs_f64();
         Ok(holds)
     }
 
-    /// How well the model holds at `rows`, which are kept; those at which it does not. `go_on` is asked between parts.
+    /// How well the model holds at `rows`, which are kept. `go_on` is asked between parts.
     ///
     /// # Errors
     /// A kernel that fails; that of `go_on`.
-    pub fn measure(
-        &mut self,
-        rows: &[Row],
-        go_on: &dyn Fn() -> Result<(), Error>,
-    ) -> Result<Vec<Row>, Error> {
+    pub fn measure(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<(), Error> {
         self.kept = None;
         if self.left().is_empty() || rows.is_empty() {
-            return Ok(Vec::new());
+            return Ok(());
         }
         let begun = Instant::now();
-        let (mut all, mut astray) = (Checked::default(), Vec::new());
+        let mut all = Checked::default();
         let longest = rows.iter().map(|r| r.distances.len()).max().unwrap_or(1).max(1);
         for rows in rows.chunks((TOGETHER / longest).max(1)) {
             go_on()?;
-            let (one, some) = self.check(&self.setup, rows)?;
-            all.merge(&one);
-            astray.extend(some);
+            all.merge(&self.check(&self.setup, rows)?);
         }
         self.kept = Some(all);
         self.seconds[1] += begun.elapsed().as_secs_f64();
-        Ok(astray)
+        Ok(())
     }
 
-    /// How far the model of `setup` is from the full one at `rows`, and those at which it does not keep the bound.
-    fn check(&self, setup: &Setup, rows: &[Row]) -> Result<(Checked, Vec<Row>), Error> {
+    /// How far the model of `setup` is from the full one at `rows`.
+    fn check(&self, setup: &Setup, rows: &[Row]) -> Result<Checked, Error> {
         let expected = Said::of(&self.full, &self.choice, rows)?;
         let found = Said::of(setup, &self.choice, rows)?;
         Ok(Checked::of(&self.full, rows, &expected, &found, self.bound))
     }
 
-    /// The set that is left off is not to be chosen again; `rows` show why.
-    fn refuse(&mut self, rows: Vec<Row>) {
-        self.refused.push(self.left());
-        self.rows.spread.extend(rows);
+    /// Leaves off what the spread allows, if the own taps bear it out; else nothing.
+    fn choose(&mut self) -> Result<(), Error> {
+        self.gather()?;
+        if self.left().is_empty() || self.rows.own.is_empty() {
+            return Ok(());
+        }
+        let own = self.check(&self.setup, &self.rows.own)?;
+        self.own = Some(own);
+        if !own.holds(self.bound) {
+            self.take_full();
+        }
+        Ok(())
     }
 
-    fn choose(&mut self) -> Result<(), Error> {
-        loop {
-            self.own = None;
-            self.gather()?;
-            if self.left().is_empty() || self.rows.own.is_empty() {
-                return Ok(());
-            }
-            let (own, astray) = self.check(&self.setup, &self.rows.own)?;
-            self.own = Some(own);
-            if own.holds(self.bound) {
-                return Ok(());
-            }
-            self.refuse(astray);
-        }
+    fn take_full(&mut self) {
+        self.parts.iter_mut().for_each(|part| part.left = false);
+        (self.spread, self.each, self.setup) = (None, None, self.full.clone());
     }
 
     /// Leaves off one effect after the other, the smallest first, while all of them together keep the bound over the spread.
@@ -250,7 +226,7 @@ impl Needed {
             let set = [left.as_slice(), &[part.effect]].concat();
             let rest = without(&said, &set);
             let small = part.alone.is_none_or(|alone| alone.holds(bound));
-            if !small || !allowed(&rest) || self.fallbacks >= MOST || self.refused.contains(&set) {
+            if !small || !allowed(&rest) {
                 continue;
             }
             let expected = match &mut expected {
@@ -259,7 +235,7 @@ impl Needed {
             };
             let setup = Setup { model: rest.model, ..self.full.clone() };
             let found = Said::of(&setup, &self.choice, spread)?;
-            let (together, _) = Checked::of(&self.full, spread, expected, &found, bound);
+            let together = Checked::of(&self.full, spread, expected, &found, bound);
             part.together = Some(together);
             if together.holds(bound) {
                 part.left = true;
@@ -290,7 +266,7 @@ impl Needed {
                     };
                     let setup = Setup { model: rest.model, ..self.full.clone() };
                     let found = Said::of(&setup, &self.choice, &some)?;
-                    Some(Checked::of(&self.full, &some, expected, &found, self.bound).0)
+                    Some(Checked::of(&self.full, &some, expected, &found, self.bound))
                 }
             };
             let (spec, instead) = (effect.value(said), effect.value(&rest));

@@ -53,7 +53,8 @@ impl Needed {
             (_, Some(together)) if !together.holds(self.bound) => {
                 told(together, &format!("{it} and those left off"))
             }
-            _ => format!("rows of the result did not keep the bound without {it}"),
+            _ if self.fallbacks > 0 => format!("rows of the result did not keep the bound without {it}"),
+            _ => format!("taps beside those of the spread did not keep the bound without {it}"),
         }
     }
 

@@ -1,6 +1,5 @@
 //! A whole search: starts, ending, what is reported.
 
-use std::cell::OnceCell;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,10 +22,10 @@ use super::variables::Variables;
 use super::write;
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError};
-use crate::needed::{MOST, Needed, Row, Rows};
+use crate::needed::{Needed, Row, Rows};
 use crate::profile::both;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Setup, Spec, Tuple};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
 
 /// Strain tolerance of the polish.
@@ -191,11 +190,10 @@ fn search_with(
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
     let variables = Variables::new(&layout, search);
     let wanted = wanted(&layout, search, &variables);
-    // One for every model that the swarms may have, the full one last.
-    let setups: [OnceCell<Setup>; MOST as usize + 1] = std::array::from_fn(|_| OnceCell::new());
-    let of_swarm = |needed: Option<&Needed>| match needed {
-        Some(n) => setups[n.fallbacks as usize].get_or_init(|| n.setup().clone()),
-        None => setup,
+    let fewer = needed.as_ref().map(|n| n.setup().clone());
+    let of_swarm = |needed: Option<&Needed>| match (needed, &fewer) {
+        (Some(n), Some(fewer)) if n.fallbacks == 0 => fewer,
+        _ => setup,
     };
     let scorer = |choice: &Choice, setup| {
         let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);

@@ -1,4 +1,4 @@
-//! Sweeps by a model with effects left off: the rows that are kept check it, and where they do not bear it out a fuller one begins.
+//! Sweeps by a model with effects left off: the rows that are kept check it, and where they do not bear it out the full one begins.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,8 +15,7 @@ use crate::progress::Progress;
 use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
 use crate::sink::shard::Shard;
 
-/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the fuller one
-/// that then is needed. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
+/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the full one. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
 ///
 /// # Errors
 /// As [`run`](super::run); a part, as [`whole`].
@@ -38,7 +37,7 @@ pub fn run_needed(
 pub(super) type Attempt<'a, T> =
     dyn FnMut(&Spec, &Plan, (Clock, Option<&mut Needed>)) -> Result<Option<T>, Error> + 'a;
 
-/// Attempts, each with the plan of a fuller model, until one gives something.
+/// An attempt, and one by the full model where the first gives nothing.
 pub(super) fn until_it_holds<T>(
     spec: &mut Spec,
     mut plan: Plan,
@@ -80,7 +79,7 @@ pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
 pub(super) enum Checked {
     /// It does; `model_error` of `run.json`, where that was asked for.
     Holds(Option<Value>),
-    /// A fuller one is needed.
+    /// The full one is needed.
     Astray,
 }
 

@@ -34,7 +34,7 @@ pub fn find_needed(
         let begun = Instant::now();
         let report = match find_by(&study, ends, objective, choice, (Some(&needed), stop)) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
-                needed.give_up()?;
+                needed.give_up();
                 continue;
             }
             found => found?,

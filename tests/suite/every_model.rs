@@ -8,6 +8,7 @@ use vibrissa::chart::{
     distance::{DistanceChart, room},
     taps::Taps,
 };
+use vibrissa::kernel::gpu::SOFTWARE_RANKS;
 use vibrissa::scene::{Contact, Drive, Estimate, Material, Setup, Theory};
 
 const SAMPLES: usize = 13_200;
@@ -75,6 +76,26 @@ fn agrees(text: &str, by: &str) {
         assert!((value(a) / value(b) - 1.0).abs() < 5e-4, "{a:?} {b:?}");
         // Rows that rank the same may change places.
         assert!(a[..6] == b[..6] || (value(a) / value(b) - 1.0).abs() < 5e-4);
+    }
+    ranks_alike_on_a_device(&desk, charted, &got, rank);
+}
+
+/// A device ranks from the same charts: the same words, rows and ranks to single precision.
+#[track_caller]
+fn ranks_alike_on_a_device(desk: &Desk, charted: &Value, rows_of_cpu: &[Vec<String>], rank: usize) {
+    let arguments = ["sweep", "spec.toml", "--backend", "gpu", "--out", "gpu", "--json"];
+    let ran = desk.run_with(&arguments, &[(SOFTWARE_RANKS, "1")]).exits(0);
+    assert!(!ran.stderr.contains("the CPU ranks"), "{}", ran.stderr);
+    let (json, got) = (ran.json(), rows(desk, "gpu"));
+    let (found, taps) = (&json["counts"], charted["taps"].as_u64().unwrap());
+    for (word, n) in charted["status"].as_object().unwrap() {
+        let found = found["status"][word].as_u64().unwrap_or(0);
+        assert!(found.abs_diff(n.as_u64().unwrap()) <= 2 + taps / 20_000, "{word}: {json} {charted}");
+    }
+    assert_eq!(got.len(), rows_of_cpu.len());
+    for (a, b) in got[1..].iter().zip(&rows_of_cpu[1..]) {
+        let [x, y] = [a, b].map(|row| row[rank].parse::<f64>().unwrap());
+        assert!((x / y - 1.0).abs() < 5e-4, "{a:?} {b:?}");
     }
 }
 
@@ -226,7 +247,7 @@ fn charts_are_written_with_their_domain_and_error() {
     let directions: Vec<[f64; 2]> =
         charts.iter().map(|c| ["tilt_deg", "lean_deg"].map(|key| c[key].as_f64().unwrap())).collect();
     assert_eq!((charts.len(), &directions[..2]), (8, &[[0.0, 5.0], [20.0, 5.0]][..]));
-    assert_eq!(chart["beside"][0], "strain_2_over_theory");
+    assert_eq!(chart["beside"][0], "strain_2_over_theory_times_1_less_x_over_a");
     for chart in charts {
         assert!(chart["strain_error"].as_f64().unwrap() <= 1e-6);
         assert_eq!(chart["beside"]["series"].as_array().unwrap().len(), 3);

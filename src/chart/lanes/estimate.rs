@@ -1,18 +1,12 @@
 //! The distance estimate in a pack: errors of a row, and the words of its taps.
 
+use super::edges::Edges;
 use super::rows::{Row, Rows};
 use super::tally::Tally;
 use super::tap::Tap;
 use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
-
-/// Places of the drives from which a tap is above the strain limit, and has slipped off.
-#[derive(Clone, Copy)]
-pub(super) struct Edges<T> {
-    pub above: T,
-    pub slipped: T,
-}
 
 /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
 #[inline(always)]

@@ -1,10 +1,10 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
 use super::dispatch::{Part, apart};
-use super::estimate::{Decided, Edges};
+use super::estimate::Decided;
 use super::tally::{Tally, sum};
 use super::tap::{Tap, Whisker};
-use super::{Angle, Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
+use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
 use crate::scene::{Per, RankBy, Tuple};
@@ -14,9 +14,6 @@ pub(super) const MOST: f32 = 0.95;
 
 /// Largest deviation of the strain for which it is taken to grow with the drive.
 pub(super) const LARGEST: f32 = 0.3;
-
-/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error.
-const REPEATS: usize = 5;
 
 /// Statistics of a pack over its distances.
 pub(super) struct Rows<T> {
@@ -318,69 +315,6 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         }
     }
 
-    /// First drives at which a tap is above the strain limit and at which it has slipped off.
-    #[inline(always)]
-    fn edges<const OWN: bool>(
-        &self,
-        tables: &Tables,
-        tap: &Tap<Lanes<FMA>>,
-        distance: &Distance,
-        last: &Row<Lanes<FMA>>,
-        drives: usize,
-        m: usize,
-    ) -> Edges<Lanes<FMA>> {
-        let of = Lanes::<FMA>::of;
-        let never = of(drives as f64);
-        let limit = Lanes::<FMA>::splat(tables.strain_limit);
-        let strain = tap.strain * last.drive / (of(1.0) + last.power * last.read(&tap.kappa, m));
-        let mut above = never;
-        if !strain.all_at_most(limit) {
-            above = if OWN {
-                limit.if_less(strain, of(0.0), never)
-            } else {
-                limit.if_less(strain, self.first_above(tables, tap, limit, m), never)
-            };
-        }
-        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
-        let arc = last.power * last.read(&tap.arc, m);
-        let mut slipped = never;
-        if !arc.all_at_most(room) {
-            slipped = if OWN {
-                room.if_less(arc, of(0.0), never)
-            } else {
-                room.if_less(arc, Pack(first_slipped(tables, &tap.arc, room)), never)
-            };
-        }
-        Edges { above, slipped }
-    }
-
-    /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
-    /// nearly proportional to the drive.
-    #[inline(always)]
-    fn first_above(&self, tables: &Tables, tap: &Tap<Lanes<FMA>>, limit: Lanes<FMA>, m: usize) -> Lanes<FMA> {
-        let of = Lanes::<FMA>::of;
-        let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.drive));
-        let linear = limit / tap.strain;
-        let mut drive = linear;
-        for _ in 0..REPEATS {
-            drive = drive.max(ends[0]).min(ends[1]);
-            let (x, power) = tables.over_drives(drive);
-            // Clenshaw's recurrence.
-            let (mut one, mut two) = (of(0.0), of(0.0));
-            for k in (1..m).rev() {
-                let next = (x + x).mul_add(one, tap.kappa[k]) - two;
-                (two, one) = (one, next);
-            }
-            let kappa = x.mul_add(one, tap.kappa[0]) - two;
-            drive = linear.mul_add(power * kappa, linear);
-        }
-        let mut places = of(0.0);
-        for angle in &tables.angles {
-            places = places + drive.if_less(Pack::splat(angle.drive), of(0.0), of(1.0));
-        }
-        places
-    }
-
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
     pub fn miss(
@@ -402,23 +336,4 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             None => row.power * row.read(&self.mean, m),
         }
     }
-}
-
-/// First place, in each lane, at which the arc has grown by more than `room`.
-fn first_slipped<const FMA: bool>(
-    tables: &Tables,
-    values: &[Lanes<FMA>; ORDERS],
-    room: Lanes<FMA>,
-) -> [f32; LANES] {
-    let n = tables.angles.len();
-    let mut places = [n as f32; LANES];
-    for (lane, place) in places.iter_mut().enumerate() {
-        let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
-        let off = |a: &Angle| {
-            let read: f32 = a.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
-            a.power * read > room.0[lane]
-        };
-        *place = tables.angles.partition_point(|a| !off(a)) as f32;
-    }
-    places
 }

@@ -12,7 +12,7 @@ mod seal;
 pub mod shader;
 mod watched;
 
-pub use adapter::{Adapter, adapters, forked, pick};
+pub use adapter::{Adapter, SOFTWARE_RANKS, adapters, forked, pick};
 pub use check::Passed;
 pub use clock::left_behind;
 pub use dispatch::Gpu;

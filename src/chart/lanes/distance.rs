@@ -1,0 +1,132 @@
+//! A distance in single precision: its chart, and the polynomials of taps there.
+
+use super::read::{self, Flat, Products, Values};
+use super::{Lanes, ORDERS, affine, wide};
+use crate::chart::axis::{AXES, Axis, Map, Quantity};
+use crate::chart::build::Built;
+use crate::chart::distance::{DistanceChart, FUNCTIONS, Function};
+use crate::kernel::cpu::Pack;
+use crate::physics::chebyshev::basis;
+use crate::scene::Drive;
+
+/// A contact distance and its chart.
+#[derive(Debug)]
+pub(super) struct Distance {
+    pub a: f32,
+    pub inverse: f32,
+    /// Place and weight of the points of a gauge.
+    pub gauge: Vec<[f32; 2]>,
+    /// η at both ends of the range of interest.
+    pub ends: [f32; 2],
+    /// What the chart's functions are multiplied by for the drive's power in mm.
+    pub scale: f32,
+    /// Scale and shift of each variable.
+    pub affine: [[f32; 2]; AXES],
+    pub maps: [Map; AXES],
+    /// Orders over each axis.
+    pub sizes: [usize; AXES],
+    /// Values of the polynomials over the drive at the points.
+    pub at_points: Vec<[f32; ORDERS]>,
+    /// Of all its series.
+    pub products: Products,
+    /// Strain, arc and force of each branch.
+    pub branches: Vec<[Flat; FUNCTIONS]>,
+    /// Bound on c/a − 1 over driveᵉ in the chart.
+    pub most_arc: f32,
+}
+
+impl Distance {
+    /// Of `chart`; `ends` as in [`Scope`], `drives` those at the points of series over the drive.
+    pub fn new(chart: &DistanceChart, kind: Drive, ends: [f64; 2], drives: &[f64]) -> Self {
+        let axes = chart.axes();
+        let affine = |axis: &Axis| if axis.is_point() { [0.0; 2] } else { affine(axis.ends()) };
+        let per_mm = if kind == Drive::Displacement { 1.0 / chart.a } else { 1.0 };
+        let all = [Function::Strain, Function::Arc, Function::Force];
+        let series = || chart.branches.iter().flat_map(|b| all.map(|f| &b.series[f as usize]));
+        let sizes: Vec<[usize; AXES]> = series().map(|s| s.sizes()).collect();
+        let scale = per_mm.powi(chart.power);
+        let mut products = Products::default();
+        let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
+        let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale) as f32;
+        Self {
+            a: chart.a as f32,
+            inverse: (1.0 / chart.a) as f32,
+            gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
+            ends: ends.map(|e| e as f32),
+            scale: scale as f32,
+            affine: axes.each_ref().map(affine),
+            maps: axes.each_ref().map(|axis| axis.map),
+            sizes: std::array::from_fn(|k| sizes.iter().map(|s| s[k]).max().unwrap_or(1)),
+            at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
+            branches: chart
+                .branches
+                .iter()
+                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], f == Function::Strain, &mut products)))
+                .collect(),
+            products,
+            most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
+        }
+    }
+
+    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge.
+    #[inline(always)]
+    pub fn polynomials<const FMA: bool, const OWN: bool>(
+        &self,
+        [drive, near, base, taper, far]: &[Lanes<FMA>; AXES],
+        basis: &mut [Vec<Lanes<FMA>>; AXES],
+        products: &mut Values<FMA>,
+    ) {
+        basis[1][0] = Lanes::<FMA>::of(1.0);
+        if OWN {
+            read::polynomials(self.variable(0, *drive), self.sizes[0], &mut basis[0]);
+        }
+        read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
+        read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
+        self.fold([*near, *far], *taper, &mut basis[4]);
+        self.products.fill(basis, products);
+    }
+
+    /// The variable of axis `k`, in [−1, 1].
+    #[inline(always)]
+    fn variable<const FMA: bool>(&self, k: usize, q: Lanes<FMA>) -> Lanes<FMA> {
+        let one = Lanes::<FMA>::of(1.0);
+        let y = match self.maps[k] {
+            Map::Linear => q,
+            Map::Square => q * q,
+            Map::Root => (one / (one - q)).sqrt(),
+            Map::Inverse => one / (one - q),
+        };
+        let [scale, shift] = self.affine[k].map(Pack::splat);
+        y.mul_add(scale, shift)
+    }
+
+    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`super::gauge`]).
+    #[inline(always)]
+    fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
+        let of = Lanes::<FMA>::of;
+        let n = self.sizes[4];
+        let (one, width) = (of(1.0), far - near);
+        for value in into.iter_mut() {
+            *value = of(0.0);
+        }
+        let mut total = of(0.0);
+        for [place, weight] in &self.gauge {
+            let s = width.mul_add(Pack::splat(*place), near);
+            let u = one - p * s;
+            let weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
+            total = weight.mul_add(one - s, total);
+            let x = self.variable(4, s);
+            let twice = x + x;
+            let (mut last, mut this) = (one, x);
+            into[0] = into[0] + weight;
+            for value in into.iter_mut().take(n).skip(1) {
+                *value = weight.mul_add(this, *value);
+                (last, this) = (this, twice * this - last);
+            }
+        }
+        let share = one / total;
+        for value in into.iter_mut().take(n) {
+            *value = *value * share;
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! From which drive on a tap is above the strain limit, or has slipped off.
+
+use super::rows::{Row, Rows};
+use super::tap::Tap;
+use super::{Angle, Distance, LANES, Lanes, ORDERS, Tables};
+use crate::kernel::cpu::Pack;
+
+/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error.
+const REPEATS: usize = 5;
+
+/// Places of the drives from which a tap is above the strain limit, and has slipped off.
+#[derive(Clone, Copy)]
+pub(super) struct Edges<T> {
+    pub above: T,
+    pub slipped: T,
+}
+
+impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// First drives at which a tap is above the strain limit and at which it has slipped off.
+    #[inline(always)]
+    pub fn edges<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        tap: &Tap<Lanes<FMA>>,
+        distance: &Distance,
+        last: &Row<Lanes<FMA>>,
+        drives: usize,
+        m: usize,
+    ) -> Edges<Lanes<FMA>> {
+        let of = Lanes::<FMA>::of;
+        let never = of(drives as f64);
+        let limit = Lanes::<FMA>::splat(tables.strain_limit);
+        let strain = tap.strain * last.drive / (of(1.0) + last.power * last.read(&tap.kappa, m));
+        let mut above = never;
+        if !strain.all_at_most(limit) {
+            above = if OWN {
+                limit.if_less(strain, of(0.0), never)
+            } else {
+                limit.if_less(strain, self.first_above(tables, tap, limit, m), never)
+            };
+        }
+        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
+        let arc = last.power * last.read(&tap.arc, m);
+        let mut slipped = never;
+        if !arc.all_at_most(room) {
+            slipped = if OWN {
+                room.if_less(arc, of(0.0), never)
+            } else {
+                room.if_less(arc, Pack(first_slipped(tables, &tap.arc, room)), never)
+            };
+        }
+        Edges { above, slipped }
+    }
+
+    /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
+    /// nearly proportional to the drive.
+    #[inline(always)]
+    fn first_above(&self, tables: &Tables, tap: &Tap<Lanes<FMA>>, limit: Lanes<FMA>, m: usize) -> Lanes<FMA> {
+        let of = Lanes::<FMA>::of;
+        let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.drive));
+        let linear = limit / tap.strain;
+        let mut drive = linear;
+        for _ in 0..REPEATS {
+            drive = drive.max(ends[0]).min(ends[1]);
+            let (x, power) = tables.over_drives(drive);
+            // Clenshaw's recurrence.
+            let (mut one, mut two) = (of(0.0), of(0.0));
+            for k in (1..m).rev() {
+                let next = (x + x).mul_add(one, tap.kappa[k]) - two;
+                (two, one) = (one, next);
+            }
+            let kappa = x.mul_add(one, tap.kappa[0]) - two;
+            drive = linear.mul_add(power * kappa, linear);
+        }
+        let mut places = of(0.0);
+        for angle in &tables.angles {
+            places = places + drive.if_less(Pack::splat(angle.drive), of(0.0), of(1.0));
+        }
+        places
+    }
+}
+
+/// First place, in each lane, at which the arc has grown by more than `room`.
+fn first_slipped<const FMA: bool>(
+    tables: &Tables,
+    values: &[Lanes<FMA>; ORDERS],
+    room: Lanes<FMA>,
+) -> [f32; LANES] {
+    let n = tables.angles.len();
+    let mut places = [n as f32; LANES];
+    for (lane, place) in places.iter_mut().enumerate() {
+        let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
+        let off = |a: &Angle| {
+            let read: f32 = a.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
+            a.power * read > room.0[lane]
+        };
+        *place = tables.angles.partition_point(|a| !off(a)) as f32;
+    }
+    places
+}
