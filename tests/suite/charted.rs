@@ -173,7 +173,7 @@ fn designs_outside_the_chart() {
     agrees(&spec(sharp, "x_ss = [2, 3, 5, 12, 49]\nl = [1, 2]", tap, "", "top = 9"), "K_sd");
 }
 
-/// A contact that always sticks has no smooth chart next to the apex of a strong taper. That is found before more than one chart is made.
+/// A contact that always sticks has no smooth chart next to the apex of a strong taper at large angles. That is found before more than one chart is made.
 #[test]
 fn charts_that_will_be_refused_ask_few_taps() {
     let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 48]\n\
@@ -183,21 +183,21 @@ fn charts_that_will_be_refused_ask_few_taps() {
     ));
     let wanted = Wanted {
         D: [8.0, 12.0],
-        d: [0.6, 7.0],
+        d: [2.0, 7.0],
         L_a: [50.0; 2],
         x_ss: [3.0, 15.0],
         l: [1.0, 4.0],
-        drive: [0.5, 10.0],
+        drive: [0.5, 40.0],
     };
     let distances: Vec<f64> = (0..10).map(|i| 21.0 + 3.0 * f64::from(i)).collect();
     let tried = |wanted: &Wanted| Scope::tried(&spec.study.setup, &distances, wanted, 1e-5).unwrap();
     let (none, refused) = tried(&wanted);
     assert!(none.is_none() && refused > 0);
     // Mild tapers have all ten.
-    let (all, made) = tried(&Wanted { d: [6.0, 7.0], ..wanted });
+    let (all, made) = tried(&Wanted { d: [6.0, 7.0], drive: [0.5, 10.0], ..wanted });
     assert!(all.is_some_and(|scope| scope.charts.len() == 10));
     assert!(
-        3 * refused < made + refused && refused < 8_000,
+        refused < made && refused < 8_000,
         "{refused} taps asked in vain, {made} for charts that there are"
     );
 }
