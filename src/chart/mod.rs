@@ -1,7 +1,7 @@
 //! One smooth function in place of many taps, for every model.
 //!
-//! At one contact distance a tap depends on five numbers, in units of that distance: the drive, D/a, τa, and middle and width of the gauge
-//! ([`axis::Quantity`]); hub, pole and material are those of the rig. δ = ε/(θ f) − 1, which is 1/K − 1, the arc of the contact and its force
+//! At one contact distance the strain at a point of the skin depends on four numbers, in units of that distance: the drive, D/a, τa and x/a
+//! ([`axis::Quantity`]); hub, pole and material are those of the rig, and a gauge is a mean of points ([`gauge`]). δ = ε/(θ f) − 1, which is 1/K − 1, the arc of the contact and its force
 //! are smooth functions of them ([`distance::DistanceChart`]): sparse Chebyshev series through some thousand taps solved in f64, asked where
 //! they matter ([`adaptive`]), checked at points of their own ([`build`]). Where a theory is the limit of the model δ vanishes with the drive, and
 //! δ over a power of it is charted, so that SD(K) keeps its relative precision where K → 1.
@@ -10,8 +10,8 @@
 //! sticking contact is the one of them whose arc does not move: so charts at a few T/P between −μ and μ hold all branches, and what picks
 //! one ([`lanes`]). Compared with a chart of the sticking solution, whose T/P reaches tens on a fine tip, this needs no solve of a sticking contact.
 //!
-//! Measured (D 8…12, d 2…7, L_a 50, x_ss 3…15, l 1…4 mm, θ 0.5…10°, ten distances 21…48 mm, tolerance 1e-5): practical whisker 4 250
-//! coefficients for all distances, 12 900 taps solved, strain error at the checking points 1.0e-6; with Coulomb 0.3 17 000, 49 100, 1.3e-6.
+//! Measured (D 8…12, d 2…7, L_a 50, x_ss 3…15, l 1…4 mm, θ 0.5…10°, ten distances 21…48 mm, tolerance 1e-5): practical whisker 3 404
+//! coefficients for all distances, 7 867 taps solved, strain error at the checking points 5.9e-7; with Coulomb 0.3 13 713, 31 552, 1.8e-6.
 //!
 //! A [`ranker::Ranker`] ranks sweeps by them, a [`reader::Reader`] reads single taps for tables and searches. What lies outside the charts is
 //! solved. `vibrissa chart` writes them as JSON ([`document`]).

@@ -6,7 +6,7 @@
 //! a torn last batch, is dropped and evaluated again.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::score::{Limit, Score};
@@ -140,7 +140,11 @@ impl Journal {
     /// The search is finished: nothing is left to resume.
     pub fn remove(self) -> Result<(), Error> {
         drop(self.file);
-        std::fs::remove_file(&self.path).map_err(|e| Error::io(&self.path, e))
+        match std::fs::remove_file(&self.path) {
+            // Somebody else has: the search is whole without it.
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
+            done => done.map_err(|e| Error::io(&self.path, e)),
+        }
     }
 }
 

@@ -65,7 +65,12 @@ fn large(path: &Path, columns: Columns<'_, COLUMNS>, drive: Drive) -> Option<Lar
     let label = path.display().to_string();
     // The text is not held, in which the line would be counted.
     let warnings = header.warning(&label).into_iter().chain(doubted.doubts(&label, |_| None)).collect();
-    let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, header.places, grouping.finish()));
+    // A pool of its own: how many threads the program takes, the rest of the spec may say.
+    let grouped = match rayon::ThreadPoolBuilder::new().build() {
+        Ok(pool) => pool.install(|| grouping.finish()),
+        Err(_) => grouping.finish(),
+    };
+    let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, header.places, grouped));
     Some((listed, directions(&header), seen, warnings))
 }
 

@@ -47,7 +47,7 @@ pub(super) fn run(
         }
     };
     let mut search = Search { layout, ranker, from, all, best };
-    let mut tries = 0;
+    let (mut tries, mut by) = (0, "lanes");
     while tries < TRIES
         && let Some(device) = device(run, ranker, layout)?
     {
@@ -56,12 +56,16 @@ pub(super) fn run(
             Err(Error::Solve(why @ SolveError::Device(_))) => run.evaluator.failed(&why),
             other => {
                 other?;
+                by = "device";
                 break;
             }
         }
         tries += 1;
     }
     search.on_host(run)?;
+    if let Some(chart) = &mut run.counts.chart {
+        chart["ranked_by"] = by.into();
+    }
     let Search { mut all, mut best, .. } = search;
     note(&mut run.counts, &all.words);
     bound(&mut all, ranker.keep());

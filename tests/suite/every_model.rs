@@ -85,8 +85,18 @@ fn agrees(text: &str, by: &str) {
 fn ranks_alike_on_a_device(desk: &Desk, charted: &Value, rows_of_cpu: &[Vec<String>], rank: usize) {
     let arguments = ["sweep", "spec.toml", "--backend", "gpu", "--out", "gpu", "--json"];
     let ran = desk.run_with(&arguments, &[(SOFTWARE_RANKS, "1")]).exits(0);
-    assert!(!ran.stderr.contains("the CPU ranks"), "{}", ran.stderr);
     let (json, got) = (ran.json(), rows(desk, "gpu"));
+    // Friction over shared drives takes more rounds than Mesa's software device does.
+    let text = desk.read("spec.toml");
+    let lanes = text.contains("coulomb") && text.contains("theta = { from");
+    // Of sharp tips alone there may be no charts that rank.
+    assert!(charted["chart"]["ranked_by"] == "lanes" || text.contains("min = 1.25"), "{charted}");
+    let by = match charted["chart"]["ranked_by"].as_str() {
+        None => Value::Null,
+        Some(_) if lanes => Value::from("lanes"),
+        Some(_) => Value::from("device"),
+    };
+    assert_eq!(json["counts"]["chart"]["ranked_by"], by, "{json} {}", ran.stderr);
     let (found, taps) = (&json["counts"], charted["taps"].as_u64().unwrap());
     for (word, n) in charted["status"].as_object().unwrap() {
         let found = found["status"][word].as_u64().unwrap_or(0);

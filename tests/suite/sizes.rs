@@ -7,6 +7,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 
 use crate::common::cases::{Kind, evaluate, random};
+use crate::common::program::Desk;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, sweep_into, sweep_with};
 use tempfile::TempDir;
 use vibrissa::plan::{CHUNK, KEEP};
@@ -208,4 +209,23 @@ fn several_dispatches_are_their_parts() {
         };
         assert_eq!((bits(found), found.status), (bits(wanted), wanted.status), "tap {i}");
     }
+}
+
+/// A tuple file that is too large to be held is sorted before the spec says how many threads the program takes.
+#[test]
+fn a_large_tuple_file_is_swept_with_threads_of_ones_own() {
+    let mut list = String::from("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n");
+    for i in 0..130_000u32 {
+        let d = 4.0 + 1e-5 * f64::from(i);
+        list += &format!("10.000000000,{d:.9},100.000000,5.00000000,2.000000000,40.00000000,2.00000000\n");
+    }
+    assert!(list.len() > 8 << 20);
+    let linear =
+        "[gauge]\n[model]\ngeometry = \"linear\"\n[tuples]\nfile = \"list.csv\"\n[output]\ntuples = false\n";
+    let desk = Desk::new(linear);
+    desk.write("list.csv", &list);
+    desk.sweep(&["--threads", "2", "--out", "flag"]).exits(0);
+    desk.write("spec.toml", format!("{linear}[run]\nthreads = 2\n"));
+    desk.sweep(&["--out", "key"]).exits(0);
+    assert_eq!(desk.read("flag/designs.csv"), desk.read("key/designs.csv"));
 }

@@ -383,7 +383,8 @@ fn no_shader_is_forgotten() {
             } else if entry.extension().is_some_and(|e| e == "rs" || e == "wgsl")
                 && std::fs::read_to_string(&entry).is_ok_and(|t| t.contains("@compute"))
             {
-                found.push(entry.file_name().unwrap_or_default().to_string_lossy().into_owned());
+                let inside = entry.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("a file of the project");
+                found.push(inside.to_string_lossy().into_owned());
             }
         }
     }
@@ -392,7 +393,7 @@ fn no_shader_is_forgotten() {
         walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut found);
     }
     found.sort();
-    assert_eq!(found, ["main.wgsl", "ranking.wgsl"]);
+    assert_eq!(found, ["shaders/main.wgsl", "shaders/ranking/main.wgsl"]);
 }
 
 /// One side changed, the other not: (file, or WGSL, what stands there, what comes in its place).

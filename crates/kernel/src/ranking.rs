@@ -1,9 +1,9 @@
 //! Designs ranked from charts: what a device must know of them, and what ranking brings.
 //!
-//! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order of `shaders/ranking.wgsl`.
+//! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order that `shaders/ranking` reads.
 
 use vibrissa_core::error::SolveError;
-use vibrissa_core::scene::{Drive, Tuple};
+use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
 
 /// How a design is dealt with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,9 +109,32 @@ pub trait Charts {
     fn sheet(&self) -> Sheet;
 }
 
-/// Numbers of a distance beside the points of its gauge: ends of the range of interest (η), what the functions are multiplied by, largest arc, two
-/// that are free, scale and shift of drive, D/a, τa and x/a, a and 1/a.
-pub const HEAD: usize = 16;
+/// Numbers of a distance before the points of its gauge, as the shader calls them: ends of the range of interest (η), what the functions are multiplied
+/// by, largest arc over driveᵉ, number of branches, where their matrix begins in [`Sheet::choice`], scale and shift of drive, D/a, τa and x/a, a and 1/a.
+pub const HEAD: [&str; 16] = [
+    "END_LO",
+    "END_HI",
+    "SCALE",
+    "MOST_ARC",
+    "COUNT",
+    "CHOICE_OF",
+    "DRIVE_AXIS",
+    "DRIVE_SHIFT",
+    "BASE_AXIS",
+    "BASE_SHIFT",
+    "TAPER_AXIS",
+    "TAPER_SHIFT",
+    "PLACE_AXIS",
+    "PLACE_SHIFT",
+    "A",
+    "INVERSE",
+];
+
+/// Bounds on q beyond which a design is solved tap by tap: of one reading, which is known, and of many, of which only bounds are.
+pub const BEYOND: [[f64; 2]; 2] = [[-0.9, 9.0], [-0.5, 0.5]];
+
+/// Share of the way to infinitely far, or to the apex, beyond which an estimate is solved.
+pub const FARTHEST: f64 = 1.1e-3;
 
 /// Charts of some distances as numbers, with all else that ranking needs. Lengths in mm, drives in rad or mm.
 #[derive(Debug, Clone)]
@@ -168,9 +191,9 @@ pub struct Sheet {
     /// Largest deviation of the strain for which a design is ranked.
     pub largest: f32,
     /// What ranks.
-    pub by: vibrissa_core::scene::RankBy,
+    pub by: RankBy,
     /// Rows or designs compete.
-    pub per: vibrissa_core::scene::Per,
+    pub per: Per,
 }
 
 /// Ranges of the designs that charts hold.

@@ -6,6 +6,7 @@ use super::tally::Tally;
 use super::tap::Tap;
 use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
+use crate::kernel::ranking::{BEYOND, FARTHEST};
 use crate::scene::RankBy;
 
 /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
@@ -140,7 +141,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         let clear = most.if_less(low, one, high.if_less(least, one, zero));
         let ambiguous = low.if_less(least, most.if_less(high, one, zero), zero);
         // One reading is known; of many only bounds are.
-        let [fewest, highest] = if OWN { [-0.9, 9.0] } else { [-0.5, 0.5] };
+        let [fewest, highest] = BEYOND[usize::from(!OWN)];
         let beyond = (of(-0.9) * farthest).max(of(fewest));
         let beyond = least.if_less(beyond, one, of(highest).if_less(most, one, zero));
 
@@ -208,7 +209,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             let sigma = noise * a * whole * whole / (tap.strain * slope).max(of(1e-30));
             noises = sigma.mul_add(sigma, noises);
             // Below what the farthest contact gives, a widening whisker has no root.
-            let none = peak.if_less(q, one, (one + eta).if_less(of(1.1e-3), one, zero));
+            let none = peak.if_less(q, one, (one + eta).if_less(of(FARTHEST), one, zero));
             let near = q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             let over = place.if_less(edge.above, zero, one);
             let off = place.if_less(edge.slipped, zero, one);

@@ -6,13 +6,11 @@ use super::rows::{MOST, Rows};
 use super::tally::Tally;
 use super::{LANES, Lanes, Scratch, Tables, Words};
 use crate::kernel::cpu::Pack;
+use crate::kernel::ranking::FARTHEST;
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
 use crate::status::Status;
-
-/// Share of the way to infinitely far, or to the apex, beyond which an estimate is solved.
-const FARTHEST: f64 = 1.1e-3;
 
 /// Which taps count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

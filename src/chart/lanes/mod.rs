@@ -30,6 +30,7 @@ use super::distance::DistanceChart;
 use super::scope::Scope;
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
+use crate::kernel::ranking::Theory as EstimateTheory;
 pub use crate::kernel::ranking::{Found, Words};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
@@ -71,7 +72,7 @@ pub struct Tables {
     apart: bool,
     choice: Choice,
     /// What the estimate's theory has beside the plain formula.
-    theory: Plain,
+    theory: EstimateTheory,
     /// 3πE/64, MPa: P per D⁴(1 − τa)(a + r₀)/a³ and radian of the linear theory.
     stiffness: f32,
     /// S/D² of the model.
@@ -83,19 +84,6 @@ pub struct Tables {
     kind: Drive,
     by: RankBy,
     per: Per,
-}
-
-/// Hub, displacement and shear in the theory of the estimate.
-#[derive(Debug, Clone, Copy)]
-struct Plain {
-    /// r₀, mm.
-    hub: f32,
-    /// u in place of 1 + r₀u.
-    displaced: bool,
-    /// S/D².
-    shear: f32,
-    /// None of them.
-    plain: bool,
 }
 
 /// A drive that all designs share.
@@ -222,7 +210,7 @@ impl Tables {
             power,
             apart: chooses && !scope.drives.is_empty(),
             choice: Choice::new(),
-            theory: Plain { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
+            theory: EstimateTheory { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
             stiffness: (3.0 * std::f64::consts::PI * setup.model.material.e0() / 64.0) as f32,
             shear: if setup.model.shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 },
             strain_limit: setup.gauge.strain_limit as f32,

@@ -1,4 +1,4 @@
-//! Charts as numbers for a device: what [`Tables`] holds, in the order of `shaders/ranking.wgsl`.
+//! Charts as numbers for a device: what [`Tables`] holds, in the order that `shaders/ranking` reads.
 
 use super::rows::{LARGEST, MOST};
 use super::{Distance, Tables};
@@ -6,7 +6,7 @@ use crate::chart::axis::{AXES, Quantity};
 use crate::chart::distance::{DistanceChart, Function, lobatto, matrix_at};
 use crate::chart::scope::Scope;
 use crate::chart::series::Series;
-use crate::kernel::ranking::{HEAD, Sheet, Theory};
+use crate::kernel::ranking::{HEAD, Sheet};
 
 /// Orders over the drive that go together.
 const GROUP: usize = 4;
@@ -60,8 +60,8 @@ impl Tables {
         let charts = &scope.charts;
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
         let all = || {
-            let of = |chart: &'_ DistanceChart| chart.branches.clone();
-            charts.iter().flat_map(of).flat_map(|b| RANKED.map(|f| b.series[f as usize].clone()))
+            let built = charts.iter().flat_map(|chart| &chart.branches);
+            built.flat_map(|b| RANKED.map(|f| &b.series[f as usize]))
         };
         let most =
             |axis: Quantity| all().map(|series| series.sizes()[axis as usize]).max().unwrap_or(1).max(1);
@@ -114,12 +114,7 @@ impl Tables {
             rows: written.rows,
             at_points,
             within: scope.within(),
-            theory: Theory {
-                hub: self.theory.hub,
-                displaced: self.theory.displaced,
-                shear: self.theory.shear,
-                plain: self.theory.plain,
-            },
+            theory: self.theory,
             strain_limit: self.strain_limit,
             noise: self.noise,
             fixed: self.fixed,
@@ -132,15 +127,13 @@ impl Tables {
 }
 
 /// Numbers of a distance; `five`: where the matrix of five branches begins, behind that of three.
-fn head(distance: &Distance, chart: &DistanceChart, five: usize) -> [f32; HEAD] {
+fn head(distance: &Distance, chart: &DistanceChart, five: usize) -> [f32; HEAD.len()] {
     let [drive, _, base, taper, place] = distance.affine;
     let branches = chart.branches.len();
     let choice = if branches == 5 { five } else { 0 };
-    let affine = [drive, base, taper, place].concat();
-    let mut head = [0.0; HEAD];
-    head[..2].copy_from_slice(&distance.ends);
-    head[2..6].copy_from_slice(&[distance.scale, distance.most_arc, branches as f32, choice as f32]);
-    head[6..14].copy_from_slice(&affine);
-    head[14..].copy_from_slice(&[distance.a, distance.inverse]);
-    head
+    let [lo, hi] = distance.ends;
+    let whole = [branches as f32, choice as f32];
+    let parts = [[lo, hi], [distance.scale, distance.most_arc], whole, drive, base, taper, place];
+    let head = [parts.as_flattened(), &[distance.a, distance.inverse]].concat();
+    std::array::from_fn(|k| head[k])
 }

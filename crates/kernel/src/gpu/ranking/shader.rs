@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::WEIGHTS;
 use super::tuples::Tuples;
-use crate::ranking::{HEAD, Sheet};
+use crate::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
 use vibrissa_core::scene::{Drive, Layout, Per, RankBy};
 
 /// Invocations of one workgroup.
@@ -22,8 +22,14 @@ const MOST_UNIFORM: usize = 1 << 12;
 /// Slack of ranges in single precision.
 const SLACK: f64 = 1e-6;
 
-/// Bounds on q beyond which a design is solved tap by tap: of one reading, which is known, and of many, of which only bounds are.
-const BEYOND: [[f64; 2]; 2] = [[-0.9, 9.0], [-0.5, 0.5]];
+/// What every ranking shader says.
+const TEXT: [&str; 5] = [
+    include_str!("../../../../../shaders/ranking/main.wgsl"),
+    include_str!("../../../../../shaders/ranking/theory.wgsl"),
+    include_str!("../../../../../shaders/ranking/chart.wgsl"),
+    include_str!("../../../../../shaders/ranking/words.wgsl"),
+    include_str!("../../../../../shaders/ranking/rows.wgsl"),
+];
 
 /// The shader of a sheet and what it reads.
 #[derive(Debug, Clone)]
@@ -76,8 +82,8 @@ impl Shader {
             ("GAUGE", sheet.gauge),
             ("BRANCHES", sheet.branches),
             ("POWER", sheet.power as usize),
-            ("HEAD", HEAD),
-            ("DISTANCE", HEAD + 2 * sheet.gauge),
+            ("HEAD", HEAD.len()),
+            ("DISTANCE", HEAD.len() + 2 * sheet.gauge),
             ("KEPT", kept),
             ("KEPT_ALL", kept * sheet.distances),
             ("DRIVES_AT", drives_at),
@@ -116,13 +122,15 @@ impl Shader {
             ("NOISE", sheet.noise.into()),
             ("FIXED", sheet.fixed.unwrap_or(0.0).into()),
             ("MOST_DEVIATION", sheet.largest.into()),
+            ("FARTHEST", FARTHEST),
             ("BEYOND_LO", least),
             ("BEYOND_HI", most),
             ("COMMON_SCALE", sheet.common[0].into()),
             ("COMMON_SHIFT", sheet.common[1].into()),
         ];
         let mut text = String::new();
-        for (name, n) in counts {
+        let heads = HEAD.into_iter().zip(0..);
+        for (name, n) in counts.into_iter().chain(heads) {
             let _ = writeln!(text, "const {name} = {n}u;");
         }
         for (name, on) in switches {
@@ -149,7 +157,7 @@ impl Shader {
                 "@group(0) @binding({binding}) var<{space}> {name}: array<vec4<{of}>, {count}>;"
             );
         }
-        text += include_str!("../../../../../shaders/ranking.wgsl");
+        text += &TEXT.concat();
         Some(Self {
             wgsl: text + &tuples.wgsl,
             numbers,

@@ -1,0 +1,133 @@
+// Ranked rows of whole designs, read from charts: an invocation takes some designs, one after the other. Twin of src/chart/lanes, where the derivation
+// stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text give their sizes (crates/kernel/src/gpu/ranking/shader.rs).
+
+struct Job {
+    // Designs of this batch, invocations that run at once, bound of the rank.
+    count: u32,
+    stride: u32,
+    bound: f32,
+    // Number of the batch, in the upper bits of every entry of the lists.
+    stamp: u32,
+    // Digits of the first design, one per factor.
+    first: array<vec4<u32>, 2>,
+}
+
+// Taps per status word, and rows (designs, where designs compete) that are complete.
+struct Words { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, invalid: u32, complete: u32 }
+
+@group(0) @binding(0) var<uniform> job: Job;
+// `numbers`, `shape` and `rows`, bindings 1 to 3, are declared before this text: uniform where they fit, else storage.
+@group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>, 16>;
+// Designs with a row below the bound, and those that must be solved tap by tap.
+@group(0) @binding(5) var<storage, read_write> best: array<u32>;
+@group(0) @binding(6) var<storage, read_write> hard: array<u32>;
+// Values of the designs' axes that are listed.
+@group(0) @binding(7) var<storage, read> axes: array<f32>;
+
+fn number(i: u32) -> f32 { return numbers[i / 4u][i % 4u]; }
+
+fn size(i: u32) -> u32 { return shape[i / 4u][i % 4u]; }
+
+// A number of distance `n`: END_LO … INVERSE, then the points of its gauge.
+fn of_distance(n: u32, k: u32) -> f32 { return number(DISTANCE * n + k); }
+
+struct Whisker { D: f32, d: f32, L_a: f32, x_ss: f32, l: f32, drive: f32 }
+
+// A whisker: D, τ, L_a, x1, x2, u = 1/a at the peak of the theory, drive (rad or mm) and its power e.
+struct Design { D: f32, tau: f32, L_a: f32, x1: f32, x2: f32, peak: f32, drive: f32, power: f32 }
+
+// x2 − x1.
+fn width_of(w: Whisker) -> f32 {
+    let slope = 0.5 * (w.D - w.d) / w.L_a;
+    return w.l * inverseSqrt(fma(slope, slope, 1.0));
+}
+
+// 0 charted, 1 tap by tap, 2 no whisker with a gauge. Next to a border of the whiskers the host decides.
+fn case_of(w: Whisker) -> u32 {
+    let room = w.L_a - w.x_ss - w.l;
+    let near = 1e-6 * w.L_a;
+    if room < -near { return 2u; }
+    let tau = (w.D - w.d) / (w.D * w.L_a);
+    let width = width_of(w);
+    let charted = w.L_a >= REACH && (room > near || room == 0.0)
+        && w.D >= D_LO && w.D <= D_HI && tau >= TAU_LO && tau <= TAU_HI
+        && w.x_ss >= X_LO && w.x_ss + width <= X_HI && width <= WIDTH
+        && (!OWN || APART || (w.drive >= DRIVE_LO && w.drive <= DRIVE_HI));
+    return select(1u, 0u, charted);
+}
+
+// What the rows of `w` are made of.
+fn design_of(w: Whisker) -> Design {
+    // The largest counts where contacts slip off.
+    var drive = w.drive;
+    if !OWN { drive = drive_at(DRIVES - 1u); }
+    let x2 = w.x_ss + width_of(w);
+    let tau = (w.D - w.d) / (w.D * w.L_a);
+    return Design(w.D, tau, w.L_a, w.x_ss, x2, peak_of(w.D, tau, w.x_ss, x2), drive, powered(drive));
+}
+
+// Notes that design `i` must be solved tap by tap; 1.
+fn list_hard(i: u32) -> u32 {
+    hard[atomicAdd(&tally[1], 1u)] = job.stamp | i;
+    return 1u;
+}
+
+// Words, rows and lists of design `i`; 1 where it must be solved tap by tap.
+fn rank_design(i: u32, words: ptr<function, Words>) -> u32 {
+    let w = whisker(i);
+    let kind = case_of(w);
+    if kind == 2u {
+        (*words).invalid += DISTANCES * DRIVES;
+        return 0u;
+    }
+    if kind == 1u { return list_hard(i); }
+    var design = design_of(w);
+    var counts = Tally();
+    var found = false;
+    // Where a contact may stick its taps are no series over the drive: every drive is read on its own.
+    let times = select(1u, DRIVES, APART);
+    for (var j = 0u; j < times; j++) {
+        if APART {
+            design.drive = drive_at(j);
+            design.power = powered(design.drive);
+        }
+        found = rows_of(design, &counts) || found;
+    }
+    if counts.hard { return list_hard(i); }
+    if found { best[atomicAdd(&tally[0], 1u)] = job.stamp | i; }
+    (*words).ok += counts.ok;
+    (*words).slipped += counts.slipped;
+    (*words).strain += counts.strain;
+    (*words).rootless += counts.rootless;
+    (*words).ambiguous += counts.ambiguous;
+    (*words).complete += select(counts.complete, min(counts.complete, 1u), PER_DESIGN);
+    return 0u;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    var words = Words();
+    // Designs gone through, and those of them that go to the list of hard ones here.
+    var seen = 0u;
+    var left = 0u;
+    for (var i = id.x; i < job.count; i += job.stride) {
+        seen += 1u;
+        left += rank_design(i, &words);
+    }
+    atomicAdd(&tally[2], words.ok);
+    atomicAdd(&tally[3], words.slipped);
+    atomicAdd(&tally[4], words.strain);
+    atomicAdd(&tally[5], words.rootless);
+    atomicAdd(&tally[6], words.ambiguous);
+    atomicAdd(&tally[7], words.invalid);
+    atomicAdd(&tally[8], words.complete);
+    atomicAdd(&tally[9], seen);
+    let counts = array<u32, 8>(
+        left, words.ok, words.slipped, words.strain, words.rootless, words.ambiguous, words.invalid, words.complete
+    );
+    var sum = 0u;
+    for (var k = 0u; k < 8u; k++) {
+        sum += WEIGHTS[k] * counts[k];
+    }
+    atomicAdd(&tally[10], sum);
+}

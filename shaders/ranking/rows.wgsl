@@ -1,0 +1,236 @@
+// Words and rows of a design, from its taps.
+
+// Taps of a design per word, and whether it must be solved tap by tap.
+struct Tally { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, complete: u32, hard: bool }
+
+var<private> mean: array<f32, POINTS>;
+var<private> least: array<f32, POINTS>;
+var<private> most: array<f32, POINTS>;
+var<private> spread: array<f32, PAIRS>;
+// Polynomials at a drive that designs share.
+var<private> basis: array<f32, POINTS>;
+// Of each tap: κ, then the numbers named below.
+var<private> keep: array<f32, KEPT_ALL>;
+
+// Numbers kept of a tap behind its κ: f, the growths of taper and gauge, η at the peak, and the first drives at which it is above the strain limit and has slipped off.
+const F = POINTS;
+const STEEP = POINTS + 1u;
+const LEVER = POINTS + 2u;
+const VERTEX = POINTS + 3u;
+const ABOVE = POINTS + 4u;
+const SLIPPED = POINTS + 5u;
+
+// Drive `j` of those that designs share.
+fn drive_at(j: u32) -> f32 { return number(DRIVES_AT + j); }
+
+// Place of a drive in [−1, 1] among those that designs share.
+fn common_place(drive: f32) -> f32 {
+    return fma(select(drive, drive * drive, POWER == 2u), COMMON_SCALE, COMMON_SHIFT);
+}
+
+// Drive `j`, its polynomials to `basis`.
+fn to_drive(j: u32) -> f32 {
+    let drive = drive_at(j);
+    let x = common_place(drive);
+    var last = 1.0;
+    var now = x;
+    for (var k = 0u; k < POINTS; k++) {
+        basis[k] = last;
+        let next = fma(x + x, now, -last);
+        last = now;
+        now = next;
+    }
+    return drive;
+}
+
+// Drive over K and c/a − 1, of the series `kappa` and `arc`, at drive `j` of those that designs share (Clenshaw's recurrence).
+// Not by `basis`: Mesa's software device takes 76 s to compile one more writer of that array, and 4 s this.
+fn at_drive(j: u32) -> Held {
+    let drive = drive_at(j);
+    let x = common_place(drive);
+    var one = Held(0.0, 0.0);
+    var two = Held(0.0, 0.0);
+    for (var k = POINTS - 1u; k > 0u; k--) {
+        let next = Held(fma(x + x, one.strain, kappa[k]) - two.strain, fma(x + x, one.arc, arc[k]) - two.arc);
+        two = one;
+        one = next;
+    }
+    let power = powered(drive);
+    let deviation = power * (fma(x, one.strain, kappa[0]) - two.strain);
+    return Held(drive / (1.0 + deviation), power * (fma(x, one.arc, arc[0]) - two.arc));
+}
+
+// First drive from which the strain over f, or with `arc_asked` the arc, is beyond `limit`; it grows with the drive.
+fn first_beyond(limit: f32, arc_asked: bool) -> u32 {
+    var lo = 0u;
+    var hi = DRIVES;
+    for (var step = 0u; step < DRIVE_BITS; step++) {
+        let middle = min((lo + hi) / 2u, DRIVES - 1u);
+        let found = at_drive(middle);
+        let beyond = select(found.strain, found.arc, arc_asked) > limit;
+        let open = lo < hi;
+        hi = select(hi, middle, open && beyond);
+        lo = select(lo, middle + 1u, open && !beyond);
+    }
+    return lo;
+}
+
+// Number `k` kept of tap `n`.
+fn kept(n: u32, k: u32) -> f32 { return keep[KEPT * n + k]; }
+
+// The growth of the tap kept at `n`.
+fn growth_of(w: Design, n: u32) -> Growth {
+    let inverse = of_distance(n, INVERSE);
+    var hub = HUB * inverse / (1.0 + HUB * inverse);
+    if DISPLACED { hub = 1.0; }
+    let shear = SHEAR * w.D * w.D * inverse * inverse;
+    return Growth(kept(n, STEEP), kept(n, LEVER), hub, shear, kept(n, VERTEX));
+}
+
+// f of the theory, and how it grows, to the numbers kept of tap `n`.
+fn keep_theory(w: Design, n: u32) {
+    let a = of_distance(n, A);
+    let inverse = of_distance(n, INVERSE);
+    let p = w.tau * a;
+    let s1 = w.x1 * inverse;
+    let s2 = w.x2 * inverse;
+    let rest = 1.0 - p;
+    let u1 = 1.0 - p * s1;
+    let u2 = 1.0 - p * s2;
+    let lever = (1.0 - s1) * u2 + (1.0 - s2) * u1;
+    let beta = s1 * u2 + s2 * u1;
+    let b = 1.0 / (u1 * u2);
+    var f = 0.75 * w.D * inverse * rest * lever * b * b;
+    if !PLAIN {
+        var reach = 1.0 + HUB * inverse;
+        if DISPLACED { reach = inverse; }
+        f *= reach / (1.0 + SHEAR * w.D * w.D * inverse * inverse);
+    }
+    let at = KEPT * n;
+    keep[at + F] = f;
+    keep[at + STEEP] = 1.0 / rest;
+    keep[at + LEVER] = beta / lever;
+    keep[at + VERTEX] = w.peak * a - 1.0;
+}
+
+// κ of tap `n` at the drive of `basis`.
+fn kappa_at(n: u32) -> f32 {
+    var sum = kept(n, 0u);
+    if OWN { return sum; }
+    for (var k = 1u; k < POINTS; k++) { sum = fma(basis[k], kept(n, k), sum); }
+    return sum;
+}
+
+// The mean of κ over the distances, at the drive of `basis`.
+fn mean_at() -> f32 {
+    var sum = mean[0];
+    if OWN { return sum; }
+    for (var k = 1u; k < POINTS; k++) { sum = fma(basis[k], mean[k], sum); }
+    return sum;
+}
+
+// K̄ − 1 of a row.
+fn calibration(power: f32) -> f32 {
+    if FIXED_GIVEN { return FIXED; }
+    return power * mean_at();
+}
+
+// q = K̄/K − 1 of tap `n` of a row.
+fn miss(power: f32, known: f32, n: u32) -> f32 {
+    let deviation = power * kappa_at(n);
+    return (known - deviation) / (1.0 + deviation);
+}
+
+// √ of the sum of squares of K − K̄ over the distances, over the power of the drive of `basis`.
+fn deviation_at() -> f32 {
+    if OWN { return sqrt(max(spread[0], 0.0)); }
+    var sum = 0.0;
+    var at = 0u;
+    for (var k = 0u; k < POINTS; k++) {
+        var line = 0.5 * spread[at] * basis[k];
+        at++;
+        for (var l = k + 1u; l < POINTS; l++) {
+            line = fma(basis[l], spread[at], line);
+            at++;
+        }
+        sum = fma(basis[k], line, sum);
+    }
+    return sqrt(max(2.0 * sum, 0.0));
+}
+
+// Adds words and complete rows of a design to `words`; whether any row of it is below the bound.
+fn rows_of(w: Design, words: ptr<function, Tally>) -> bool {
+    var largest = 0.0;
+    for (var k = 0u; k < POINTS; k++) {
+        mean[k] = 0.0;
+        least[k] = 1e30;
+        most[k] = -1e30;
+    }
+    for (var k = 0u; k < PAIRS; k++) { spread[k] = 0.0; }
+    // First drive at which any tap of the design has slipped: from there its rows are not complete.
+    var complete = ROW_DRIVES;
+    for (var n = 0u; n < DISTANCES; n++) {
+        largest = max(largest, read_tap(w, n));
+        keep_theory(w, n);
+        let share = 1.0 / f32(n + 1u);
+        var before: array<f32, POINTS>;
+        for (var k = 0u; k < POINTS; k++) {
+            let own = kappa[k];
+            before[k] = own - mean[k];
+            mean[k] = fma(before[k], share, mean[k]);
+            if !OWN {
+                least[k] = min(least[k], own);
+                most[k] = max(most[k], own);
+            }
+            keep[KEPT * n + k] = own;
+        }
+        var pair = 0u;
+        for (var k = 0u; k < POINTS; k++) {
+            for (var l = k; l < POINTS; l++) {
+                spread[pair] = fma(before[k], kappa[l] - mean[l], spread[pair]);
+                pair++;
+            }
+        }
+        let f = kept(n, F);
+        let room = (w.L_a - of_distance(n, A)) * of_distance(n, INVERSE);
+        var above = ROW_DRIVES;
+        var slipped = ROW_DRIVES;
+        if OWN {
+            if f * w.drive / (1.0 + w.power * kappa[0]) > STRAIN_LIMIT { above = 0u; }
+            if w.power * arc[0] > room { slipped = 0u; }
+        } else {
+            let last = at_drive(DRIVES - 1u);
+            if f * last.strain > STRAIN_LIMIT { above = first_beyond(STRAIN_LIMIT / f, false); }
+            if last.arc > room { slipped = first_beyond(room, true); }
+        }
+        keep[KEPT * n + ABOVE] = f32(above);
+        keep[KEPT * n + SLIPPED] = f32(slipped);
+        complete = min(complete, slipped);
+    }
+    // Also where it is no number.
+    (*words).hard = (*words).hard || !(largest < MOST_DEVIATION);
+    if !ESTIMATES {
+        for (var n = 0u; n < DISTANCES; n++) { count(w, n, complete, largest, words); }
+    }
+    var scale = inverseSqrt(f32(DISTANCES) - 1.0);
+    if ELONGATION { scale *= w.x2 - w.x1; }
+    if !ESTIMATES { (*words).complete += complete; }
+    var found = false;
+    for (var j = 0u; j < ROW_DRIVES; j++) {
+        var drive = w.drive;
+        var power = w.power;
+        if !OWN {
+            drive = to_drive(j);
+            power = powered(drive);
+        }
+        var row = Row(0.0, true);
+        if ESTIMATES {
+            row = estimate(w, drive, power, j, words);
+            (*words).complete += u32(row.whole && j < complete);
+        } else {
+            row.rank = power * deviation_at() * scale;
+        }
+        found = found || (row.whole && j < complete && row.rank < job.bound);
+    }
+    return found;
+}

@@ -1,0 +1,97 @@
+// The estimate's theory: f, how it grows, and where it is read backwards.
+
+// f(a/(1 + η)) over f(a), less 1, as the product of the growths of its factors; the last is η at the peak.
+struct Growth { steep: f32, gauge: f32, hub: f32, shear: f32, vertex: f32 }
+
+// A growth, its slope and its curvature.
+struct Grown { value: f32, slope: f32, curvature: f32 }
+
+// u = 1/a at the peak of the theory: that of the quadratic, then Newton's steps for what the rest adds.
+fn peak_of(D: f32, tau: f32, x1: f32, x2: f32) -> f32 {
+    let b1 = 1.0 / (1.0 - tau * x1);
+    let b2 = 1.0 / (1.0 - tau * x2);
+    let sum = b1 + b2;
+    let moment = x1 * b1 + x2 * b2;
+    var u = 0.5 * (sum / moment + tau);
+    if PLAIN { return u; }
+    let shear = SHEAR * D * D;
+    for (var step = 0u; step < 8u; step++) {
+        let rise = u - tau;
+        let room = sum - moment * u;
+        var factor = 1.0 / u;
+        if !DISPLACED { factor = HUB / (1.0 + HUB * u); }
+        let below = 1.0 / (1.0 + shear * u * u);
+        let bend = 2.0 * shear * u * below;
+        let k = factor - bend;
+        let dk = -(factor * factor) - 2.0 * shear * below + bend * bend;
+        let miss = room - moment * rise + rise * room * k;
+        let slope = -(2.0 * moment) + (room - moment * rise) * k + rise * room * dk;
+        let furthest = 0.5 * min(rise, room / moment);
+        u -= max(min(miss / slope, furthest), -furthest);
+    }
+    return u;
+}
+
+// Two growths together.
+fn product(a: Grown, b: Grown) -> Grown {
+    let more_a = 1.0 + a.value;
+    let more_b = 1.0 + b.value;
+    let both = a.slope * b.slope;
+    return Grown(
+        a.value + b.value + a.value * b.value,
+        a.slope * more_b + b.slope * more_a,
+        a.curvature * more_b + (both + both) + b.curvature * more_a
+    );
+}
+
+// The growth, its slope and its curvature at η.
+fn grown(g: Growth, eta: f32) -> Grown {
+    var all = product(Grown(g.steep * eta, g.steep, 0.0), Grown(-(g.gauge * eta), -g.gauge, 0.0));
+    if PLAIN { return all; }
+    all = product(all, Grown(g.hub * eta, g.hub, 0.0));
+    let more = 1.0 + eta;
+    let below = 1.0 / (1.0 + g.shear * more * more);
+    let value = -(g.shear * eta * (2.0 + eta) * below);
+    let fall = 2.0 * g.shear * (1.0 + g.shear) * below * below;
+    let curvature = fall * (4.0 * g.shear * more * more * below - 1.0);
+    return product(all, Grown(value, -(fall * more), curvature));
+}
+
+struct Limits { low: f32, high: f32, peak: f32 }
+
+// q from which, and up to which, the near root is within the range of interest from `lo` to `hi`, and q at the peak.
+fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
+    let peak = grown(g, g.vertex).value;
+    let low = select(grown(g, lo).value, 1e30, lo < g.vertex);
+    let high = select(1e30, grown(g, hi).value, g.vertex < hi);
+    return Limits(low, min(high, peak), peak);
+}
+
+struct Root { eta: f32, slope: f32 }
+
+// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
+fn root_of(g: Growth, q: f32, peak: f32) -> Root {
+    if PLAIN {
+        let linear = g.steep - g.gauge;
+        let square = g.steep * g.gauge;
+        let slope = sqrt(max(linear * linear - 4.0 * square * q, 0.0));
+        let beyond = 2.0 * q / (linear + slope);
+        let before = (linear - slope) / (2.0 * square);
+        return Root(select(beyond, before, linear < 0.0), select(slope, 0.0, peak < q));
+    }
+    var lo = max(-1.0 / g.steep, -1.0);
+    var hi = g.vertex;
+    var eta = min(g.vertex, 0.0);
+    var slope = 0.0;
+    for (var step = 0u; step < 6u; step++) {
+        let now = grown(g, eta);
+        let rest = q - now.value;
+        lo = select(lo, eta, now.value < q);
+        hi = select(eta, hi, now.value < q);
+        slope = max(sqrt(max(now.slope * now.slope + 2.0 * now.curvature * rest, 0.0)), 1e-6);
+        eta += 2.0 * rest / (max(now.slope, 0.0) + slope);
+        let middle = 0.5 * (lo + hi);
+        eta = select(select(eta, middle, hi < eta), middle, eta < lo);
+    }
+    return Root(eta, select(slope, 0.0, peak < q));
+}

@@ -1,0 +1,115 @@
+// Words of taps, and distance errors of rows.
+
+// Least and largest q of tap `n` over all drives; `every`: no drive has slipped.
+fn range_of(n: u32, every: bool, largest: f32) -> array<f32, 2> {
+    var middle = -kept(n, 0u);
+    if !FIXED_GIVEN { middle += mean[0]; }
+    var around = 0.0;
+    for (var k = 1u; k < POINTS; k++) {
+        let series_mean = select(mean[k], 0.0, FIXED_GIVEN);
+        around += abs(series_mean - kept(n, k));
+    }
+    var lo = middle - around;
+    var hi = middle + around;
+    if !every && !FIXED_GIVEN {
+        var apart = 0.0;
+        for (var k = 0u; k < POINTS; k++) {
+            let own = kept(n, k);
+            apart += max(most[k] - own, own - least[k]);
+        }
+        lo = -apart;
+        hi = apart;
+    }
+    let first = powered(drive_at(0u));
+    let last = powered(drive_at(DRIVES - 1u));
+    lo = fma(lo, select(first, last, lo < 0.0), FIXED);
+    hi = fma(hi, select(last, first, hi < 0.0), FIXED);
+    let less = 0.99999 - largest;
+    let more = 1.00001 + largest;
+    return array<f32, 2>(lo * select(less, more, lo < 0.0) - 1e-7, hi * select(more, less, hi < 0.0) + 1e-7);
+}
+
+// Adds the words of tap `n` over all drives to `words`; `complete`: first drive from which rows are not complete.
+fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Tally>) {
+    let above = u32(kept(n, ABOVE));
+    let slipped = u32(kept(n, SLIPPED));
+    let clean = min(above, slipped);
+    let whole = complete >= ROW_DRIVES;
+    var between = array<f32, 2>();
+    if OWN {
+        let q = miss(w.power, calibration(w.power), n);
+        between = array<f32, 2>(q - 1e-7, q + 1e-7);
+    } else {
+        between = range_of(n, whole, largest);
+    }
+    let lowest = between[0];
+    let highest = between[1];
+    let g = growth_of(w, n);
+    let limits = bounds(g, of_distance(n, END_LO), of_distance(n, END_HI));
+    let farthest = -grown(g, -1.0).value;
+    let beyond = lowest < max(-0.9 * farthest, BEYOND_LO) || BEYOND_HI < highest;
+    // Every drive has a root; all of them are clear of a second one, or none is.
+    let certain = !beyond && highest < limits.peak;
+    let is_clear = certain && (highest < limits.low || limits.high < lowest);
+    let twofold = certain && !is_clear && limits.low < lowest && highest < limits.high;
+    let open = !beyond && !is_clear && !twofold;
+    (*words).strain += ROW_DRIVES - above;
+    (*words).slipped += ROW_DRIVES - slipped;
+    (*words).ok += select(0u, clean, is_clear);
+    (*words).ambiguous += select(0u, ROW_DRIVES, twofold);
+    (*words).hard = (*words).hard || beyond || (open && !whole);
+    if open && whole {
+        for (var j = 0u; j < ROW_DRIVES; j++) {
+            var power = w.power;
+            if !OWN { power = powered(to_drive(j)); }
+            let q = miss(power, calibration(power), n);
+            let none = limits.peak < q;
+            let two = q >= limits.low && q <= limits.high;
+            (*words).rootless += u32(none);
+            (*words).ambiguous += u32(two);
+            (*words).ok += u32(!none && !two && j < clean);
+        }
+    }
+}
+
+// What ranks a row, and whether every tap of it has a distance.
+struct Row { rank: f32, whole: bool }
+
+// The row at drive `j`, ranked by its distance errors; the words of its taps are added to `words`.
+fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tally>) -> Row {
+    var squares = 0.0;
+    var largest = 0.0;
+    var noises = 0.0;
+    var lacking = 0u;
+    let known = calibration(power);
+    let noise = (1.0 + known) * NOISE / drive;
+    for (var n = 0u; n < DISTANCES; n++) {
+        let a = of_distance(n, A);
+        let q = miss(power, known, n);
+        let g = growth_of(w, n);
+        let limits = bounds(g, of_distance(n, END_LO), of_distance(n, END_HI));
+        let root = root_of(g, q, limits.peak);
+        let whole = 1.0 / (1.0 + root.eta);
+        let error = a * root.eta * whole;
+        squares = fma(error, error, squares);
+        largest = max(largest, abs(error));
+        let sigma = noise * a * whole * whole / max(kept(n, F) * root.slope, 1e-30);
+        noises = fma(sigma, sigma, noises);
+        let none = limits.peak < q || 1.0 + root.eta < FARTHEST;
+        let two = q >= limits.low && q <= limits.high && !none;
+        let over_limit = j >= u32(kept(n, ABOVE));
+        let off = j >= u32(kept(n, SLIPPED));
+        lacking += u32(none);
+        (*words).rootless += u32(none);
+        (*words).ambiguous += u32(two);
+        (*words).strain += u32(over_limit);
+        (*words).slipped += u32(off);
+        (*words).ok += u32(!(none || two || over_limit || off));
+    }
+    let share = 1.0 / f32(DISTANCES);
+    var rank = sqrt(squares * share);
+    if BY == 1u { rank = largest; }
+    if BY == 2u { rank = sqrt(noises * share); }
+    if BY == 3u { rank = sqrt((squares + noises) * share); }
+    return Row(rank, lacking == 0u);
+}
