@@ -29,7 +29,7 @@ impl Bound {
     }
 
     /// `error` of a value by its bounds; at most 1 where it is kept.
-    fn share(&self, value: f64, error: f64) -> f64 {
+    pub fn share(&self, value: f64, error: f64) -> f64 {
         (error / self.error).max(error / (self.relative * (value.abs() + self.small)))
     }
 
@@ -192,7 +192,7 @@ pub fn check_points(axes: &[Axis; AXES], n: usize) -> Vec<[f64; AXES]> {
 }
 
 /// Point `i` of a check: the first are corners, the others fill the box evenly (Weyl).
-fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
+pub fn check(i: usize, points: &[bool; AXES]) -> [f64; AXES] {
     // Powers of the inverse of the root of x⁶ = x + 1.
     const ROOT: f64 = 1.134_724_138_401_519_5;
     std::array::from_fn(|axis| match (points[axis], i < 1 << AXES) {

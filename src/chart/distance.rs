@@ -283,35 +283,13 @@ fn branch(
     (power, tolerance, stop): (i32, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
-    let most = axes[Quantity::Drive as usize].range[1].powi(power);
-    // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
-    let room_left = 1.0 - axes[Quantity::Place as usize].range[1];
-    let strain = SHARE * tolerance / most * room_left.sqrt();
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
-    let bounds = [
-        match power {
-            0 => Bound::of(strain),
-            _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
-        },
-        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
-        Bound::of(10.0 * SHARE * tolerance / most),
-    ];
+    let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
+    let bounds = bounds(ends, (power, tolerance), chooses);
     let mut taps = Taps::new(setup, a, grip, solved(power, chooses)).towards(direction).stopping(stop);
-    let cos = radians(direction)[0].cos();
-    let spatial = setup.gauge.second || !direction.is_upright();
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
-        let bad =
-            [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
-        if bad.iter().any(|s| o.status.has(*s)) || !o.deviation.is_finite() {
-            return None;
-        }
         let scale = q[Quantity::Drive as usize].powi(power);
-        let linear = linear_force(setup, a, q);
-        let strain = match spatial {
-            true => o.strain / (o.strain_linear * cos * cos) - 1.0,
-            false => -o.deviation / (1.0 + o.deviation),
-        };
-        let values = [room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear * cos) - 1.0];
+        let values = functions(setup, (a, direction), q, o)?;
         Some(values.map(|v| v / scale)).filter(|v| v.iter().all(|v| v.is_finite()))
     };
     let built = build(axes, &bounds, &mut |q| {
@@ -322,8 +300,46 @@ fn branch(
     Ok(built)
 }
 
+/// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
+pub fn bounds(
+    [drive, place]: [f64; 2],
+    (power, tolerance): (i32, f64),
+    chooses: bool,
+) -> [Bound; FUNCTIONS] {
+    let most = drive.powi(power);
+    // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
+    let strain = SHARE * tolerance / most * (1.0 - place).sqrt();
+    [
+        match power {
+            0 => Bound::of(strain),
+            _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
+        },
+        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
+        Bound::of(10.0 * SHARE * tolerance / most),
+    ]
+}
+
+/// The functions of a solved tap at quantities `q`; `None` where it has none.
+pub fn functions(
+    setup: &Setup,
+    (a, direction): (f64, Direction),
+    q: &[f64; AXES],
+    o: &Outcome,
+) -> Option<[f64; FUNCTIONS]> {
+    let bad = [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
+    if bad.iter().any(|s| o.status.has(*s)) || !o.deviation.is_finite() {
+        return None;
+    }
+    let cos = radians(direction)[0].cos();
+    let strain = match setup.gauge.second || !direction.is_upright() {
+        true => o.strain / (o.strain_linear * cos * cos) - 1.0,
+        false => -o.deviation / (1.0 + o.deviation),
+    };
+    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear_force(setup, a, q) * cos) - 1.0])
+}
+
 /// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.
-fn solved(power: i32, chooses: bool) -> f64 {
+pub fn solved(power: i32, chooses: bool) -> f64 {
     match (power, chooses) {
         (0, false) => 1e-8,
         (0, true) => 1e-9,

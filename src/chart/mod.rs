@@ -19,12 +19,14 @@
 pub mod adaptive;
 pub mod axis;
 pub mod beside;
+pub mod between;
 pub mod build;
 pub mod distance;
 pub mod document;
 pub mod gauge;
 pub mod lanes;
 pub mod leja;
+mod maker;
 pub mod ranges;
 pub mod ranker;
 pub mod reader;

@@ -27,6 +27,11 @@ impl Ranker {
         self.tables.deviations(taps)
     }
 
+    /// Whether a device can rank by these charts: it reads one for each distance.
+    pub fn serves_devices(&self) -> bool {
+        self.scope.between.is_none()
+    }
+
     /// Candidates to bring back.
     pub fn keep(&self) -> usize {
         self.scope.rank.keep

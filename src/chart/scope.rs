@@ -1,19 +1,18 @@
 //! Which sweeps charts can rank, and what all their designs share.
 
-use rayon::prelude::*;
-
-use super::axis::{AXES, FIRST_PLACE, Quantity};
-use super::distance::{DistanceChart, power};
-use super::ranges::{NEAREST, Wanted, holds, scaled, unscaled};
+use super::axis::{AXES, Quantity};
+use super::between::{self, Between};
+use super::distance::DistanceChart;
+use super::maker::Maker;
+use super::ranges::{NEAREST, Wanted, holds};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::{Case, Within};
 use crate::physics::taper::Taper;
 use crate::plan::Layout;
-use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Convention, Direction, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::scene::{Convention, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;
@@ -41,7 +40,7 @@ pub struct Rank {
 /// What `run.json` says of charts.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// Charts: one for each distance.
+    /// Charts: one for each distance, or a few between which all distances are read.
     pub charts: usize,
     /// Range of τa.
     pub taper: [f64; 2],
@@ -93,8 +92,12 @@ fn charted(setup: &Setup) -> bool {
 pub struct Scope {
     /// Rig and model.
     pub setup: Setup,
-    /// One per distance, in the layout's order.
+    /// mm, in the layout's order.
+    pub distances: Vec<f64>,
+    /// One per distance, or those that `between` reads.
     pub charts: Vec<DistanceChart>,
+    /// How all distances are read from a few charts, where they are.
+    pub between: Option<Between>,
     /// a/a_lo − 1 and a/a_hi − 1 of each distance, of the widened range of interest.
     pub ends: Vec<[f64; 2]>,
     /// Drives of every design, rad or mm, ascending, each as asked (degrees or mm) and with its place in the layout; empty where each design has its own.
@@ -115,7 +118,11 @@ impl Scope {
         let setup = &study.setup;
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let each = layout.len() / layout.n_distances.max(1);
-        let most = MOST_DISTANCES[usize::from(each >= MANY_PAY)];
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let most = match between::fits(setup, &distances) {
+            true => between::MOST,
+            false => MOST_DISTANCES[usize::from(each >= MANY_PAY)],
+        };
         let sizes = (2..=most).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
         charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
@@ -164,14 +171,14 @@ impl Scope {
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
         let count = distances.len() as u64;
-        if !charted(setup) || !(2..=MOST_DISTANCES[0]).contains(&count) {
+        let most = if between::fits(setup, distances) { between::MOST } else { MOST_DISTANCES[0] };
+        if !charted(setup) || !(2..=most).contains(&count) {
             return Ok((None, 0));
         }
         Self::over(setup, (distances, &[]), wanted, tolerance)
     }
 
-    /// Charts at all of `distances` that hold all of `drives` (rad or mm), and the taps asked for them. One that is refused is that of all: the farthest
-    /// distance, next to the apex, and the nearest, next to the gauge, are tried before the others.
+    /// Charts that serve all of `distances` and hold all of `drives` (rad or mm), and the taps asked for them.
     fn over(
         setup: &Setup,
         (distances, drives): (&[f64], &[f64]),
@@ -184,62 +191,25 @@ impl Scope {
         let Some((asked, width)) = wanted.ranges(setup, far, NEAREST * near.min(lo)) else {
             return Ok((None, 0));
         };
-        let held = |chart: &DistanceChart| {
-            let mut ranges = chart.axes().map(|axis| axis.range);
-            ranges[Quantity::Place as usize][0] -= FIRST_PLACE;
-            unscaled(setup.drive, &ranges, chart.a)
+        let mut maker = Maker { setup, asked, width, drives, tolerance, taps: 0 };
+        let made = match between::fits(setup, distances) {
+            true => maker.between(distances)?,
+            false => maker.at(distances)?.map(|charts| (charts, None)),
         };
-        let chart = |a: f64| {
-            let (ranges, job) = (scaled(setup.drive, &asked, a), (power(setup), tolerance, &NEVER));
-            let mut spent = Sweeps::default();
-            let place = (a, Direction::UPRIGHT);
-            let chart = DistanceChart::towards(
-                setup,
-                place,
-                (ranges, width / a, !drives.is_empty()),
-                job,
-                &mut spent,
-            )?;
-            let all = |chart: &DistanceChart| {
-                drives.iter().all(|drive| holds(held(chart)[Quantity::Drive as usize], *drive))
-            };
-            Ok((chart.filter(all), spent.taps))
-        };
-        let (mut charts, mut taps): (Vec<DistanceChart>, u64) = (Vec::new(), 0);
-        let mut take = |made: Vec<(Option<DistanceChart>, u64)>| {
-            taps += made.iter().map(|(_, taps)| taps).sum::<u64>();
-            let whole = made.iter().all(|(chart, _)| chart.is_some());
-            charts.extend(made.into_iter().filter_map(|(chart, _)| chart));
-            whole
-        };
-        let others: Vec<f64> = distances.iter().copied().filter(|a| *a != far && *a != near).collect();
-        let whole = take(vec![chart(far)?])
-            && (far == near || take(vec![chart(near)?]))
-            && take(others.par_iter().map(|a| chart(*a)).collect::<Result<_, SolveError>>()?);
-        if !whole {
-            return Ok((None, taps));
-        }
-        let of = |a: &f64| charts.iter().find(|chart| chart.a == *a).cloned();
-        let Some(charts) = distances.iter().map(of).collect::<Option<Vec<_>>>() else {
-            return Ok((None, taps));
-        };
-        let mut within = asked;
-        for chart in &charts {
-            let ranges = held(chart);
-            for (within, range) in within.iter_mut().zip(ranges) {
-                *within = [within[0].max(range[0]), within[1].min(range[1])];
-            }
-        }
+        let taps = maker.taps;
+        let Some((charts, between)) = made else { return Ok((None, taps)) };
         let ends = |a: &f64| [a / (lo * (1.0 - WIDENING)) - 1.0, a / (hi * (1.0 + WIDENING)) - 1.0];
         let scope = Self {
             setup: setup.clone(),
+            distances: distances.to_vec(),
             ends: distances.iter().map(ends).collect(),
+            within: maker.within(&charts),
             charts,
+            between,
             drives: Vec::new(),
             rank: Rank { by: RankBy::TotalRms, per: Per::Row, keep: 0 },
             reach: [near, far],
             width,
-            within,
         };
         Ok((Some(scope), taps))
     }
@@ -276,7 +246,11 @@ impl Scope {
 
     /// What `run.json` says of the charts.
     pub fn summary(&self) -> Summary {
-        Summary::of(&self.charts, self.setup.drive)
+        let mut summary = Summary::of(&self.charts, self.setup.drive);
+        if let Some(between) = &self.between {
+            summary.strain_error = summary.strain_error.max(between.error);
+        }
+        summary
     }
 
     /// Of the taps solved to make the charts.

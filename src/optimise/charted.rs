@@ -7,7 +7,7 @@ use super::variables::Variables;
 use crate::backend::Choice;
 use crate::chart::{
     ranges::Wanted,
-    reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
+    reader::{LEAST_TAPS, Reader, directions},
     rows::RowReader,
 };
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub(super) fn readers(
 ) -> Result<Readers, Error> {
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
-    let few = layout.n_distances > MOST_DISTANCES as u64 || taps.is_some_and(|taps| taps < LEAST_TAPS);
+    let few = taps.is_some_and(|taps| taps < LEAST_TAPS);
     // A direction that is sampled has no chart.
     let still = !search.robust.as_ref().is_some_and(Robust::tilts);
     let Some((tolerance, directions)) =

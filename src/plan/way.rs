@@ -63,7 +63,7 @@ impl Way {
 
     /// What reads the rows of a sweep in place of reducing them from taps, where charts can and it pays.
     pub(super) fn read_rows(study: &Study, layout: &Layout, choice: &Choice) -> Option<RowReader> {
-        if !planar(study, layout) || layout.len() < LEAST_TAPS || layout.n_distances > MOST_DISTANCES as u64 {
+        if !planar(study, layout) || layout.len() < LEAST_TAPS {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();

@@ -103,6 +103,9 @@ pub(super) fn device(
     ranker: &Ranker,
     layout: &Layout,
 ) -> Result<Option<Box<dyn Ranking>>, Error> {
+    if !ranker.serves_devices() {
+        return Ok(None);
+    }
     Ok(run.evaluator.ranking(ranker, layout)?)
 }
 

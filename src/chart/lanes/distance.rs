@@ -1,4 +1,4 @@
-//! A distance in single precision: its chart, and the polynomials of taps there.
+//! Distances and charts in single precision, and the polynomials of taps at a chart.
 
 use super::read::{self, Flat, Products, Values};
 use super::{Lanes, ORDERS, affine, wide};
@@ -9,15 +9,29 @@ use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
 
-/// A contact distance and its chart.
+/// A contact distance.
 #[derive(Debug)]
 pub(super) struct Distance {
     pub a: f32,
     pub inverse: f32,
-    /// Place and weight of the points of a gauge.
-    pub gauge: Vec<[f32; 2]>,
     /// η at both ends of the range of interest.
     pub ends: [f32; 2],
+}
+
+impl Distance {
+    /// Of `a` mm; `ends` as in [`crate::chart::scope::Scope`].
+    pub fn new(a: f64, ends: [f64; 2]) -> Self {
+        Self { a: a as f32, inverse: (1.0 / a) as f32, ends: ends.map(|e| e as f32) }
+    }
+}
+
+/// The chart of a distance.
+#[derive(Debug)]
+pub(super) struct Charted {
+    pub a: f32,
+    pub inverse: f32,
+    /// Place and weight of the points of a gauge.
+    pub gauge: Vec<[f32; 2]>,
     /// What the chart's functions are multiplied by for the drive's power in mm.
     pub scale: f32,
     /// Scale and shift of each variable.
@@ -35,9 +49,9 @@ pub(super) struct Distance {
     pub most_arc: f32,
 }
 
-impl Distance {
-    /// Of `chart`; `ends` as in [`Scope`], `drives` those at the points of series over the drive.
-    pub fn new(chart: &DistanceChart, kind: Drive, ends: [f64; 2], drives: &[f64]) -> Self {
+impl Charted {
+    /// Of `chart`; `drives` those at the points of series over the drive.
+    pub fn new(chart: &DistanceChart, kind: Drive, drives: &[f64]) -> Self {
         let axes = chart.axes();
         let affine = |axis: &Axis| if axis.is_point() { [0.0; 2] } else { affine(axis.ends()) };
         let per_mm = if kind == Drive::Displacement { 1.0 / chart.a } else { 1.0 };
@@ -52,7 +66,6 @@ impl Distance {
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
             gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
-            ends: ends.map(|e| e as f32),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
             maps: axes.each_ref().map(|axis| axis.map),

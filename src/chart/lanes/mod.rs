@@ -12,6 +12,7 @@
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
 
+mod between;
 mod choice;
 mod dispatch;
 mod distance;
@@ -36,9 +37,10 @@ use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 use crate::scene::{Convention, Drive, Per, RankBy, Theory, Tuple};
+use between::Between;
 use choice::Choice;
 use dispatch::{Work, best};
-use distance::Distance;
+use distance::{Charted, Distance};
 use edges::Edges;
 pub use figures::{Counting, Figures};
 pub use outcome::{Read, Readings};
@@ -58,6 +60,9 @@ type Lanes<const FMA: bool> = Pack<f32, LANES, FMA>;
 #[derive(Debug)]
 pub struct Tables {
     distances: Vec<Distance>,
+    /// One per distance, or those that `between` reads.
+    charts: Vec<Charted>,
+    between: Option<Between>,
     angles: Vec<Angle>,
     /// Points over the drives that designs share; 1 where each has its own.
     points: usize,
@@ -174,8 +179,7 @@ impl Tables {
         let back = |y: f64| if power == 2 { y.max(0.0).sqrt() } else { y };
         let drives: Vec<f64> = points(n).into_iter().map(|x| back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
-        let distance =
-            |(chart, ends): (&DistanceChart, &[f64; 2])| Distance::new(chart, setup.drive, *ends, &shared);
+        let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
         let angle = |&(drive, asked, place): &(f64, f64, u32)| {
             let t = basis(n, scaled(common, map.of(drive)));
             let mut products = [0.0; PAIRS];
@@ -201,7 +205,9 @@ impl Tables {
         let displaced = setup.drive == Drive::Displacement;
         let hub = if displaced { 0.0 } else { setup.hub as f32 };
         Some(Self {
-            distances: scope.charts.iter().zip(&scope.ends).map(distance).collect(),
+            distances: scope.distances.iter().zip(&scope.ends).map(|(a, ends)| Distance::new(*a, *ends)).collect(),
+            charts: scope.charts.iter().map(charted).collect(),
+            between: scope.between.as_ref().map(Between::new),
             angles: scope.drives.iter().map(angle).collect(),
             points: n,
             from_points: matrix(n).iter().map(|row| wide(row)).collect(),
@@ -333,6 +339,8 @@ struct Scratch<const FMA: bool> {
     products: Box<Values<FMA>>,
     /// A tap per distance.
     taps: Vec<Tap<Lanes<FMA>>>,
+    /// A tap per chart, where distances are read between charts.
+    charts: Vec<Tap<Lanes<FMA>>>,
     /// Where its words begin.
     edges: Vec<Edges<Lanes<FMA>>>,
 }
@@ -340,11 +348,13 @@ struct Scratch<const FMA: bool> {
 impl<const FMA: bool> Scratch<FMA> {
     #[inline(always)]
     fn new(tables: &Tables) -> Self {
-        let most = |k: usize| tables.distances.iter().map(|d| d.sizes[k]).max().unwrap_or(1).max(2);
+        let most = |k: usize| tables.charts.iter().map(|c| c.sizes[k]).max().unwrap_or(1).max(2);
+        let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
         Self {
             basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
             products: Products::values(),
             taps: vec![Tap::default(); tables.distances.len()],
+            charts: vec![Tap::default(); charts],
             edges: Vec::with_capacity(tables.distances.len()),
         }
     }

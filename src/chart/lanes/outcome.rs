@@ -3,7 +3,7 @@
 use super::choice::Choice;
 use super::dispatch::{Work, best};
 use super::read::Products;
-use super::{Distance, LANES, Lanes};
+use super::{Charted, LANES, Lanes};
 use crate::chart::axis::AXES;
 use crate::chart::distance::{DistanceChart, FUNCTIONS};
 use crate::kernel::cpu::Pack;
@@ -21,7 +21,7 @@ pub struct Read {
 /// Charts of some distances, to be read at single taps.
 #[derive(Debug)]
 pub struct Readings {
-    distances: Vec<Distance>,
+    charts: Vec<Charted>,
     choice: Choice,
     power: i32,
     displaced: bool,
@@ -31,7 +31,7 @@ impl Readings {
     /// Of `charts`, all of one model.
     pub fn new(charts: &[DistanceChart], kind: Drive) -> Self {
         Self {
-            distances: charts.iter().map(|chart| Distance::new(chart, kind, [0.0; 2], &[])).collect(),
+            charts: charts.iter().map(|chart| Charted::new(chart, kind, &[])).collect(),
             choice: Choice::new(),
             power: charts.first().map_or(0, |chart| chart.power),
             displaced: kind == Drive::Displacement,
@@ -45,10 +45,10 @@ impl Readings {
 
     #[inline(always)]
     fn read_lanes<const FMA: bool>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        let distance = &self.distances[i];
+        let chart = &self.charts[i];
         let of = Lanes::<FMA>::of;
         let mut basis: [Vec<Lanes<FMA>>; AXES] =
-            std::array::from_fn(|k| vec![of(0.0); distance.sizes[k].max(2)]);
+            std::array::from_fn(|k| vec![of(0.0); chart.sizes[k].max(2)]);
         let mut products = Products::values();
         for part in quantities.chunks(LANES) {
             let mut columns = [[0.0f32; LANES]; AXES];
@@ -61,11 +61,11 @@ impl Readings {
             let mut q = columns.map(Pack);
             let drive = q[0];
             if self.displaced {
-                q[0] = drive * Pack::splat(distance.inverse);
+                q[0] = drive * Pack::splat(chart.inverse);
             }
-            distance.polynomials::<FMA, true>(&q, &mut basis, &mut products);
-            let (functions, share) = self.choice.read::<FMA, true>(&distance.branches, &basis, &products);
-            let power = Pack::splat(distance.scale)
+            chart.polynomials::<FMA, true>(&q, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<FMA, true>(&chart.branches, &basis, &products);
+            let power = Pack::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),
                     1 => drive,

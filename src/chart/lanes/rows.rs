@@ -141,9 +141,34 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             spread: [of(0.0); PAIRS],
             largest: of(0.0),
         };
-        for (i, distance) in tables.distances.iter().enumerate() {
-            tables.tap::<FMA, OWN, FORCE>(&design, [own, power], distance, i, scratch);
-            rows.push(&scratch.taps[i], i, m);
+        let Scratch { basis, products, taps, charts, .. } = scratch;
+        match &tables.between {
+            None => {
+                for (i, ((chart, distance), tap)) in
+                    tables.charts.iter().zip(&tables.distances).zip(taps).enumerate()
+                {
+                    let at = (&mut *basis, &mut **products);
+                    tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, FORCE || design.moves(power, chart)), at, tap);
+                    tables.told(&design, distance, tap);
+                    rows.push(tap, i, m);
+                }
+            }
+            Some(between) => {
+                let mut with_arc = FORCE;
+                for chart in &tables.charts {
+                    with_arc |= design.moves(power, chart);
+                }
+                for (chart, tap) in tables.charts.iter().zip(&mut *charts) {
+                    let at = (&mut *basis, &mut **products);
+                    tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, tap);
+                }
+                rows.push_forms(tables, between, charts);
+                between.fill::<FMA, FORCE>(charts, (m, with_arc), taps);
+                for (distance, tap) in tables.distances.iter().zip(taps) {
+                    tables.told(&design, distance, tap);
+                    rows.widen(tap, m);
+                }
+            }
         }
         rows
     }
@@ -152,20 +177,35 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     #[inline(always)]
     fn push(&mut self, tap: &Tap<Lanes<FMA>>, i: usize, m: usize) {
         let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
-        let mut at = 0;
-        let mut from_old = [Lanes::<FMA>::of(0.0); ORDERS];
+        let (mut from_old, mut from_new) = ([Lanes::<FMA>::of(0.0); ORDERS], [Lanes::<FMA>::of(0.0); ORDERS]);
         self.largest = self.largest.max(tap.largest);
         for k in 0..m {
             from_old[k] = tap.kappa[k] - self.mean[k];
             self.mean[k] = from_old[k].mul_add(share, self.mean[k]);
-            self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
-            self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
+            from_new[k] = tap.kappa[k] - self.mean[k];
         }
+        self.spread(&from_old, &from_new, m);
+        self.widen(tap, m);
+    }
+
+    /// Adds products of deviations.
+    #[inline(always)]
+    pub(super) fn spread(&mut self, a: &[Lanes<FMA>; ORDERS], b: &[Lanes<FMA>; ORDERS], m: usize) {
+        let mut at = 0;
         for k in 0..m {
             for l in k..m {
-                self.spread[at] = from_old[k].mul_add(tap.kappa[l] - self.mean[l], self.spread[at]);
+                self.spread[at] = a[k].mul_add(b[l], self.spread[at]);
                 at += 1;
             }
+        }
+    }
+
+    /// Takes κ of `tap` into the least and largest.
+    #[inline(always)]
+    fn widen(&mut self, tap: &Tap<Lanes<FMA>>, m: usize) {
+        for k in 0..m {
+            self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
+            self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
         }
     }
 

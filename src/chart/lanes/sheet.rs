@@ -1,9 +1,9 @@
 //! Charts as numbers for a device: what [`Tables`] holds, in the order that `shaders/ranking` reads.
 
 use super::rows::{LARGEST, MOST};
-use super::{Distance, Tables};
+use super::{Charted, Distance, Tables};
 use crate::chart::axis::{AXES, Quantity};
-use crate::chart::distance::{DistanceChart, Function, lobatto, matrix_at};
+use crate::chart::distance::{Function, lobatto, matrix_at};
 use crate::chart::scope::Scope;
 use crate::chart::series::Series;
 use crate::kernel::ranking::{HEAD, Sheet};
@@ -55,7 +55,7 @@ impl Written {
 }
 
 impl Tables {
-    /// The charts of `scope`, of which these tables are.
+    /// The charts of `scope`, of which these tables are, one for each distance.
     pub fn sheet(&self, scope: &Scope) -> Sheet {
         let charts = &scope.charts;
         let branches = charts.iter().map(|chart| chart.branches.len()).max().unwrap_or(1);
@@ -80,18 +80,18 @@ impl Tables {
             }
         }
         let at_points = written.rows.len();
-        for distance in &self.distances {
-            for t in &distance.at_points {
+        for chart in &self.charts {
+            for t in &chart.at_points {
                 let at = |k: usize| t.get(k).copied().unwrap_or(0.0);
                 written.rows.extend((0..groups).map(|g| std::array::from_fn(|k| at(GROUP * g + k))));
             }
         }
         let kinds = [3, 5].map(|n: usize| matrix_at(&lobatto(n)).concat());
-        let gauge = self.distances.iter().map(|d| d.gauge.len()).max().unwrap_or(1);
+        let gauge = self.charts.iter().map(|c| c.gauge.len()).max().unwrap_or(1);
         let mut numbers = Vec::new();
-        for (distance, chart) in self.distances.iter().zip(charts) {
+        for (distance, chart) in self.distances.iter().zip(&self.charts) {
             numbers.extend(head(distance, chart, kinds[0].len()));
-            let points = distance.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
+            let points = chart.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
             numbers.extend(points.take(gauge).flatten());
         }
         Sheet {
@@ -127,13 +127,13 @@ impl Tables {
 }
 
 /// Numbers of a distance; `five`: where the matrix of five branches begins, behind that of three.
-fn head(distance: &Distance, chart: &DistanceChart, five: usize) -> [f32; HEAD.len()] {
-    let [drive, _, base, taper, place] = distance.affine;
+fn head(distance: &Distance, chart: &Charted, five: usize) -> [f32; HEAD.len()] {
+    let [drive, _, base, taper, place] = chart.affine;
     let branches = chart.branches.len();
     let choice = if branches == 5 { five } else { 0 };
     let [lo, hi] = distance.ends;
     let whole = [branches as f32, choice as f32];
-    let parts = [[lo, hi], [distance.scale, distance.most_arc], whole, drive, base, taper, place];
+    let parts = [[lo, hi], [chart.scale, chart.most_arc], whole, drive, base, taper, place];
     let head = [parts.as_flattened(), &[distance.a, distance.inverse]].concat();
     std::array::from_fn(|k| head[k])
 }

@@ -2,7 +2,9 @@
 
 use super::dispatch::{Part, apart};
 use super::read::dot;
-use super::{Distance, Lanes, ORDERS, Scratch, Tables};
+use super::read::Values;
+use super::{Charted, Distance, Lanes, ORDERS, Tables};
+use crate::chart::axis::AXES;
 use crate::kernel::cpu::Pack;
 
 /// A whisker with its gauge, mm and 1/mm.
@@ -15,6 +17,15 @@ pub(super) struct Whisker<T> {
     pub gauge: [T; 2],
     /// u = 1/a at the peak of the theory.
     pub peak: T,
+}
+
+impl<const FMA: bool> Whisker<Lanes<FMA>> {
+    /// Whether a contact at `chart` may move off it. Contacts move little: most whiskers are longer than any contact of theirs.
+    #[inline(always)]
+    pub fn moves(&self, power: Lanes<FMA>, chart: &Charted) -> bool {
+        let room = (self.length - Pack::splat(chart.a)) * Pack::splat(chart.inverse);
+        !(power * Pack::splat(chart.most_arc)).all_at_most(room)
+    }
 }
 
 /// A tap as a series over the drive, or at its own.
@@ -153,42 +164,40 @@ impl Tables {
         u
     }
 
-    /// The tap of `design` at `distance`, over the points or at its own drive; with `FORCE` its force, and its arc however little it moves.
+    /// What `chart` says of `design`, over the points or at its own drive, but for its theory; its arc where that is asked for, with `FORCE` its
+    /// force.
     #[inline(always)]
     pub(super) fn tap<const FMA: bool, const OWN: bool, const FORCE: bool>(
         &self,
         design: &Whisker<Lanes<FMA>>,
         [drive, power]: [Lanes<FMA>; 2],
-        distance: &Distance,
-        at: usize,
-        scratch: &mut Scratch<FMA>,
+        (chart, with_arc): (&Charted, bool),
+        (basis, products): (&mut [Vec<Lanes<FMA>>; AXES], &mut Values<FMA>),
+        tap: &mut Tap<Lanes<FMA>>,
     ) {
         let of = Lanes::<FMA>::of;
-        let (one, inverse) = (of(1.0), Pack::splat(distance.inverse));
-        let p = design.tau * Pack::splat(distance.a);
+        let (one, inverse) = (of(1.0), Pack::splat(chart.inverse));
+        let p = design.tau * Pack::splat(chart.a);
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let own = if self.theory.displaced { drive * inverse } else { drive };
         let quantities = [own, s1, design.diameter * inverse, p, s2];
-        distance.polynomials::<FMA, OWN>(&quantities, &mut scratch.basis, &mut scratch.products);
-        let scale = Pack::splat(distance.scale);
-        if OWN && distance.branches.len() > 1 {
+        chart.polynomials::<FMA, OWN>(&quantities, basis, products);
+        let scale = Pack::splat(chart.scale);
+        if OWN && chart.branches.len() > 1 {
             let (read, _) =
-                self.choice.read::<FMA, FORCE>(&distance.branches, &scratch.basis, &scratch.products);
+                self.choice.read::<FMA, FORCE>(&chart.branches, basis, products);
             let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
-            let tap = &mut scratch.taps[at];
             let delta = power * deviation;
             tap.kappa[0] = -(deviation / (one + delta));
             (tap.largest, tap.arc[0], tap.force) = (delta.abs(), arc, force);
-            self.told(design, distance, (p, [s1, s2]), tap);
             return;
         }
-        let [strain, arc, force] = &distance.branches[0];
+        let [strain, arc, force] = &chart.branches[0];
         let orders = strain.orders();
-        let strain = strain.read(&scratch.basis, &scratch.products);
-        let tap = &mut scratch.taps[at];
+        let strain = strain.read(basis, products);
         tap.largest = of(0.0);
         if OWN {
-            let deviation = scale * dot(&strain, &scratch.basis[0]);
+            let deviation = scale * dot(&strain, &basis[0]);
             let delta = power * deviation;
             tap.kappa[0] = -(deviation / (one + delta));
             tap.largest = delta.abs();
@@ -197,7 +206,7 @@ impl Tables {
             let n = self.points;
             let mut kappa = [of(0.0); ORDERS];
             for k in 0..n {
-                let basis = &distance.at_points[k];
+                let basis = &chart.at_points[k];
                 let mut deviation = strain[0];
                 for j in 1..orders {
                     deviation = Lanes::<FMA>::splat(basis[j]).mul_add(strain[j], deviation);
@@ -215,18 +224,16 @@ impl Tables {
                 tap.kappa[k] = sum;
             }
         }
-        // Contacts move little: most whiskers are longer than any contact of theirs.
-        let room = (design.length - Pack::splat(distance.a)) * inverse;
         tap.arc = [of(0.0); ORDERS];
-        if FORCE || !(power * Pack::splat(distance.most_arc)).all_at_most(room) {
-            let arc = arc.read(&scratch.basis, &scratch.products);
+        if with_arc {
+            let arc = arc.read(basis, products);
             if OWN {
-                tap.arc[0] = scale * dot(&arc, &scratch.basis[0]);
+                tap.arc[0] = scale * dot(&arc, &basis[0]);
             } else {
                 for k in 0..self.points {
                     let mut values = [of(0.0); ORDERS];
                     for (n, value) in values.iter_mut().enumerate().take(self.points) {
-                        for (a, t) in arc.iter().zip(&distance.at_points[n]) {
+                        for (a, t) in arc.iter().zip(&chart.at_points[n]) {
                             *value = Lanes::<FMA>::splat(*t).mul_add(*a, *value);
                         }
                     }
@@ -238,23 +245,23 @@ impl Tables {
             }
         }
         if FORCE {
-            let force = force.read(&scratch.basis, &scratch.products);
-            tap.force = scale * dot(&force, &scratch.basis[0]);
+            let force = force.read(basis, products);
+            tap.force = scale * dot(&force, &basis[0]);
         }
-        self.told(design, distance, (p, [s1, s2]), tap);
     }
 
     /// f of the theory, and how it grows with η.
     #[inline(always)]
-    fn told<const FMA: bool>(
+    pub(super) fn told<const FMA: bool>(
         &self,
         design: &Whisker<Lanes<FMA>>,
         distance: &Distance,
-        (p, [s1, s2]): (Lanes<FMA>, [Lanes<FMA>; 2]),
         tap: &mut Tap<Lanes<FMA>>,
     ) {
         let of = Lanes::<FMA>::of;
         let (one, inverse) = (of(1.0), Pack::splat(distance.inverse));
+        let p = design.tau * Pack::splat(distance.a);
+        let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let rest = one - p;
         let (u1, u2) = (one - p * s1, one - p * s2);
         let (near, far) = (one - s1, one - s2);

@@ -1,0 +1,182 @@
+//! Makes the charts that all designs of a sweep share.
+
+use rayon::prelude::*;
+
+use super::axis::{AXES, FIRST_PLACE, Quantity};
+use super::between::{Between, NODES, nodes, weights};
+use super::build::check;
+use super::distance::{DistanceChart, FUNCTIONS, Function, bounds, functions, power, room, solved};
+use super::ranges::{factors, holds, scaled, unscaled};
+use super::taps::Taps;
+use crate::error::SolveError;
+use crate::progress::NEVER;
+use crate::reduce::Sweeps;
+use crate::scene::{Direction, Setup};
+
+/// Taps that check what is read between charts.
+const CHECKS: usize = 160;
+
+/// So many times the error of a chart may be that of values between charts: they sum the errors of several.
+const SUMMED: f64 = 3.0;
+
+/// Charts over the same ranges of designs.
+pub(super) struct Maker<'a> {
+    pub setup: &'a Setup,
+    /// Ranges of drive (rad or mm), a length, D, τ and x, mm and 1/mm.
+    pub asked: [[f64; 2]; AXES],
+    /// Largest x2 − x1, mm.
+    pub width: f64,
+    /// Drives that every chart must hold, rad or mm.
+    pub drives: &'a [f64],
+    pub tolerance: f64,
+    /// Taps solved so far.
+    pub taps: u64,
+}
+
+/// A solved tap that checks what is read between charts.
+struct Check {
+    /// a, mm.
+    a: f64,
+    /// Drive, a length, D, τ and x, in the units of [`Maker::asked`].
+    numbers: [f64; AXES],
+    values: [f64; FUNCTIONS],
+}
+
+/// Charts, and how the distances between them are read.
+type Made = (Vec<DistanceChart>, Option<Between>);
+
+impl Maker<'_> {
+    fn held(&self, chart: &DistanceChart) -> [[f64; 2]; AXES] {
+        let mut ranges = chart.axes().map(|axis| axis.range);
+        ranges[Quantity::Place as usize][0] -= FIRST_PLACE;
+        unscaled(self.setup.drive, &ranges, chart.a)
+    }
+
+    /// Where all of `charts` hold.
+    pub fn within(&self, charts: &[DistanceChart]) -> [[f64; 2]; AXES] {
+        let mut within = self.asked;
+        for chart in charts {
+            for (within, range) in within.iter_mut().zip(self.held(chart)) {
+                *within = [within[0].max(range[0]), within[1].min(range[1])];
+            }
+        }
+        within
+    }
+
+    /// The chart at `a` mm, if it holds all drives, and the taps asked for it.
+    fn chart(&self, a: f64) -> Result<(Option<DistanceChart>, u64), SolveError> {
+        let (setup, drives) = (self.setup, self.drives);
+        let (ranges, job) = (scaled(setup.drive, &self.asked, a), (power(setup), self.tolerance, &NEVER));
+        let mut spent = Sweeps::default();
+        let place = (a, Direction::UPRIGHT);
+        let asked = (ranges, self.width / a, !drives.is_empty());
+        let chart = DistanceChart::towards(setup, place, asked, job, &mut spent)?;
+        let all = |chart: &DistanceChart| {
+            drives.iter().all(|drive| holds(self.held(chart)[Quantity::Drive as usize], *drive))
+        };
+        Ok((chart.filter(all), spent.taps))
+    }
+
+    /// Charts at all of `distances`. One that is refused is that of all: the farthest distance, next to the apex, and the nearest, next to the
+    /// gauge, are tried before the others.
+    pub fn at(&mut self, distances: &[f64]) -> Result<Option<Vec<DistanceChart>>, SolveError> {
+        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let far = distances.iter().copied().fold(0.0, f64::max);
+        let others: Vec<f64> = distances.iter().copied().filter(|a| *a != far && *a != near).collect();
+        let ends = if far == near { vec![vec![far]] } else { vec![vec![far], vec![near]] };
+        let mut charts: Vec<DistanceChart> = Vec::new();
+        for part in ends.into_iter().chain([others]) {
+            let made =
+                part.par_iter().map(|a| self.chart(*a)).collect::<Result<Vec<_>, SolveError>>()?;
+            self.taps += made.iter().map(|(_, taps)| taps).sum::<u64>();
+            let count = charts.len() + made.len();
+            charts.extend(made.into_iter().filter_map(|(chart, _)| chart));
+            if charts.len() < count {
+                return Ok(None);
+            }
+        }
+        let of = |a: &f64| charts.iter().find(|chart| chart.a == *a).cloned();
+        Ok(distances.iter().map(of).collect())
+    }
+
+    /// Charts at a few distances from which all of `distances` are read.
+    pub fn between(&mut self, distances: &[f64]) -> Result<Option<Made>, SolveError> {
+        let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let far = distances.iter().copied().fold(0.0, f64::max);
+        let mut charts: Vec<DistanceChart> = Vec::new();
+        let mut checks = None;
+        for n in NODES.into_iter().filter(|n| *n < distances.len()) {
+            let at = nodes([near, far], n);
+            let Some(more) = self.at(&at[charts.len()..])? else { return Ok(None) };
+            charts.extend(more);
+            let checks = match &mut checks {
+                Some(checks) => checks,
+                none => none.insert(self.checks(distances, &charts)?),
+            };
+            if let Some(error) = self.passed(&charts, checks) {
+                return Ok(Some((charts, Some(Between::new(&at, distances, error)))));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Solved taps at some of `distances`, over the corners and the inside of what `charts` hold.
+    fn checks(&mut self, distances: &[f64], charts: &[DistanceChart]) -> Result<Vec<Check>, SolveError> {
+        let within = self.within(charts);
+        let points = within.map(|[lo, hi]| hi <= lo);
+        let power = power(self.setup);
+        // Distances in an order that spreads evenly.
+        let of = |i: usize| distances[((i as f64 * 0.618_033_988_75).fract() * distances.len() as f64) as usize];
+        let check = |i: usize| -> Result<(Option<Check>, Sweeps), SolveError> {
+            let a = of(i);
+            let x = check(i, &points);
+            let numbers: [f64; AXES] = std::array::from_fn(|k| {
+                let [lo, hi] = within[k];
+                let least = if k == Quantity::Place as usize { FIRST_PLACE * charts[0].a.max(a) } else { lo };
+                (lo + 0.5 * (1.0 + x[k]) * (hi - lo)).max(least)
+            });
+            let q = quantities(self.setup, &numbers, a);
+            let mut taps = Taps::new(self.setup, a, None, solved(power, false));
+            let found = taps.solve(&[q])?;
+            let values = functions(self.setup, (a, Direction::UPRIGHT), &q, &found[0]);
+            Ok((values.map(|values| Check { a, numbers, values }), taps.sweeps))
+        };
+        let found = (0..CHECKS).into_par_iter().map(check).collect::<Result<Vec<_>, _>>()?;
+        self.taps += found.iter().map(|(_, sweeps)| sweeps.taps).sum::<u64>();
+        Ok(found.into_iter().filter_map(|(check, _)| check).collect())
+    }
+
+    /// Largest error of the strain at `checks` as read between `charts`; `None` where a function is off by more than it may.
+    fn passed(&self, charts: &[DistanceChart], checks: &[Check]) -> Option<f64> {
+        let power = power(self.setup);
+        let nodes: Vec<f64> = charts.iter().map(|chart| chart.a).collect();
+        let mut worst = 0.0f64;
+        for check in checks {
+            let q = quantities(self.setup, &check.numbers, check.a);
+            let mut read = [0.0; FUNCTIONS];
+            for (chart, weight) in charts.iter().zip(weights(&nodes, check.a)) {
+                let own = quantities(self.setup, &check.numbers, chart.a);
+                let mut values = chart.at(&own);
+                values[Function::Strain as usize] *= room(&q) / room(&own);
+                read.iter_mut().zip(values).for_each(|(read, value)| *read += weight * value);
+            }
+            let drive = q[Quantity::Drive as usize];
+            let scale = drive.powi(power);
+            let bounds = bounds([drive, q[Quantity::Place as usize]], (power, SUMMED * self.tolerance), false);
+            for ((bound, read), value) in bounds.iter().zip(read).zip(check.values) {
+                if bound.share(value / scale, (read - value).abs() / scale) > 1.0 {
+                    return None;
+                }
+            }
+            let strain = Function::Strain as usize;
+            worst = worst.max((read[strain] - check.values[strain]).abs());
+        }
+        Some(worst)
+    }
+}
+
+/// Quantities at `a` mm of numbers in mm.
+fn quantities(setup: &Setup, numbers: &[f64; AXES], a: f64) -> [f64; AXES] {
+    let factors = factors(setup.drive, a);
+    std::array::from_fn(|k| numbers[k] * factors[k])
+}
