@@ -37,7 +37,8 @@ pub struct Between {
 
 /// Whether `distances` may be read so: many, and contacts that do not choose between sliding and sticking, which has kinks along a.
 pub fn fits(setup: &Setup, distances: &[f64]) -> bool {
-    let smooth = matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0) | Contact::Stick);
+    let smooth =
+        matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0) | Contact::Stick);
     smooth && distances.len() >= FEWEST && distances.iter().any(|a| *a != distances[0])
 }
 

@@ -301,11 +301,7 @@ fn branch(
 }
 
 /// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
-pub fn bounds(
-    [drive, place]: [f64; 2],
-    (power, tolerance): (i32, f64),
-    chooses: bool,
-) -> [Bound; FUNCTIONS] {
+pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses: bool) -> [Bound; FUNCTIONS] {
     let most = drive.powi(power);
     // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
     let strain = SHARE * tolerance / most * (1.0 - place).sqrt();

@@ -86,8 +86,7 @@ impl Maker<'_> {
         let ends = if far == near { vec![vec![far]] } else { vec![vec![far], vec![near]] };
         let mut charts: Vec<DistanceChart> = Vec::new();
         for part in ends.into_iter().chain([others]) {
-            let made =
-                part.par_iter().map(|a| self.chart(*a)).collect::<Result<Vec<_>, SolveError>>()?;
+            let made = part.par_iter().map(|a| self.chart(*a)).collect::<Result<Vec<_>, SolveError>>()?;
             self.taps += made.iter().map(|(_, taps)| taps).sum::<u64>();
             let count = charts.len() + made.len();
             charts.extend(made.into_iter().filter_map(|(chart, _)| chart));
@@ -126,7 +125,8 @@ impl Maker<'_> {
         let points = within.map(|[lo, hi]| hi <= lo);
         let power = power(self.setup);
         // Distances in an order that spreads evenly.
-        let of = |i: usize| distances[((i as f64 * 0.618_033_988_75).fract() * distances.len() as f64) as usize];
+        let of =
+            |i: usize| distances[((i as f64 * 0.618_033_988_75).fract() * distances.len() as f64) as usize];
         let check = |i: usize| -> Result<(Option<Check>, Sweeps), SolveError> {
             let a = of(i);
             let x = check(i, &points);
@@ -162,7 +162,8 @@ impl Maker<'_> {
             }
             let drive = q[Quantity::Drive as usize];
             let scale = drive.powi(power);
-            let bounds = bounds([drive, q[Quantity::Place as usize]], (power, SUMMED * self.tolerance), false);
+            let bounds =
+                bounds([drive, q[Quantity::Place as usize]], (power, SUMMED * self.tolerance), false);
             for ((bound, read), value) in bounds.iter().zip(read).zip(check.values) {
                 if bound.share(value / scale, (read - value).abs() / scale) > 1.0 {
                     return None;

@@ -98,8 +98,8 @@ pub struct Scope {
     pub charts: Vec<DistanceChart>,
     /// How all distances are read from a few charts, where they are.
     pub between: Option<Between>,
-    /// a/a_lo − 1 and a/a_hi − 1 of each distance, of the widened range of interest.
-    pub ends: Vec<[f64; 2]>,
+    /// Ends of the widened range of interest, mm.
+    pub ends: [f64; 2],
     /// Drives of every design, rad or mm, ascending, each as asked (degrees or mm) and with its place in the layout; empty where each design has its own.
     pub drives: Vec<(f64, f64, u32)>,
     /// What is ranked.
@@ -198,11 +198,10 @@ impl Scope {
         };
         let taps = maker.taps;
         let Some((charts, between)) = made else { return Ok((None, taps)) };
-        let ends = |a: &f64| [a / (lo * (1.0 - WIDENING)) - 1.0, a / (hi * (1.0 + WIDENING)) - 1.0];
         let scope = Self {
             setup: setup.clone(),
             distances: distances.to_vec(),
-            ends: distances.iter().map(ends).collect(),
+            ends: [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)],
             within: maker.within(&charts),
             charts,
             between,

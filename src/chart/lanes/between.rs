@@ -33,7 +33,10 @@ impl Between {
     ) {
         let zero = Lanes::<FMA>::of(0.0);
         for (tap, weights) in taps.iter_mut().zip(&self.weights) {
-            (tap.kappa, tap.arc, tap.force) = ([zero; ORDERS], [zero; ORDERS], zero);
+            tap.force = zero;
+            for k in 0..m {
+                (tap.kappa[k], tap.arc[k]) = (zero, zero);
+            }
             for (chart, weight) in charts.iter().zip(weights) {
                 let weight = Lanes::<FMA>::splat(*weight);
                 for k in 0..m {

@@ -14,14 +14,12 @@ use crate::scene::Drive;
 pub(super) struct Distance {
     pub a: f32,
     pub inverse: f32,
-    /// η at both ends of the range of interest.
-    pub ends: [f32; 2],
 }
 
 impl Distance {
-    /// Of `a` mm; `ends` as in [`crate::chart::scope::Scope`].
-    pub fn new(a: f64, ends: [f64; 2]) -> Self {
-        Self { a: a as f32, inverse: (1.0 / a) as f32, ends: ends.map(|e| e as f32) }
+    /// Of `a` mm.
+    pub fn new(a: f64) -> Self {
+        Self { a: a as f32, inverse: (1.0 / a) as f32 }
     }
 }
 

@@ -30,13 +30,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let of = Lanes::<FMA>::of;
         let never = of(drives as f64);
         let limit = Lanes::<FMA>::splat(tables.strain_limit);
-        let strain = tap.strain * last.drive / (of(1.0) + last.power * last.read(&tap.kappa, m));
+        let (strain, most) =
+            (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(&tap.kappa, m)));
         let mut above = never;
-        if !strain.all_at_most(limit) {
+        if !strain.all_at_most(most) {
             above = if OWN {
-                limit.if_less(strain, of(0.0), never)
+                most.if_less(strain, of(0.0), never)
             } else {
-                limit.if_less(strain, self.first_above(tables, tap, limit, m), never)
+                most.if_less(strain, self.first_above(tables, tap, limit, m), never)
             };
         }
         let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);

@@ -1,7 +1,7 @@
 //! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
 
 use super::dispatch::{Work, best};
-use super::estimate::{bounds, root};
+use super::estimate::root;
 use super::rows::{MOST, Rows};
 use super::tally::Tally;
 use super::{LANES, Lanes, Scratch, Tables, Words};
@@ -130,7 +130,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             let a = Pack::splat(distance.a);
             let deviation = power * tap.kappa[0];
             let q = (calibration - deviation) / (one + deviation);
-            let [low, high, peak] = bounds(tables, tap, distance);
+            let [low, high, peak] = self.design.words.bounds(tap);
             let [eta, slope] = root(tables, tap, (q, peak));
             let whole = one / (one + eta);
             let none = peak.if_less(q, one, zero);
@@ -156,8 +156,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             tally.ok = tally.ok + (one - rootless.max(near).max(over).max(off));
         }
 
-        let vertex = taps[0].growth.vertex;
-        let highest = taps[0].strain * (one + taps[0].growth.at(tables, vertex)[0]) * drive;
+        let highest = self.design.words.peak * drive;
         let peak = one / self.design.peak;
         let power2 = power * power;
         let asked = taps.len() as u64;

@@ -25,6 +25,8 @@ mod rows;
 mod sheet;
 mod tally;
 mod tap;
+mod theory;
+mod words;
 
 use super::axis::{AXES, Map, ORDERS};
 use super::distance::DistanceChart;
@@ -80,6 +82,8 @@ pub struct Tables {
     theory: EstimateTheory,
     /// 3πE/64, MPa: P per D⁴(1 − τa)(a + r₀)/a³ and radian of the linear theory.
     stiffness: f32,
+    /// 1/a of the widened range of interest, that of its near end first, 1/mm.
+    ends: [f32; 2],
     /// S/D² of the model.
     shear: f32,
     strain_limit: f32,
@@ -205,7 +209,7 @@ impl Tables {
         let displaced = setup.drive == Drive::Displacement;
         let hub = if displaced { 0.0 } else { setup.hub as f32 };
         Some(Self {
-            distances: scope.distances.iter().zip(&scope.ends).map(|(a, ends)| Distance::new(*a, *ends)).collect(),
+            distances: scope.distances.iter().map(|a| Distance::new(*a)).collect(),
             charts: scope.charts.iter().map(charted).collect(),
             between: scope.between.as_ref().map(Between::new),
             angles: scope.drives.iter().map(angle).collect(),
@@ -218,6 +222,7 @@ impl Tables {
             choice: Choice::new(),
             theory: EstimateTheory { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
             stiffness: (3.0 * std::f64::consts::PI * setup.model.material.e0() / 64.0) as f32,
+            ends: scope.ends.map(|a| (1.0 / a) as f32),
             shear: if setup.model.shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 },
             strain_limit: setup.gauge.strain_limit as f32,
             noise: setup.gauge.noise_strain.unwrap_or(0.0) as f32,

@@ -1,9 +1,10 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
 use super::dispatch::{Part, apart};
-use super::estimate::Decided;
 use super::tally::{Tally, sum};
-use super::tap::{Tap, Whisker};
+use super::tap::Tap;
+use super::theory::Whisker;
+use super::words::Decided;
 use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
@@ -124,8 +125,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             // The largest counts where contacts slip off.
             own = Pack::splat(tables.angles[tables.angles.len() - 1].drive);
         }
-        let peak = tables.peak(diameter, tau, [x1, x2]);
-        let design = Whisker { diameter, tau, length, gauge: [x1, x2], peak };
+        let design = Whisker::new(tables, [diameter, tau, length], [x1, x2]);
         let power = match tables.power {
             0 => of(1.0),
             1 => own,
@@ -148,8 +148,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                     tables.charts.iter().zip(&tables.distances).zip(taps).enumerate()
                 {
                     let at = (&mut *basis, &mut **products);
-                    tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, FORCE || design.moves(power, chart)), at, tap);
-                    tables.told(&design, distance, tap);
+                    tables.tap::<FMA, OWN, FORCE>(
+                        &design,
+                        [own, power],
+                        (chart, FORCE || design.moves(power, chart)),
+                        at,
+                        tap,
+                    );
+                    tap.told::<FORCE>(tables, &design, distance);
                     rows.push(tap, i, m);
                 }
             }
@@ -165,7 +171,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 rows.push_forms(tables, between, charts);
                 between.fill::<FMA, FORCE>(charts, (m, with_arc), taps);
                 for (distance, tap) in tables.distances.iter().zip(taps) {
-                    tables.told(&design, distance, tap);
+                    tap.told::<FORCE>(tables, &design, distance);
                     rows.widen(tap, m);
                 }
             }
@@ -274,10 +280,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             complete = complete.min(edge.slipped);
             edges.push(edge);
         }
-        if !estimates {
-            let decided = Decided::new(tables, self);
-            for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(&*edges) {
-                decided.count::<OWN>(tables, self, (tap, distance), edge, &complete, &mut tally);
+        if !estimates && OWN {
+            for (tap, edge) in taps.iter().zip(&*edges) {
+                self.count(tables, tap, edge, &complete, &mut tally);
+            }
+        } else if !estimates {
+            let decided = Decided::new(tables);
+            for (tap, edge) in taps.iter().zip(&*edges) {
+                decided.count(tables, self, tap, edge, &complete, &mut tally);
             }
         }
 

@@ -90,7 +90,7 @@ impl Tables {
         let gauge = self.charts.iter().map(|c| c.gauge.len()).max().unwrap_or(1);
         let mut numbers = Vec::new();
         for (distance, chart) in self.distances.iter().zip(&self.charts) {
-            numbers.extend(head(distance, chart, kinds[0].len()));
+            numbers.extend(head(distance, chart, self.ends, kinds[0].len()));
             let points = chart.gauge.iter().copied().chain(std::iter::repeat([0.0; 2]));
             numbers.extend(points.take(gauge).flatten());
         }
@@ -126,12 +126,12 @@ impl Tables {
     }
 }
 
-/// Numbers of a distance; `five`: where the matrix of five branches begins, behind that of three.
-fn head(distance: &Distance, chart: &Charted, five: usize) -> [f32; HEAD.len()] {
+/// Numbers of a distance; `ends` as in [`Tables`], `five`: where the matrix of five branches begins, behind that of three.
+fn head(distance: &Distance, chart: &Charted, ends: [f32; 2], five: usize) -> [f32; HEAD.len()] {
     let [drive, _, base, taper, place] = chart.affine;
     let branches = chart.branches.len();
     let choice = if branches == 5 { five } else { 0 };
-    let [lo, hi] = distance.ends;
+    let [lo, hi] = ends.map(|u| (f64::from(distance.a) * f64::from(u) - 1.0) as f32);
     let whole = [branches as f32, choice as f32];
     let parts = [[lo, hi], [chart.scale, chart.most_arc], whole, drive, base, taper, place];
     let head = [parts.as_flattened(), &[distance.a, distance.inverse]].concat();
