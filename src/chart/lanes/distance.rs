@@ -9,6 +9,9 @@ use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
 
+/// Most points of a gauge.
+const MOST_POINTS: usize = 8;
+
 /// A contact distance.
 #[derive(Debug)]
 pub(super) struct Distance {
@@ -111,33 +114,36 @@ impl Charted {
         y.mul_add(scale, shift)
     }
 
-    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`super::gauge`]).
+    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::chart::gauge`]).
     #[inline(always)]
     fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
         let of = Lanes::<FMA>::of;
-        let n = self.sizes[4];
         let (one, width) = (of(1.0), far - near);
-        for value in into.iter_mut() {
-            *value = of(0.0);
-        }
-        let mut total = of(0.0);
-        for [place, weight] in &self.gauge {
+        let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
+        // Of each point: its weight, twice its variable, and two neighbouring polynomials there. All points go on together, so that none
+        // waits for its own last product.
+        let mut points = [[of(0.0); 4]; MOST_POINTS];
+        let points = &mut points[..self.gauge.len().min(MOST_POINTS)];
+        for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
             let s = width.mul_add(Pack::splat(*place), near);
             let u = one - p * s;
             let weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
-            total = weight.mul_add(one - s, total);
             let x = self.variable(4, s);
-            let twice = x + x;
-            let (mut last, mut this) = (one, x);
-            into[0] = into[0] + weight;
-            for value in into.iter_mut().take(n).skip(1) {
-                *value = weight.mul_add(this, *value);
-                (last, this) = (this, twice * this - last);
-            }
+            total = weight.mul_add(one - s, total);
+            whole = whole + weight;
+            first = weight.mul_add(x, first);
+            *point = [weight, x + x, one, x];
         }
         let share = one / total;
-        for value in into.iter_mut().take(n) {
-            *value = *value * share;
+        into[0] = whole * share;
+        into[1] = first * share;
+        for value in into.iter_mut().take(self.sizes[4]).skip(2) {
+            let mut sum = of(0.0);
+            for [weight, twice, last, this] in points.iter_mut() {
+                (*last, *this) = (*this, *twice * *this - *last);
+                sum = weight.mul_add(*this, sum);
+            }
+            *value = sum * share;
         }
     }
 }

@@ -58,7 +58,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     #[inline(always)]
     fn first_above(&self, tables: &Tables, tap: &Tap<Lanes<FMA>>, limit: Lanes<FMA>, m: usize) -> Lanes<FMA> {
         let of = Lanes::<FMA>::of;
-        let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.drive));
+        let ends =
+            [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.stroke.drive));
         let linear = limit / tap.strain;
         let mut drive = linear;
         for _ in 0..REPEATS {
@@ -75,7 +76,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         }
         let mut places = of(0.0);
         for angle in &tables.angles {
-            places = places + drive.if_less(Pack::splat(angle.drive), of(0.0), of(1.0));
+            places = places + drive.if_less(Pack::splat(angle.stroke.drive), of(0.0), of(1.0));
         }
         places
     }
@@ -92,8 +93,8 @@ fn first_slipped<const FMA: bool>(
     for (lane, place) in places.iter_mut().enumerate() {
         let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
         let off = |a: &Angle| {
-            let read: f32 = a.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
-            a.power * read > room.0[lane]
+            let read: f32 = a.stroke.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
+            a.stroke.power * read > room.0[lane]
         };
         *place = tables.angles.partition_point(|a| !off(a)) as f32;
     }

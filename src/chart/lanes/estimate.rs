@@ -1,10 +1,8 @@
-//! The distance estimate in a pack: errors of a row, and the words of its taps.
+//! The distance estimate in a pack: errors of a row.
 
-use super::edges::Edges;
 use super::rows::{Row, Rows};
-use super::tally::Tally;
 use super::tap::Tap;
-use super::{Lanes, Tables};
+use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::FARTHEST;
 use crate::scene::RankBy;
@@ -43,53 +41,75 @@ pub(super) fn root<const FMA: bool>(
     [eta, peak.if_less(q, zero, slope)]
 }
 
+/// What a tap's reading says of its distance.
+struct Told<T> {
+    /// â − a, mm.
+    error: T,
+    /// Of the noise, mm.
+    sigma: T,
+    /// 1 where there is no distance.
+    none: T,
+    /// 1 where the distance changes smoothly with the reading: far from the peak of f.
+    smooth: T,
+}
+
+/// Shares of the slope of f at the contact, and of what its factors alone give, below which a distance is not taken to be smooth.
+const SMOOTH: [f64; 2] = [0.5, 0.1];
+
 impl<const FMA: bool> Rows<Lanes<FMA>> {
-    /// Distance errors of a row, reduced to its ranked value, and 1 where every tap has a distance; its taps' words go to `counts`.
+    /// The distance that a tap tells, of a reading with `noise` θ f.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
+    fn told(
+        &self,
+        tables: &Tables,
+        row: &Row<Lanes<FMA>>,
+        (tap, distance): (&Tap<Lanes<FMA>>, &Distance),
+        (noise, peak): (Lanes<FMA>, Lanes<FMA>),
+    ) -> Told<Lanes<FMA>> {
+        let of = Lanes::<FMA>::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let q = self.miss(tables, row, tap, tables.points);
+        let [eta, slope] = root(tables, tap, (q, peak));
+        let whole = one / (one + eta);
+        let a = Pack::splat(distance.a);
+        let [here, factors] = tap.growth.slopes();
+        let least = (of(SMOOTH[0]) * here.abs()).max(of(SMOOTH[1]) * factors);
+        Told {
+            error: a * eta * whole,
+            // |f′(â)| = f(a) times the slope, times (1 + η)²/a.
+            sigma: noise * a * whole * whole / (tap.strain * slope).max(of(1e-30)),
+            // Below what the farthest contact gives, a widening whisker has no root.
+            none: peak.if_less(q, one, (one + eta).if_less(of(FARTHEST), one, zero)),
+            smooth: least.if_less(slope, one, zero),
+        }
+    }
+
+    /// σ of a reading over θ f.
+    #[inline(always)]
+    fn noise(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
+        let k = Lanes::<FMA>::of(1.0) + self.calibration(tables, row, tables.points);
+        k * Pack::splat(tables.noise) / row.drive
+    }
+
+    /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.
+    #[inline(always)]
     pub fn estimate(
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
         taps: &[Tap<Lanes<FMA>>],
-        m: usize,
-        edges: &[Edges<Lanes<FMA>>],
-        place: Lanes<FMA>,
-        tally: &mut Tally<Lanes<FMA>>,
     ) -> (Lanes<FMA>, Lanes<FMA>) {
         let of = Lanes::<FMA>::of;
-        let (zero, one) = (of(0.0), of(1.0));
-        let (mut squares, mut largest, mut noises) = (zero, zero, zero);
-        let noise = (one + self.calibration(tables, row, m)) * Pack::splat(tables.noise) / row.drive;
-        let [mut none_sum, mut two_sum, mut strain_sum, mut slip_sum, mut free_sum] = [zero; 5];
-        for ((tap, distance), edge) in taps.iter().zip(&tables.distances).zip(edges) {
-            let q = self.miss(tables, row, tap, m);
-            let [low, high, peak] = self.design.words.bounds(tap);
-            let [eta, slope] = root(tables, tap, (q, peak));
-            let whole = one / (one + eta);
-            let a = Pack::splat(distance.a);
-            let error = a * eta * whole;
-            squares = error.mul_add(error, squares);
-            largest = largest.max(error.abs());
-            // |f′(â)| = f(a) times the slope, times (1 + η)²/a.
-            let sigma = noise * a * whole * whole / (tap.strain * slope).max(of(1e-30));
-            noises = sigma.mul_add(sigma, noises);
-            // Below what the farthest contact gives, a widening whisker has no root.
-            let none = peak.if_less(q, one, (one + eta).if_less(of(FARTHEST), one, zero));
-            let near = q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
-            let over = place.if_less(edge.above, zero, one);
-            let off = place.if_less(edge.slipped, zero, one);
-            none_sum = none_sum + none;
-            two_sum = two_sum + near;
-            strain_sum = strain_sum + over;
-            slip_sum = slip_sum + off;
-            free_sum = free_sum + (one - none.max(near).max(over).max(off));
+        let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
+        let noise = self.noise(tables, row);
+        for tap in taps.iter().zip(&tables.distances) {
+            let [.., peak] = self.design.words.bounds(tap.0);
+            let told = self.told(tables, row, tap, (noise, peak));
+            squares = told.error.mul_add(told.error, squares);
+            largest = largest.max(told.error.abs());
+            noises = told.sigma.mul_add(told.sigma, noises);
+            none = none + told.none;
         }
-        tally.rootless = tally.rootless + none_sum;
-        tally.ambiguous = tally.ambiguous + two_sum;
-        tally.strain = tally.strain + strain_sum;
-        tally.slipped = tally.slipped + slip_sum;
-        tally.ok = tally.ok + free_sum;
         let share = of(1.0 / taps.len() as f64);
         let rank = match tables.by {
             RankBy::ErrorMax => largest,
@@ -97,6 +117,82 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             RankBy::TotalRms => ((squares + noises) * share).sqrt(),
             _ => (squares * share).sqrt(),
         };
-        (rank, none_sum.if_less(of(0.5), one, zero))
+        (rank, none.if_less(of(0.5), of(1.0), of(0.0)))
+    }
+}
+
+/// Share of a bound on squares that is left to the error of the polynomials.
+const MARGIN: f64 = 0.05;
+
+/// Bounds from below on what rows are ranked by, as polynomials over the drives that designs share: distances that change smoothly with the
+/// drive alone, from a few of the drives. A row that may be among the best is estimated.
+pub(super) struct Floor<T> {
+    /// Mean of (â − a)² over driveᵉ².
+    errors: [T; ORDERS],
+    /// Mean of the noise's variance times drive².
+    noises: [T; ORDERS],
+}
+
+/// Coefficients over the drives, times `share`, from values at the points.
+#[inline(always)]
+fn series<const FMA: bool>(
+    tables: &Tables,
+    values: &[Lanes<FMA>; ORDERS],
+    share: Lanes<FMA>,
+) -> [Lanes<FMA>; ORDERS] {
+    let mut series = [Lanes::<FMA>::of(0.0); ORDERS];
+    for k in 0..tables.points {
+        for n in 0..tables.points {
+            series[k] = Lanes::<FMA>::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
+        }
+        series[k] = series[k] * share;
+    }
+    series
+}
+
+impl<const FMA: bool> Floor<Lanes<FMA>> {
+    /// Whether `tables` rank by what has one, and by enough drives.
+    pub fn pays(tables: &Tables) -> bool {
+        let smooth = matches!(tables.by, RankBy::ErrorRms | RankBy::NoiseRms | RankBy::TotalRms);
+        smooth && tables.angles.len() > 2 * tables.points
+    }
+
+    /// Of `rows` with their taps.
+    #[inline(always)]
+    pub fn new(tables: &Tables, rows: &Rows<Lanes<FMA>>, taps: &[Tap<Lanes<FMA>>]) -> Self {
+        let zero = Lanes::<FMA>::of(0.0);
+        let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
+        let m = tables.points;
+        for tap in taps.iter().zip(&tables.distances) {
+            let [.., peak] = rows.design.words.bounds(tap.0);
+            let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
+            let mut smooth = Lanes::<FMA>::of(1.0);
+            for (k, stroke) in tables.grid.iter().enumerate() {
+                let row = Row::at(stroke, m);
+                let told = rows.told(tables, &row, tap, (rows.noise(tables, &row), peak));
+                smooth = smooth.min(told.smooth);
+                let (error, sigma) = (told.error / row.power, told.sigma * row.drive);
+                (squares[k], variances[k]) = (error * error, sigma * sigma);
+            }
+            for k in 0..m {
+                errors[k] = smooth.mul_add(squares[k], errors[k]);
+                noises[k] = smooth.mul_add(variances[k], noises[k]);
+            }
+        }
+        let share = Lanes::<FMA>::of((1.0 - MARGIN) / taps.len() as f64);
+        Self { errors: series(tables, &errors, share), noises: series(tables, &noises, share) }
+    }
+
+    /// Square of the bound of a row.
+    #[inline(always)]
+    pub fn at(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
+        let m = tables.points;
+        let errors = row.power * row.power * row.read(&self.errors, m);
+        let noises = row.read(&self.noises, m) / (row.drive * row.drive);
+        match tables.by {
+            RankBy::NoiseRms => noises,
+            RankBy::TotalRms => errors + noises,
+            _ => errors,
+        }
     }
 }

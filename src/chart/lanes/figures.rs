@@ -49,10 +49,10 @@ impl Tables {
         counting: Counting,
         out: &mut Vec<Option<Figures>>,
     ) -> Words {
-        let mut scratch = Scratch::<FMA>::new(self);
+        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
         let mut words = Words::default();
         for tuples in tuples.chunks(LANES) {
-            let rows = Rows::new::<true, true>(self, tuples.len(), tuples, &mut scratch);
+            rows.fill::<true, true>(self, tuples.len(), tuples, &mut scratch);
             words.add(&rows.figures(self, counting, &scratch, out));
         }
         words

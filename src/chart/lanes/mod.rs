@@ -12,6 +12,7 @@
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
 
+mod best;
 mod between;
 mod choice;
 mod dispatch;
@@ -70,8 +71,8 @@ pub struct Tables {
     points: usize,
     /// Coefficients from values at the points.
     from_points: Vec<[f32; ORDERS]>,
-    /// (drive at a point)ᵉ.
-    powers: Vec<f32>,
+    /// Drives at the points.
+    grid: Vec<Stroke>,
     /// Scale and shift from θ, or θ² where e = 2, to [−1, 1] over the drives.
     affine: [f32; 2],
     power: i32,
@@ -95,17 +96,23 @@ pub struct Tables {
     per: Per,
 }
 
-/// A drive that all designs share.
+/// A drive in the range that all designs share.
 #[derive(Debug)]
-struct Angle {
-    /// Degrees or mm.
-    asked: f64,
+struct Stroke {
     /// rad or mm.
     drive: f32,
     /// Its power e.
     power: f32,
     /// T_k.
     basis: [f32; ORDERS],
+}
+
+/// A drive that all designs share.
+#[derive(Debug)]
+struct Angle {
+    /// Degrees or mm.
+    asked: f64,
+    stroke: Stroke,
     /// T_k T_l for k ≤ l, twice off the diagonal.
     products: [f32; PAIRS],
     /// Place in the layout.
@@ -184,6 +191,11 @@ impl Tables {
         let drives: Vec<f64> = points(n).into_iter().map(|x| back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
+        let stroke = |drive: f64, t: &[f64]| Stroke {
+            drive: drive as f32,
+            power: drive.powi(power) as f32,
+            basis: wide(t),
+        };
         let angle = |&(drive, asked, place): &(f64, f64, u32)| {
             let t = basis(n, scaled(common, map.of(drive)));
             let mut products = [0.0; PAIRS];
@@ -194,14 +206,7 @@ impl Tables {
                     at += 1;
                 }
             }
-            Angle {
-                asked,
-                drive: drive as f32,
-                power: drive.powi(power) as f32,
-                basis: wide(&t),
-                products,
-                place,
-            }
+            Angle { asked, stroke: stroke(drive, &t), products, place }
         };
         let unit = Taper { D: 1.0, tau: 0.0, tan_alpha: 0.0 };
         let with_shear = setup.estimate.theory == Theory::Timoshenko;
@@ -215,7 +220,7 @@ impl Tables {
             angles: scope.drives.iter().map(angle).collect(),
             points: n,
             from_points: matrix(n).iter().map(|row| wide(row)).collect(),
-            powers: drives.iter().map(|d| d.powi(power) as f32).collect(),
+            grid: drives.iter().zip(points(n)).map(|(d, x)| stroke(*d, &basis(n, x))).collect(),
             affine: affine(common),
             power,
             apart: chooses && !scope.drives.is_empty(),
@@ -252,20 +257,20 @@ impl Tables {
 
     #[inline(always)]
     fn rank_lanes<const FMA: bool>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        let mut scratch = Scratch::<FMA>::new(self);
+        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
         if self.apart {
             for (k, tuple) in ks.iter().zip(tuples) {
-                self.rank_apart(*k, tuple, bound, &mut scratch, found);
+                self.rank_apart(*k, tuple, bound, (&mut rows, &mut scratch), found);
             }
             return;
         }
         let places = [0; LANES];
         for (ks, tuples) in ks.chunks(LANES).zip(tuples.chunks(LANES)) {
             if self.angles.is_empty() {
-                let rows = Rows::new::<true, false>(self, ks.len(), tuples, &mut scratch);
+                rows.fill::<true, false>(self, ks.len(), tuples, &mut scratch);
                 rows.count_and_rank::<true>(self, (ks, &places), bound, &mut scratch, found);
             } else {
-                let rows = Rows::new::<false, false>(self, ks.len(), tuples, &mut scratch);
+                rows.fill::<false, false>(self, ks.len(), tuples, &mut scratch);
                 rows.count_and_rank::<false>(self, (ks, &places), bound, &mut scratch, found);
             }
         }
@@ -278,7 +283,7 @@ impl Tables {
         k: u64,
         tuple: &Tuple,
         bound: f32,
-        scratch: &mut Scratch<FMA>,
+        (rows, scratch): (&mut Rows<Lanes<FMA>>, &mut Scratch<FMA>),
         found: &mut Found,
     ) {
         let mut all = Found::default();
@@ -289,7 +294,7 @@ impl Tables {
                 (tuple.drive, *place) = (angle.asked, angle.place);
             }
             let (ks, n) = ([k; LANES], angles.len());
-            let rows = Rows::new::<true, false>(self, n, &tuples[..n], scratch);
+            rows.fill::<true, false>(self, n, &tuples[..n], scratch);
             rows.count_and_rank::<true>(self, (&ks[..n], &places), bound, scratch, &mut all);
             if !all.hard.is_empty() {
                 found.hard.push(k);
@@ -311,19 +316,19 @@ impl Tables {
 
     #[inline(always)]
     fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        let mut scratch = Scratch::<FMA>::new(self);
+        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
         let mut found = Vec::with_capacity(taps.len());
         for taps in taps.chunks(LANES) {
             let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
             let own = self.angles.is_empty() || self.apart;
-            let rows = match own {
-                true => Rows::new::<true, false>(self, taps.len(), &tuples, &mut scratch),
-                false => Rows::new::<false, false>(self, taps.len(), &tuples, &mut scratch),
-            };
+            match own {
+                true => rows.fill::<true, false>(self, taps.len(), &tuples, &mut scratch),
+                false => rows.fill::<false, false>(self, taps.len(), &tuples, &mut scratch),
+            }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);
                 let drive = amount(self.kind, tuple.drive) as f32;
-                let shared = self.angles.iter().find(|a| !own && a.drive == drive);
+                let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
                 let deviation = match shared {
                     Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),
                     None if own => rows.own[1].0[lane] * kappa[0],

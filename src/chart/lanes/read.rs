@@ -127,14 +127,22 @@ impl Flat {
     }
 }
 
-/// T_0(x) … into `into`.
+/// T_0(x) … into `into`, at least two: those of even and of odd order apart, T_{k+2} = 2 T_2 T_k − T_{k−2}, so that one need not wait for the other.
 #[inline(always)]
 pub(super) fn polynomials<const FMA: bool>(x: Lanes<FMA>, n: usize, into: &mut [Lanes<FMA>]) {
-    into[0] = Lanes::<FMA>::of(1.0);
-    into[1] = x;
-    let twice = x + x;
-    for k in 2..n {
-        into[k] = twice * into[k - 1] - into[k - 2];
+    let one = Lanes::<FMA>::of(1.0);
+    let double = x + x;
+    let second = double * x - one;
+    let twice = second + second;
+    let (mut even, mut odd) = ([one, second], [x, double * second - x]);
+    (into[0], into[1]) = (one, x);
+    for pair in into[..n.max(2)][2..].chunks_mut(2) {
+        pair[0] = even[1];
+        even = [even[1], twice * even[1] - even[0]];
+        if let Some(value) = pair.get_mut(1) {
+            *value = odd[1];
+            odd = [odd[1], twice * odd[1] - odd[0]];
+        }
     }
 }
 

@@ -1,14 +1,12 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
 use super::dispatch::{Part, apart};
-use super::tally::{Tally, sum};
 use super::tap::Tap;
 use super::theory::Whisker;
-use super::words::Decided;
-use super::{Distance, Found, LANES, Lanes, ORDERS, PAIRS, Scratch, Tables};
+use super::{Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
-use crate::scene::{Per, RankBy, Tuple};
+use crate::scene::Tuple;
 
 /// Largest deviation of the strain for which K is told.
 pub(super) const MOST: f32 = 0.95;
@@ -27,7 +25,7 @@ pub(super) struct Rows<T> {
     /// Least and largest κ.
     pub hull: [[T; ORDERS]; 2],
     /// Sums of products of κ − mean, k ≤ l.
-    spread: [T; PAIRS],
+    pub spread: [T; PAIRS],
     /// Largest |δ|.
     pub largest: T,
 }
@@ -42,6 +40,16 @@ pub(super) struct Row<T> {
 }
 
 impl<const FMA: bool> Row<Lanes<FMA>> {
+    /// At a drive that designs share.
+    #[inline(always)]
+    pub fn at(stroke: &Stroke, m: usize) -> Self {
+        let mut basis = [Pack::of(0.0); ORDERS];
+        for k in 0..m {
+            basis[k] = Pack::splat(stroke.basis[k]);
+        }
+        Self { drive: Pack::splat(stroke.drive), power: Pack::splat(stroke.power), basis }
+    }
+
     /// The polynomial through `values` at this angle.
     #[inline(always)]
     pub fn read(&self, values: &[Lanes<FMA>; ORDERS], m: usize) -> Lanes<FMA> {
@@ -53,61 +61,60 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
     }
 }
 
-/// [`Rows::new`].
-struct New<'a, const FMA: bool, const OWN: bool, const FORCE: bool> {
+/// [`Rows::fill`].
+struct Fill<'a, const FMA: bool, const OWN: bool, const FORCE: bool> {
+    rows: &'a mut Rows<Lanes<FMA>>,
     tables: &'a Tables,
     live: usize,
     tuples: &'a [Tuple],
     scratch: &'a mut Scratch<FMA>,
 }
 
-impl<const FMA: bool, const OWN: bool, const FORCE: bool> Part<FMA> for New<'_, FMA, OWN, FORCE> {
-    type Out = Rows<Lanes<FMA>>;
-
-    #[inline(always)]
-    fn run(self) -> Rows<Lanes<FMA>> {
-        Rows::made::<OWN, FORCE>(self.tables, self.live, self.tuples, self.scratch)
-    }
-}
-
-/// [`Rows::count_and_rank`].
-struct Ranking<'a, const FMA: bool, const OWN: bool> {
-    rows: &'a Rows<Lanes<FMA>>,
-    tables: &'a Tables,
-    asked: (&'a [u64], &'a [u32; LANES]),
-    bound: f32,
-    scratch: &'a mut Scratch<FMA>,
-    found: &'a mut Found,
-}
-
-impl<const FMA: bool, const OWN: bool> Part<FMA> for Ranking<'_, FMA, OWN> {
+impl<const FMA: bool, const OWN: bool, const FORCE: bool> Part<FMA> for Fill<'_, FMA, OWN, FORCE> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        self.rows.ranked::<OWN>(self.tables, self.asked, self.bound, self.scratch, self.found);
+        self.rows.filled::<OWN, FORCE>(self.tables, self.live, self.tuples, self.scratch);
     }
 }
 
 impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// No designs yet.
+    #[inline(always)]
+    pub fn new() -> Self {
+        let zero = Lanes::<FMA>::of(0.0);
+        Self {
+            live: 0,
+            design: Whisker::default(),
+            own: [zero; 2],
+            mean: [zero; ORDERS],
+            hull: [[zero; ORDERS]; 2],
+            spread: [zero; PAIRS],
+            largest: zero,
+        }
+    }
+
     /// Statistics of `tuples`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in `scratch`.
     #[inline(always)]
-    pub fn new<const OWN: bool, const FORCE: bool>(
+    pub fn fill<const OWN: bool, const FORCE: bool>(
+        &mut self,
         tables: &Tables,
         live: usize,
         tuples: &[Tuple],
         scratch: &mut Scratch<FMA>,
-    ) -> Self {
-        apart(New::<FMA, OWN, FORCE> { tables, live, tuples, scratch })
+    ) {
+        apart(Fill::<FMA, OWN, FORCE> { rows: self, tables, live, tuples, scratch });
     }
 
     #[inline(always)]
-    fn made<const OWN: bool, const FORCE: bool>(
+    fn filled<const OWN: bool, const FORCE: bool>(
+        &mut self,
         tables: &Tables,
         live: usize,
         tuples: &[Tuple],
         scratch: &mut Scratch<FMA>,
-    ) -> Self {
+    ) {
         let of = Lanes::<FMA>::of;
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
@@ -123,7 +130,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let [diameter, tau, length, x1, x2, mut own] = columns.map(Pack);
         if !OWN {
             // The largest counts where contacts slip off.
-            own = Pack::splat(tables.angles[tables.angles.len() - 1].drive);
+            own = Pack::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
         }
         let design = Whisker::new(tables, [diameter, tau, length], [x1, x2]);
         let power = match tables.power {
@@ -132,15 +139,13 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             _ => own * own,
         };
         let m = tables.points;
-        let mut rows = Self {
-            live,
-            design,
-            own: [own, power],
-            mean: [of(0.0); ORDERS],
-            hull: [[of(1e30); ORDERS], [of(-1e30); ORDERS]],
-            spread: [of(0.0); PAIRS],
-            largest: of(0.0),
-        };
+        (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
+        for k in 0..m {
+            (self.mean[k], self.hull[0][k], self.hull[1][k]) = (of(0.0), of(1e30), of(-1e30));
+        }
+        for sum in &mut self.spread[..m * (m + 1) / 2] {
+            *sum = of(0.0);
+        }
         let Scratch { basis, products, taps, charts, .. } = scratch;
         match &tables.between {
             None => {
@@ -156,7 +161,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                         tap,
                     );
                     tap.told::<FORCE>(tables, &design, distance);
-                    rows.push(tap, i, m);
+                    self.push(tap, i, m);
                 }
             }
             Some(between) => {
@@ -168,15 +173,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                     let at = (&mut *basis, &mut **products);
                     tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, tap);
                 }
-                rows.push_forms(tables, between, charts);
+                self.push_forms(tables, between, charts);
                 between.fill::<FMA, FORCE>(charts, (m, with_arc), taps);
                 for (distance, tap) in tables.distances.iter().zip(taps) {
                     tap.told::<FORCE>(tables, &design, distance);
-                    rows.widen(tap, m);
+                    self.widen(tap, m);
                 }
             }
         }
-        rows
     }
 
     /// Takes the tap at distance `i`.
@@ -234,135 +238,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             basis[0] = Pack::of(1.0);
             return Row { drive: self.own[0], power: self.own[1], basis };
         }
-        let a = &tables.angles[j];
-        let mut basis = [Pack::of(0.0); ORDERS];
-        for k in 0..tables.points {
-            basis[k] = Pack::splat(a.basis[k]);
-        }
-        Row { drive: Pack::splat(a.drive), power: Pack::splat(a.power), basis }
-    }
-
-    /// Counts the words of all taps and adds the rows below `bound`.
-    #[inline(always)]
-    pub fn count_and_rank<const OWN: bool>(
-        &self,
-        tables: &Tables,
-        asked: (&[u64], &[u32; LANES]),
-        bound: f32,
-        scratch: &mut Scratch<FMA>,
-        found: &mut Found,
-    ) {
-        apart(Ranking::<FMA, OWN> { rows: self, tables, asked, bound, scratch, found });
-    }
-
-    #[inline(always)]
-    fn ranked<const OWN: bool>(
-        &self,
-        tables: &Tables,
-        (ks, places): (&[u64], &[u32; LANES]),
-        bound: f32,
-        scratch: &mut Scratch<FMA>,
-        found: &mut Found,
-    ) {
-        let of = Lanes::<FMA>::of;
-        let m = tables.points;
-        let (taps, edges) = (&scratch.taps, &mut scratch.edges);
-        let drives = if OWN { 1 } else { tables.angles.len() };
-        let estimates = tables.by != RankBy::KSd;
-        let most = Pack::splat(if OWN { MOST } else { LARGEST });
-        let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
-        edges.clear();
-        // First drive at which any tap of the design has slipped: from there its rows are not complete.
-        let mut complete = of(drives as f64);
-        let last = self.row::<OWN>(tables, drives - 1);
-        for (tap, distance) in taps.iter().zip(&tables.distances) {
-            let edge = self.edges::<OWN>(tables, tap, distance, &last, drives, m);
-            complete = complete.min(edge.slipped);
-            edges.push(edge);
-        }
-        if !estimates && OWN {
-            for (tap, edge) in taps.iter().zip(&*edges) {
-                self.count(tables, tap, edge, &complete, &mut tally);
-            }
-        } else if !estimates {
-            let decided = Decided::new(tables);
-            for (tap, edge) in taps.iter().zip(&*edges) {
-                decided.count(tables, self, tap, edge, &complete, &mut tally);
-            }
-        }
-
-        let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
-        let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt());
-        let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
-        let mut best = [never, of(0.0)];
-        let mut rows_complete = complete;
-        if estimates {
-            rows_complete = of(0.0);
-        }
-        let start = found.rows.len();
-        for j in 0..drives {
-            let place = of(j as f64);
-            let mut rank = if estimates {
-                let row = self.row::<OWN>(tables, j);
-                let (rank, whole) = self.estimate(tables, &row, taps, m, edges, place, &mut tally);
-                let whole = place.if_less(complete, whole, of(0.0));
-                rows_complete = rows_complete + whole;
-                of(0.5).if_less(whole, rank, never)
-            } else if OWN {
-                self.own[1] * self.spread[0].max(of(0.0)).sqrt() * scale
-            } else {
-                let a = &tables.angles[j];
-                let mut sum = self.spread[0] * Pack::splat(a.products[0]);
-                for at in 1..m * (m + 1) / 2 {
-                    sum = self.spread[at].mul_add(Pack::splat(a.products[at]), sum);
-                }
-                Lanes::<FMA>::splat(a.power) * sum.max(of(0.0)).sqrt() * scale
-            };
-            if !estimates {
-                rank = place.if_less(complete, rank, never);
-            }
-            match tables.per {
-                Per::Row if bound.all_at_most(rank) => {}
-                Per::Row => {
-                    for lane in 0..self.live {
-                        let place = if OWN { places[lane] } else { tables.angles[j].place };
-                        if rank.0[lane] < bound.0[lane] && !tally.is_hard(lane) {
-                            found.rows.push((rank.0[lane], ks[lane], place));
-                        }
-                    }
-                }
-                Per::Design => {
-                    best[1] = rank.if_less(best[0], place, best[1]);
-                    best[0] = rank.min(best[0]);
-                }
-            }
-        }
-        let counts = tally.counts(self.live);
-        found.words.add(&tally.words(counts));
-        found.complete += match tables.per {
-            Per::Row => sum(rows_complete * counts),
-            Per::Design => sum(of(0.0).if_less(rows_complete, counts, of(0.0))),
-        };
-        if tables.per == Per::Design && !bound.all_at_most(best[0]) {
-            for lane in (0..self.live).filter(|&lane| best[0].0[lane] < bound.0[lane]) {
-                let j = best[1].0[lane] as usize;
-                let place = if OWN { places[lane] } else { tables.angles[j].place };
-                found.rows.push((best[0].0[lane], ks[lane], place));
-            }
-        }
-        if (0..self.live).any(|lane| tally.is_hard(lane)) {
-            // Rows pushed before a design turned out to be hard.
-            let mut at = start;
-            while at < found.rows.len() {
-                let lane = ks.iter().position(|&k| k == found.rows[at].1);
-                if lane.is_some_and(|lane| tally.is_hard(lane)) {
-                    found.rows.swap_remove(at);
-                } else {
-                    at += 1;
-                }
-            }
-            found.hard.extend((0..self.live).filter(|&lane| tally.is_hard(lane)).map(|lane| ks[lane]));
-        }
+        Row::at(&tables.angles[j].stroke, tables.points)
     }
 
     /// q = K̄/K − 1 of a tap of a row.

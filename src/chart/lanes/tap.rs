@@ -88,7 +88,7 @@ impl Tables {
                     deviation = Lanes::<FMA>::splat(basis[j]).mul_add(strain[j], deviation);
                 }
                 let deviation = scale * deviation;
-                let delta = Lanes::<FMA>::splat(self.powers[k]) * deviation;
+                let delta = Lanes::<FMA>::splat(self.grid[k].power) * deviation;
                 kappa[k] = -(deviation / (one + delta));
                 tap.largest = tap.largest.max(delta.abs());
             }

@@ -5,7 +5,7 @@ use super::{Charted, Distance, Lanes, Tables};
 use crate::kernel::cpu::Pack;
 
 /// A whisker with its gauge, mm and 1/mm.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Whisker<T> {
     pub diameter: T,
     pub tau: T,
@@ -137,6 +137,13 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
         let beyond = of(2.0) * q / (linear + slope);
         let before = (linear - slope) / (of(2.0) * square);
         [linear.if_less(of(0.0), before, beyond), slope]
+    }
+
+    /// The slope at the contact, and what its factors give without regard to their sign.
+    #[inline(always)]
+    pub fn slopes(&self) -> [Lanes<FMA>; 2] {
+        let other = self.hub - (self.shear + self.shear) / (Lanes::<FMA>::of(1.0) + self.shear);
+        [self.steep - self.gauge + other, self.steep + self.gauge]
     }
 
     /// The growth, its slope and its curvature at η.

@@ -77,7 +77,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
     #[inline(always)]
     pub fn new(tables: &Tables) -> Self {
         let ends = [&tables.angles[0], &tables.angles[tables.angles.len() - 1]];
-        Self { powers: ends.map(|angle| Pack::splat(angle.power)) }
+        Self { powers: ends.map(|angle| Pack::splat(angle.stroke.power)) }
     }
 
     /// Least and largest q of a tap over all drives. q = (K̄ − K)(1 + δ), and K̄ − K is θᵉ times a series; where some taps do not

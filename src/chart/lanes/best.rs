@@ -1,0 +1,165 @@
+//! Which rows of a pack are among the best.
+
+use super::dispatch::{Part, apart};
+use super::estimate::Floor;
+use super::rows::{LARGEST, MOST, Rows};
+use super::tally::{Tally, sum};
+use super::words::Decided;
+use super::{Found, LANES, Lanes, Scratch, Tables};
+use crate::kernel::cpu::Pack;
+use crate::scene::{Per, RankBy};
+
+/// [`Rows::count_and_rank`].
+struct Ranking<'a, const FMA: bool, const OWN: bool> {
+    rows: &'a Rows<Lanes<FMA>>,
+    tables: &'a Tables,
+    asked: (&'a [u64], &'a [u32; LANES]),
+    bound: f32,
+    scratch: &'a mut Scratch<FMA>,
+    found: &'a mut Found,
+}
+
+impl<const FMA: bool, const OWN: bool> Part<FMA> for Ranking<'_, FMA, OWN> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.rows.ranked::<OWN>(self.tables, self.asked, self.bound, self.scratch, self.found);
+    }
+}
+
+impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// Counts the words of all taps and adds the rows below `bound`.
+    #[inline(always)]
+    pub fn count_and_rank<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        asked: (&[u64], &[u32; LANES]),
+        bound: f32,
+        scratch: &mut Scratch<FMA>,
+        found: &mut Found,
+    ) {
+        apart(Ranking::<FMA, OWN> { rows: self, tables, asked, bound, scratch, found });
+    }
+
+    #[inline(always)]
+    fn ranked<const OWN: bool>(
+        &self,
+        tables: &Tables,
+        (ks, places): (&[u64], &[u32; LANES]),
+        bound: f32,
+        scratch: &mut Scratch<FMA>,
+        found: &mut Found,
+    ) {
+        let of = Lanes::<FMA>::of;
+        let m = tables.points;
+        let (taps, edges) = (&scratch.taps, &mut scratch.edges);
+        let drives = if OWN { 1 } else { tables.angles.len() };
+        let estimates = tables.by != RankBy::KSd;
+        let most = Pack::splat(if OWN { MOST } else { LARGEST });
+        let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
+        edges.clear();
+        // First drive at which any tap of the design has slipped: from there its rows are not complete.
+        let mut complete = of(drives as f64);
+        let last = self.row::<OWN>(tables, drives - 1);
+        for (tap, distance) in taps.iter().zip(&tables.distances) {
+            let edge = self.edges::<OWN>(tables, tap, distance, &last, drives, m);
+            complete = complete.min(edge.slipped);
+            edges.push(edge);
+        }
+        if OWN {
+            for (tap, edge) in taps.iter().zip(&*edges) {
+                self.count(tables, tap, edge, &complete, &mut tally);
+            }
+        } else {
+            let decided = Decided::new(tables);
+            for (tap, edge) in taps.iter().zip(&*edges) {
+                decided.count(tables, self, tap, edge, &complete, &mut tally);
+            }
+        }
+
+        let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
+        let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt());
+        let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
+        let mut best = [never, of(0.0)];
+        // Where a tap may have no distance every row is estimated, to know which are complete.
+        let rooted = tally.rootless.all_at_most(of(0.0));
+        let mut rows_complete = if estimates && !rooted { of(0.0) } else { complete };
+        let floor = if !OWN && estimates && rooted && Floor::<Lanes<FMA>>::pays(tables) {
+            Some(Floor::new(tables, self, taps))
+        } else {
+            None
+        };
+        let start = found.rows.len();
+        for j in 0..drives {
+            let place = of(j as f64);
+            let mut rank = if estimates {
+                let row = self.row::<OWN>(tables, j);
+                if let Some(floor) = &floor
+                    && (bound * bound).all_at_most(floor.at(tables, &row))
+                {
+                    continue;
+                }
+                let (rank, whole) = self.estimate(tables, &row, taps);
+                let whole = place.if_less(complete, whole, of(0.0));
+                if !rooted {
+                    rows_complete = rows_complete + whole;
+                }
+                of(0.5).if_less(whole, rank, never)
+            } else if OWN {
+                self.own[1] * self.spread[0].max(of(0.0)).sqrt() * scale
+            } else {
+                let a = &tables.angles[j];
+                let mut sum = self.spread[0] * Pack::splat(a.products[0]);
+                for at in 1..m * (m + 1) / 2 {
+                    sum = self.spread[at].mul_add(Pack::splat(a.products[at]), sum);
+                }
+                Lanes::<FMA>::splat(a.stroke.power) * sum.max(of(0.0)).sqrt() * scale
+            };
+            if !estimates {
+                rank = place.if_less(complete, rank, never);
+            }
+            match tables.per {
+                Per::Row if bound.all_at_most(rank) => {}
+                Per::Row => {
+                    for lane in 0..self.live {
+                        let place = if OWN { places[lane] } else { tables.angles[j].place };
+                        if rank.0[lane] < bound.0[lane] && !tally.is_hard(lane) {
+                            found.rows.push((rank.0[lane], ks[lane], place));
+                        }
+                    }
+                }
+                Per::Design => {
+                    best[1] = rank.if_less(best[0], place, best[1]);
+                    best[0] = rank.min(best[0]);
+                }
+            }
+        }
+        let counts = tally.counts(self.live);
+        found.words.add(&tally.words(counts));
+        found.complete += match tables.per {
+            Per::Row => sum(rows_complete * counts),
+            Per::Design => sum(of(0.0).if_less(rows_complete, counts, of(0.0))),
+        };
+        if tables.per == Per::Design && !bound.all_at_most(best[0]) {
+            for lane in (0..self.live).filter(|&lane| best[0].0[lane] < bound.0[lane]) {
+                let j = best[1].0[lane] as usize;
+                let place = if OWN { places[lane] } else { tables.angles[j].place };
+                found.rows.push((best[0].0[lane], ks[lane], place));
+            }
+        }
+        if (0..self.live).any(|lane| tally.is_hard(lane)) {
+            // Rows pushed before a design turned out to be hard.
+            let mut at = start;
+            while at < found.rows.len() {
+                let lane = ks.iter().position(|&k| k == found.rows[at].1);
+                if lane.is_some_and(|lane| tally.is_hard(lane)) {
+                    found.rows.swap_remove(at);
+                } else {
+                    at += 1;
+                }
+            }
+            found.hard.extend((0..self.live).filter(|&lane| tally.is_hard(lane)).map(|lane| ks[lane]));
+        }
+    }
+}
