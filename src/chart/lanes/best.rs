@@ -53,7 +53,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     ) {
         let of = Lanes::<FMA>::of;
         let m = tables.points;
-        let (taps, edges) = (&scratch.taps, &mut scratch.edges);
+        let (taps, edges, rootless) = (&scratch.taps, &mut scratch.edges, &mut scratch.rootless);
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
         let most = Pack::splat(if OWN { MOST } else { LARGEST });
@@ -62,19 +62,21 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
         let last = self.row::<OWN>(tables, drives - 1);
-        for (tap, distance) in taps.iter().zip(&tables.distances) {
-            let edge = self.edges::<OWN>(tables, tap, distance, &last, drives, m);
+        for (i, distance) in tables.distances.iter().enumerate() {
+            let edge = self.edges::<OWN>(tables, taps.at(i), distance, &last, drives, m);
             complete = complete.min(edge.slipped);
             edges.push(edge);
         }
         if OWN {
-            for (tap, edge) in taps.iter().zip(&*edges) {
-                self.count(tables, tap, edge, &complete, &mut tally);
+            for (i, edge) in edges.iter().enumerate() {
+                self.count(tables, taps.at(i), edge, &complete, &mut tally);
             }
         } else {
             let decided = Decided::new(tables);
-            for (tap, edge) in taps.iter().zip(&*edges) {
-                decided.count(tables, self, tap, edge, &complete, &mut tally);
+            rootless.clear();
+            rootless.resize(if estimates { drives } else { 0 }, of(0.0));
+            for (i, edge) in edges.iter().enumerate() {
+                decided.count(tables, self, taps.at(i), edge, &complete, (&mut tally, rootless));
             }
         }
 
@@ -82,10 +84,11 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt());
         let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
         let mut best = [never, of(0.0)];
-        // Where a tap may have no distance every row is estimated, to know which are complete.
-        let rooted = tally.rootless.all_at_most(of(0.0));
-        let mut rows_complete = if estimates && !rooted { of(0.0) } else { complete };
-        let floor = if !OWN && estimates && rooted && Floor::<Lanes<FMA>>::pays(tables) {
+        let mut rows_complete = if OWN && estimates { of(0.0) } else { complete };
+        for (j, rootless) in rootless.iter().enumerate() {
+            rows_complete = rows_complete - of(j as f64).if_less(complete, *rootless, of(0.0));
+        }
+        let floor = if !OWN && estimates && Floor::<Lanes<FMA>>::pays(tables) {
             Some(Floor::new(tables, self, taps))
         } else {
             None
@@ -95,14 +98,17 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             let place = of(j as f64);
             let mut rank = if estimates {
                 let row = self.row::<OWN>(tables, j);
-                if let Some(floor) = &floor
-                    && (bound * bound).all_at_most(floor.at(tables, &row))
-                {
-                    continue;
+                if let Some(floor) = &floor {
+                    // Rows that are not complete, and those of designs to be solved, do not compete.
+                    let out = rootless[j].max(tally.hard).max(place.if_less(complete, of(0.0), of(1.0)));
+                    let least = of(0.5).if_less(out, never, floor.at(tables, &row));
+                    if (bound * bound).all_at_most(least) {
+                        continue;
+                    }
                 }
                 let (rank, whole) = self.estimate(tables, &row, taps);
                 let whole = place.if_less(complete, whole, of(0.0));
-                if !rooted {
+                if OWN {
                     rows_complete = rows_complete + whole;
                 }
                 of(0.5).if_less(whole, rank, never)

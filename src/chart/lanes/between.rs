@@ -1,54 +1,71 @@
 //! Taps at many distances from those at a few charts, and their statistics as forms: see [`crate::chart::between`].
 
 use super::rows::Rows;
-use super::tap::Tap;
+use super::tap::Taps;
 use super::{Lanes, ORDERS, Tables};
 use crate::chart::between;
+
+/// Distances that are read together.
+const TOGETHER: usize = 4;
 
 /// [`between::Between`] in single precision.
 #[derive(Debug)]
 pub(super) struct Between {
-    weights: Vec<Vec<f32>>,
+    /// Of each group of distances, the weights of each chart.
+    weights: Vec<Vec<[f32; TOGETHER]>>,
     mean: Vec<f32>,
     squares: Vec<Vec<f32>>,
 }
 
-fn narrow(rows: &[Vec<f64>]) -> Vec<Vec<f32>> {
-    rows.iter().map(|row| row.iter().map(|x| *x as f32).collect()).collect()
-}
-
 impl Between {
     pub fn new(of: &between::Between) -> Self {
-        let mean = of.mean.iter().map(|x| *x as f32).collect();
-        Self { weights: narrow(&of.weights), mean, squares: narrow(&of.squares) }
+        let narrow = |row: &Vec<f64>| row.iter().map(|x| *x as f32).collect();
+        let group = |group: &[Vec<f64>]| {
+            let weight = |i: usize| std::array::from_fn(|d| group.get(d).map_or(0.0, |w| w[i] as f32));
+            (0..of.mean.len()).map(weight).collect()
+        };
+        Self {
+            weights: of.weights.chunks(TOGETHER).map(group).collect(),
+            mean: narrow(&of.mean),
+            squares: of.squares.iter().map(narrow).collect(),
+        }
     }
 
     /// Taps at all distances from those at the charts.
     #[inline(always)]
     pub fn fill<const FMA: bool, const FORCE: bool>(
         &self,
-        charts: &[Tap<Lanes<FMA>>],
-        (m, with_arc): (usize, bool),
-        taps: &mut [Tap<Lanes<FMA>>],
+        charts: &Taps<Lanes<FMA>>,
+        with_arc: bool,
+        taps: &mut Taps<Lanes<FMA>>,
     ) {
-        let zero = Lanes::<FMA>::of(0.0);
-        for (tap, weights) in taps.iter_mut().zip(&self.weights) {
-            tap.force = zero;
-            for k in 0..m {
-                (tap.kappa[k], tap.arc[k]) = (zero, zero);
+        self.spread(&charts.kappa, &mut taps.kappa);
+        if with_arc {
+            self.spread(&charts.arc, &mut taps.arc);
+        } else {
+            for arc in &mut taps.arc {
+                *arc = Lanes::<FMA>::of(0.0);
             }
-            for (chart, weight) in charts.iter().zip(weights) {
-                let weight = Lanes::<FMA>::splat(*weight);
-                for k in 0..m {
-                    tap.kappa[k] = weight.mul_add(chart.kappa[k], tap.kappa[k]);
-                }
-                if with_arc {
-                    for k in 0..m {
-                        tap.arc[k] = weight.mul_add(chart.arc[k], tap.arc[k]);
+        }
+        if FORCE {
+            self.spread(&charts.force, &mut taps.force);
+        }
+    }
+
+    /// Values of all distances from `values` of the charts, as many of each.
+    #[inline(always)]
+    fn spread<const FMA: bool>(&self, values: &[Lanes<FMA>], into: &mut [Lanes<FMA>]) {
+        let m = values.len() / self.mean.len();
+        for (weights, into) in self.weights.iter().zip(into.chunks_mut(TOGETHER * m)) {
+            for k in 0..m {
+                let mut sums = [Lanes::<FMA>::of(0.0); TOGETHER];
+                for (weights, values) in weights.iter().zip(values.chunks_exact(m)) {
+                    for (sum, weight) in sums.iter_mut().zip(weights) {
+                        *sum = Lanes::<FMA>::splat(*weight).mul_add(values[k], *sum);
                     }
                 }
-                if FORCE {
-                    tap.force = weight.mul_add(chart.force, tap.force);
+                for (into, sum) in into.chunks_exact_mut(m).zip(sums) {
+                    into[k] = sum;
                 }
             }
         }
@@ -58,10 +75,10 @@ impl Between {
 impl<const FMA: bool> Rows<Lanes<FMA>> {
     /// Takes all distances as forms of the taps at the charts.
     #[inline(always)]
-    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &[Tap<Lanes<FMA>>]) {
+    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps<Lanes<FMA>>) {
         let m = tables.points;
-        for (chart, weight) in charts.iter().zip(&between.mean) {
-            let weight = Lanes::<FMA>::splat(*weight);
+        for (i, weight) in between.mean.iter().enumerate() {
+            let (chart, weight) = (charts.at(i), Lanes::<FMA>::splat(*weight));
             self.largest = self.largest.max(chart.largest);
             for k in 0..m {
                 self.mean[k] = weight.mul_add(chart.kappa[k], self.mean[k]);
@@ -69,8 +86,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         }
         for row in &between.squares {
             let mut apart = [Lanes::<FMA>::of(0.0); ORDERS];
-            for (chart, factor) in charts.iter().zip(row) {
-                let factor = Lanes::<FMA>::splat(*factor);
+            for (i, factor) in row.iter().enumerate() {
+                let (chart, factor) = (charts.at(i), Lanes::<FMA>::splat(*factor));
                 for k in 0..m {
                     apart[k] = factor.mul_add(chart.kappa[k] - self.mean[k], apart[k]);
                 }

@@ -21,7 +21,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     pub fn edges<const OWN: bool>(
         &self,
         tables: &Tables,
-        tap: &Tap<Lanes<FMA>>,
+        tap: Tap<'_, Lanes<FMA>>,
         distance: &Distance,
         last: &Row<Lanes<FMA>>,
         drives: usize,
@@ -31,7 +31,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let never = of(drives as f64);
         let limit = Lanes::<FMA>::splat(tables.strain_limit);
         let (strain, most) =
-            (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(&tap.kappa, m)));
+            (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(tap.kappa, m)));
         let mut above = never;
         if !strain.all_at_most(most) {
             above = if OWN {
@@ -41,13 +41,13 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             };
         }
         let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
-        let arc = last.power * last.read(&tap.arc, m);
+        let arc = last.power * last.read(tap.arc, m);
         let mut slipped = never;
         if !arc.all_at_most(room) {
             slipped = if OWN {
                 room.if_less(arc, of(0.0), never)
             } else {
-                room.if_less(arc, Pack(first_slipped(tables, &tap.arc, room)), never)
+                room.if_less(arc, Pack(first_slipped(tables, tap.arc, room)), never)
             };
         }
         Edges { above, slipped }
@@ -56,7 +56,13 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
     /// nearly proportional to the drive.
     #[inline(always)]
-    fn first_above(&self, tables: &Tables, tap: &Tap<Lanes<FMA>>, limit: Lanes<FMA>, m: usize) -> Lanes<FMA> {
+    fn first_above(
+        &self,
+        tables: &Tables,
+        tap: Tap<'_, Lanes<FMA>>,
+        limit: Lanes<FMA>,
+        m: usize,
+    ) -> Lanes<FMA> {
         let of = Lanes::<FMA>::of;
         let ends =
             [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.stroke.drive));
@@ -83,17 +89,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 }
 
 /// First place, in each lane, at which the arc has grown by more than `room`.
-fn first_slipped<const FMA: bool>(
-    tables: &Tables,
-    values: &[Lanes<FMA>; ORDERS],
-    room: Lanes<FMA>,
-) -> [f32; LANES] {
+fn first_slipped<const FMA: bool>(tables: &Tables, values: &[Lanes<FMA>], room: Lanes<FMA>) -> [f32; LANES] {
     let n = tables.angles.len();
     let mut places = [n as f32; LANES];
     for (lane, place) in places.iter_mut().enumerate() {
-        let values: [f32; ORDERS] = values.map(|v| v.0[lane]);
+        let mut own = [0.0; ORDERS];
+        own.iter_mut().zip(values).for_each(|(own, v)| *own = v.0[lane]);
         let off = |a: &Angle| {
-            let read: f32 = a.stroke.basis.iter().zip(&values[..tables.points]).map(|(t, v)| t * v).sum();
+            let read: f32 = a.stroke.basis.iter().zip(&own[..tables.points]).map(|(t, v)| t * v).sum();
             a.stroke.power * read > room.0[lane]
         };
         *place = tables.angles.partition_point(|a| !off(a)) as f32;

@@ -1,7 +1,7 @@
 //! The distance estimate in a pack: errors of a row.
 
 use super::rows::{Row, Rows};
-use super::tap::Tap;
+use super::tap::{Tap, Taps};
 use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::FARTHEST;
@@ -14,11 +14,11 @@ const STEPS: usize = 6;
 #[inline(always)]
 pub(super) fn root<const FMA: bool>(
     tables: &Tables,
-    tap: &Tap<Lanes<FMA>>,
+    tap: Tap<'_, Lanes<FMA>>,
     (q, peak): (Lanes<FMA>, Lanes<FMA>),
 ) -> [Lanes<FMA>; 2] {
     let of = Lanes::<FMA>::of;
-    let growth = &tap.growth;
+    let growth = tap.growth;
     let zero = of(0.0);
     if tables.theory.plain {
         let [eta, slope] = growth.far(q);
@@ -63,7 +63,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
-        (tap, distance): (&Tap<Lanes<FMA>>, &Distance),
+        (tap, distance): (Tap<'_, Lanes<FMA>>, &Distance),
         (noise, peak): (Lanes<FMA>, Lanes<FMA>),
     ) -> Told<Lanes<FMA>> {
         let of = Lanes::<FMA>::of;
@@ -97,12 +97,13 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
-        taps: &[Tap<Lanes<FMA>>],
+        taps: &Taps<Lanes<FMA>>,
     ) -> (Lanes<FMA>, Lanes<FMA>) {
         let of = Lanes::<FMA>::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(tables, row);
-        for tap in taps.iter().zip(&tables.distances) {
+        for (i, distance) in tables.distances.iter().enumerate() {
+            let tap = (taps.at(i), distance);
             let [.., peak] = self.design.words.bounds(tap.0);
             let told = self.told(tables, row, tap, (noise, peak));
             squares = told.error.mul_add(told.error, squares);
@@ -159,11 +160,12 @@ impl<const FMA: bool> Floor<Lanes<FMA>> {
 
     /// Of `rows` with their taps.
     #[inline(always)]
-    pub fn new(tables: &Tables, rows: &Rows<Lanes<FMA>>, taps: &[Tap<Lanes<FMA>>]) -> Self {
-        let zero = Lanes::<FMA>::of(0.0);
+    pub fn new(tables: &Tables, rows: &Rows<Lanes<FMA>>, taps: &Taps<Lanes<FMA>>) -> Self {
+        let (zero, half) = (Lanes::<FMA>::of(0.0), Lanes::<FMA>::of(0.5));
         let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
         let m = tables.points;
-        for tap in taps.iter().zip(&tables.distances) {
+        for (i, distance) in tables.distances.iter().enumerate() {
+            let tap = (taps.at(i), distance);
             let [.., peak] = rows.design.words.bounds(tap.0);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
             let mut smooth = Lanes::<FMA>::of(1.0);
@@ -175,8 +177,9 @@ impl<const FMA: bool> Floor<Lanes<FMA>> {
                 (squares[k], variances[k]) = (error * error, sigma * sigma);
             }
             for k in 0..m {
-                errors[k] = smooth.mul_add(squares[k], errors[k]);
-                noises[k] = smooth.mul_add(variances[k], noises[k]);
+                // Without a distance they are no numbers.
+                errors[k] = errors[k] + half.if_less(smooth, squares[k], zero);
+                noises[k] = noises[k] + half.if_less(smooth, variances[k], zero);
             }
         }
         let share = Lanes::<FMA>::of((1.0 - MARGIN) / taps.len() as f64);

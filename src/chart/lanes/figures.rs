@@ -97,7 +97,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let [mut n, mut mean, mut spread] = [zero; 3];
         let [mut strain_max, mut force_max, mut strain_all, mut force_all] = [zero; 4];
         let (mut nearest, mut farthest) = (of(1e30), zero);
-        for (tap, distance) in taps.iter().zip(&tables.distances) {
+        for (i, distance) in tables.distances.iter().enumerate() {
+            let tap = taps.at(i);
             let a = Pack::splat(distance.a);
             let deviation = power * tap.kappa[0];
             let strain = tap.strain * drive / (one + deviation);
@@ -126,7 +127,8 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         };
         let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
         let noise = (one + calibration) * Pack::splat(tables.noise) / drive;
-        for (tap, distance) in taps.iter().zip(&tables.distances) {
+        for (i, distance) in tables.distances.iter().enumerate() {
+            let tap = taps.at(i);
             let a = Pack::splat(distance.a);
             let deviation = power * tap.kappa[0];
             let q = (calibration - deviation) / (one + deviation);

@@ -49,7 +49,7 @@ pub use figures::{Counting, Figures};
 pub use outcome::{Read, Readings};
 use read::{Products, Values};
 use rows::Rows;
-use tap::Tap;
+use tap::Taps;
 
 /// Designs that go together.
 pub const LANES: usize = 16;
@@ -326,7 +326,7 @@ impl Tables {
                 false => rows.fill::<false, false>(self, taps.len(), &tuples, &mut scratch),
             }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
-                let kappa = scratch.taps[*i].kappa.map(|k| k.0[lane]);
+                let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
                 let drive = amount(self.kind, tuple.drive) as f32;
                 let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
                 let deviation = match shared {
@@ -348,11 +348,13 @@ struct Scratch<const FMA: bool> {
     /// Products of those over taper and place.
     products: Box<Values<FMA>>,
     /// A tap per distance.
-    taps: Vec<Tap<Lanes<FMA>>>,
+    taps: Taps<Lanes<FMA>>,
     /// A tap per chart, where distances are read between charts.
-    charts: Vec<Tap<Lanes<FMA>>>,
+    charts: Taps<Lanes<FMA>>,
     /// Where its words begin.
     edges: Vec<Edges<Lanes<FMA>>>,
+    /// 1 at each drive at which a tap has no distance, where distances are estimated.
+    rootless: Vec<Lanes<FMA>>,
 }
 
 impl<const FMA: bool> Scratch<FMA> {
@@ -363,9 +365,10 @@ impl<const FMA: bool> Scratch<FMA> {
         Self {
             basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
             products: Products::values(),
-            taps: vec![Tap::default(); tables.distances.len()],
-            charts: vec![Tap::default(); charts],
+            taps: Taps::new(tables.distances.len(), tables.points),
+            charts: Taps::new(charts, tables.points),
             edges: Vec::with_capacity(tables.distances.len()),
+            rootless: Vec::new(),
         }
     }
 }

@@ -52,7 +52,7 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
 
     /// The polynomial through `values` at this angle.
     #[inline(always)]
-    pub fn read(&self, values: &[Lanes<FMA>; ORDERS], m: usize) -> Lanes<FMA> {
+    pub fn read(&self, values: &[Lanes<FMA>], m: usize) -> Lanes<FMA> {
         let mut sum = self.basis[0] * values[0];
         for k in 1..m {
             sum = self.basis[k].mul_add(values[k], sum);
@@ -147,45 +147,34 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             *sum = of(0.0);
         }
         let Scratch { basis, products, taps, charts, .. } = scratch;
-        match &tables.between {
-            None => {
-                for (i, ((chart, distance), tap)) in
-                    tables.charts.iter().zip(&tables.distances).zip(taps).enumerate()
-                {
-                    let at = (&mut *basis, &mut **products);
-                    tables.tap::<FMA, OWN, FORCE>(
-                        &design,
-                        [own, power],
-                        (chart, FORCE || design.moves(power, chart)),
-                        at,
-                        tap,
-                    );
-                    tap.told::<FORCE>(tables, &design, distance);
-                    self.push(tap, i, m);
-                }
+        let into = if tables.between.is_some() { &mut *charts } else { &mut *taps };
+        let mut any = FORCE;
+        for chart in &tables.charts {
+            any |= design.moves(power, chart);
+        }
+        let each = tables.between.is_none();
+        for (i, chart) in tables.charts.iter().enumerate() {
+            let with_arc = if each { FORCE || design.moves(power, chart) } else { any };
+            let at = (&mut *basis, &mut **products);
+            tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
+        }
+        if let Some(between) = &tables.between {
+            self.push_forms(tables, between, charts);
+            between.fill::<FMA, FORCE>(charts, any, taps);
+        }
+        taps.told::<FORCE>(tables, &design);
+        for i in 0..taps.len() {
+            let tap = taps.at(i);
+            if each {
+                self.push(tap, i, m);
             }
-            Some(between) => {
-                let mut with_arc = FORCE;
-                for chart in &tables.charts {
-                    with_arc |= design.moves(power, chart);
-                }
-                for (chart, tap) in tables.charts.iter().zip(&mut *charts) {
-                    let at = (&mut *basis, &mut **products);
-                    tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, tap);
-                }
-                self.push_forms(tables, between, charts);
-                between.fill::<FMA, FORCE>(charts, (m, with_arc), taps);
-                for (distance, tap) in tables.distances.iter().zip(taps) {
-                    tap.told::<FORCE>(tables, &design, distance);
-                    self.widen(tap, m);
-                }
-            }
+            self.widen(tap, m);
         }
     }
 
     /// Takes the tap at distance `i`.
     #[inline(always)]
-    fn push(&mut self, tap: &Tap<Lanes<FMA>>, i: usize, m: usize) {
+    fn push(&mut self, tap: Tap<'_, Lanes<FMA>>, i: usize, m: usize) {
         let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
         let (mut from_old, mut from_new) = ([Lanes::<FMA>::of(0.0); ORDERS], [Lanes::<FMA>::of(0.0); ORDERS]);
         self.largest = self.largest.max(tap.largest);
@@ -195,7 +184,6 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             from_new[k] = tap.kappa[k] - self.mean[k];
         }
         self.spread(&from_old, &from_new, m);
-        self.widen(tap, m);
     }
 
     /// Adds products of deviations.
@@ -212,7 +200,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// Takes κ of `tap` into the least and largest.
     #[inline(always)]
-    fn widen(&mut self, tap: &Tap<Lanes<FMA>>, m: usize) {
+    fn widen(&mut self, tap: Tap<'_, Lanes<FMA>>, m: usize) {
         for k in 0..m {
             self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
             self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
@@ -247,10 +235,10 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
-        tap: &Tap<Lanes<FMA>>,
+        tap: Tap<'_, Lanes<FMA>>,
         m: usize,
     ) -> Lanes<FMA> {
-        let deviation = row.power * row.read(&tap.kappa, m);
+        let deviation = row.power * row.read(tap.kappa, m);
         (self.calibration(tables, row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
     }
 

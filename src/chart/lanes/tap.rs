@@ -2,18 +2,18 @@
 
 use super::read::{Values, dot};
 use super::theory::{Growth, Whisker};
-use super::{Charted, Distance, Lanes, ORDERS, Tables};
+use super::{Charted, Lanes, ORDERS, Tables};
 use crate::chart::axis::AXES;
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
 
 /// A tap as a series over the drive, or at its own.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Tap<T> {
+#[derive(Clone, Copy)]
+pub(super) struct Tap<'a, T> {
     /// (K − 1)/θᵉ.
-    pub kappa: [T; ORDERS],
+    pub kappa: &'a [T],
     /// (c/a − 1)/θᵉ, where the contact may slip off at all.
-    pub arc: [T; ORDERS],
+    pub arc: &'a [T],
     /// (P over that of the linear theory − 1)/θᵉ, where it is asked for.
     pub force: T,
     /// Largest |δ|.
@@ -21,21 +21,67 @@ pub(super) struct Tap<T> {
     /// f, per radian or mm.
     pub strain: T,
     /// How f grows with η, where distances are estimated.
-    pub growth: Growth<T>,
+    pub growth: &'a Growth<T>,
 }
 
-impl<const FMA: bool> Tap<Lanes<FMA>> {
-    /// Adds what the theory says of `design` at `distance`; its growth where distances are estimated, and with `FIGURES`.
+/// The taps of a pack; what is read together lies together.
+pub(super) struct Taps<T> {
+    /// Orders over the drive of each.
+    m: usize,
+    pub kappa: Vec<T>,
+    pub arc: Vec<T>,
+    pub force: Vec<T>,
+    largest: Vec<T>,
+    strain: Vec<T>,
+    growth: Vec<Growth<T>>,
+}
+
+impl<const FMA: bool> Taps<Lanes<FMA>> {
+    /// Of `n` taps, of `m` orders over the drive each.
+    pub fn new(n: usize, m: usize) -> Self {
+        let zeros = |n: usize| vec![Pack::default(); n];
+        let growth = vec![Growth::default(); n];
+        Self {
+            m,
+            kappa: zeros(n * m),
+            arc: zeros(n * m),
+            force: zeros(n),
+            largest: zeros(n),
+            strain: zeros(n),
+            growth,
+        }
+    }
+
+    /// How many.
     #[inline(always)]
-    pub fn told<const FIGURES: bool>(
-        &mut self,
-        tables: &Tables,
-        design: &Whisker<Lanes<FMA>>,
-        distance: &Distance,
-    ) {
-        self.strain = design.strain(tables, Pack::splat(distance.inverse));
+    pub fn len(&self) -> usize {
+        self.strain.len()
+    }
+
+    /// Tap `i`.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> Tap<'_, Lanes<FMA>> {
+        let own = i * self.m..(i + 1) * self.m;
+        Tap {
+            kappa: &self.kappa[own.clone()],
+            arc: &self.arc[own],
+            force: self.force[i],
+            largest: self.largest[i],
+            strain: self.strain[i],
+            growth: &self.growth[i],
+        }
+    }
+
+    /// Adds what the theory says of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
+    #[inline(always)]
+    pub fn told<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<FMA>>) {
+        for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
+            *strain = design.strain(tables, Pack::splat(distance.inverse));
+        }
         if FIGURES || tables.by != RankBy::KSd {
-            self.growth = design.growth(tables, distance);
+            for (growth, distance) in self.growth.iter_mut().zip(&tables.distances) {
+                *growth = design.growth(tables, distance);
+            }
         }
     }
 }
@@ -50,9 +96,11 @@ impl Tables {
         [drive, power]: [Lanes<FMA>; 2],
         (chart, with_arc): (&Charted, bool),
         (basis, products): (&mut [Vec<Lanes<FMA>>; AXES], &mut Values<FMA>),
-        tap: &mut Tap<Lanes<FMA>>,
+        (taps, i): (&mut Taps<Lanes<FMA>>, usize),
     ) {
         let of = Lanes::<FMA>::of;
+        let own = i * taps.m..(i + 1) * taps.m;
+        let (into, into_arc) = (&mut taps.kappa[own.clone()], &mut taps.arc[own]);
         let (one, inverse) = (of(1.0), Pack::splat(chart.inverse));
         let p = design.tau * Pack::splat(chart.a);
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
@@ -64,19 +112,19 @@ impl Tables {
             let (read, _) = self.choice.read::<FMA, FORCE>(&chart.branches, basis, products);
             let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let delta = power * deviation;
-            tap.kappa[0] = -(deviation / (one + delta));
-            (tap.largest, tap.arc[0], tap.force) = (delta.abs(), arc, force);
+            into[0] = -(deviation / (one + delta));
+            (taps.largest[i], into_arc[0], taps.force[i]) = (delta.abs(), arc, force);
             return;
         }
         let [strain, arc, force] = &chart.branches[0];
         let orders = strain.orders();
         let strain = strain.read(basis, products);
-        tap.largest = of(0.0);
+        let mut largest = of(0.0);
         if OWN {
             let deviation = scale * dot(&strain, &basis[0]);
             let delta = power * deviation;
-            tap.kappa[0] = -(deviation / (one + delta));
-            tap.largest = delta.abs();
+            into[0] = -(deviation / (one + delta));
+            largest = delta.abs();
         } else {
             // δ is a series, 1/(1 + δ) is not: through the points over the drive.
             let n = self.points;
@@ -90,21 +138,24 @@ impl Tables {
                 let deviation = scale * deviation;
                 let delta = Lanes::<FMA>::splat(self.grid[k].power) * deviation;
                 kappa[k] = -(deviation / (one + delta));
-                tap.largest = tap.largest.max(delta.abs());
+                largest = largest.max(delta.abs());
             }
             for k in 0..n {
                 let mut sum = Lanes::<FMA>::splat(self.from_points[k][0]) * kappa[0];
                 for j in 1..n {
                     sum = Lanes::<FMA>::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
                 }
-                tap.kappa[k] = sum;
+                into[k] = sum;
             }
         }
-        tap.arc = [of(0.0); ORDERS];
+        taps.largest[i] = largest;
+        for arc in into_arc.iter_mut() {
+            *arc = of(0.0);
+        }
         if with_arc {
             let arc = arc.read(basis, products);
             if OWN {
-                tap.arc[0] = scale * dot(&arc, &basis[0]);
+                into_arc[0] = scale * dot(&arc, &basis[0]);
             } else {
                 for k in 0..self.points {
                     let mut values = [of(0.0); ORDERS];
@@ -115,14 +166,14 @@ impl Tables {
                     }
                     for (n, value) in values.iter().enumerate().take(self.points) {
                         let back = Lanes::<FMA>::splat(self.from_points[k][n]);
-                        tap.arc[k] = back.mul_add(scale * *value, tap.arc[k]);
+                        into_arc[k] = back.mul_add(scale * *value, into_arc[k]);
                     }
                 }
             }
         }
         if FORCE {
             let force = force.read(basis, products);
-            tap.force = scale * dot(&force, &basis[0]);
+            taps.force[i] = scale * dot(&force, &basis[0]);
         }
     }
 }

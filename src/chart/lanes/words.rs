@@ -12,7 +12,7 @@ use crate::kernel::ranking::BEYOND;
 impl<const FMA: bool> Thresholds<Lanes<FMA>> {
     /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
     #[inline(always)]
-    pub fn bounds(&self, tap: &Tap<Lanes<FMA>>) -> [Lanes<FMA>; 3] {
+    pub fn bounds(&self, tap: Tap<'_, Lanes<FMA>>) -> [Lanes<FMA>; 3] {
         let one = Lanes::<FMA>::of(1.0);
         let inverse = one / tap.strain;
         [self.low, self.high, self.peak].map(|f| f * inverse - one)
@@ -25,7 +25,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     pub fn count(
         &self,
         tables: &Tables,
-        tap: &Tap<Lanes<FMA>>,
+        tap: Tap<'_, Lanes<FMA>>,
         edge: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
         tally: &mut Tally<Lanes<FMA>>,
@@ -87,7 +87,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         &self,
         tables: &Tables,
         rows: &Rows<Lanes<FMA>>,
-        tap: &Tap<Lanes<FMA>>,
+        tap: Tap<'_, Lanes<FMA>>,
         every: bool,
         m: usize,
     ) -> [Lanes<FMA>; 2] {
@@ -116,16 +116,16 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         [lo * lo.if_less(zero, more, less) - of(1e-7), hi * hi.if_less(zero, less, more) + of(1e-7)]
     }
 
-    /// Adds the words of one tap over all drives.
+    /// Adds the words of one tap over all drives; 1 to those of `rootless` at which it has no distance, where that is asked for.
     #[inline(always)]
     pub fn count(
         &self,
         tables: &Tables,
         rows: &Rows<Lanes<FMA>>,
-        tap: &Tap<Lanes<FMA>>,
+        tap: Tap<'_, Lanes<FMA>>,
         edges: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
-        tally: &mut Tally<Lanes<FMA>>,
+        (tally, rootless_at): (&mut Tally<Lanes<FMA>>, &mut [Lanes<FMA>]),
     ) {
         let of = Lanes::<FMA>::of;
         let m = tables.points;
@@ -167,6 +167,9 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
             let none = peak.if_less(q, one, zero);
             let two = q.if_less(low, zero, high.if_less(q, zero, one));
             rootless = rootless + none;
+            if let Some(at) = rootless_at.get_mut(j) {
+                *at = at.max(open * none);
+            }
             twice = twice + two;
             free = free + of(j as f64).if_less(clean, one - none.max(two), zero);
         }
