@@ -24,11 +24,11 @@ pub fn exact() -> Vec<Configuration> {
 
 /// The paper's closed forms.
 pub fn linear() -> Configuration {
-    configuration::ALL[0]
+    configuration::all()[0]
 }
 
 fn named(name: &str) -> Option<Configuration> {
-    configuration::ALL.into_iter().find(|c| c.name == name)
+    configuration::all().into_iter().find(|c| c.name == name)
 }
 
 /// The study of `c` on whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, of these D, d, a and θ; only the best designs are written.

@@ -9,7 +9,7 @@ mod sample;
 mod switch;
 
 pub use sample::{LIMIT, Sample};
-pub use switch::{Aim, Effect, FRICTION, HUB, LEAN, POLE_RADIUS, Pair, Setting, Switch, TILT, without};
+pub use switch::{Aim, Effect, FRICTION, HUB, LEAN, Pair, Setting, Switch, TILT, without};
 
 use crate::backend::Choice;
 use crate::design::Design;
@@ -89,7 +89,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     let mut bench = Bench { setup: setup.clone(), choice, sample: &sample, known: Vec::new() };
     let said = Setting::of(setup).asked(&sample.tasks);
     let mut effects = Vec::new();
-    for effect in Effect::ALL {
+    for effect in Effect::all() {
         let switch = Switch::new(effect, &said, setup.drive);
         let change = match &switch.pair {
             Ok(pair) => bench.compare(&pair.base, &pair.other)?,

@@ -1,10 +1,7 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
 use crate::evaluate::Task;
-use crate::scene::{Contact, Direction, Drive, Geometry, Material, Model, Setup, Side};
-
-/// Radius of the object where the spec has a thin edge, mm.
-pub const POLE_RADIUS: f64 = 2.0;
+use crate::scene::{Amount, Contact, Direction, Drive, Geometry, Material, Model, Setup, Side, TERMS, Term};
 
 /// Distance of the motor's axis behind the clamp where the spec has none, mm.
 pub const HUB: f64 = 10.0;
@@ -17,6 +14,10 @@ pub const TILT: f64 = 20.0;
 
 /// Lean where the spec's poles do not lean, degrees.
 pub const LEAN: f64 = 20.0;
+
+/// Keys of effects that others ask for.
+const EXTENSION: &str = "extension";
+const SURFACE: &str = "surface";
 
 /// An angle of the pole.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -89,24 +90,18 @@ impl Setting {
     /// The paper's theory: linear, without any effect; rig and gauge stay.
     pub fn linear(&self) -> Self {
         let mut plain = self.clone();
-        Effect::ALL.iter().filter(|e| !e.is_of_rig()).for_each(|e| e.switch(&mut plain, false));
+        Effect::all().filter(|e| !e.is_of_rig()).for_each(|e| e.switch(&mut plain, false));
         plain
     }
 }
 
 /// An effect that a comparison switches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub enum Effect {
     /// The exact rod instead of the linear theory.
     Rotation,
-    /// Timoshenko shear.
-    Shear,
-    /// Stretch of the centreline.
-    Extension,
-    /// Contact on the surface of the whisker.
-    Surface,
-    /// Radius of the object.
-    Pole,
+    /// One of the rod that a key switches by itself.
+    Term(&'static Term),
     /// Distance between the motor's axis and the clamp.
     Hub,
     /// Coulomb friction.
@@ -123,22 +118,28 @@ pub enum Effect {
     Side,
 }
 
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        self.name() == other.name()
+    }
+}
+
 impl Effect {
     /// All, in the order in which they are reported.
-    pub const ALL: [Self; 12] = [
-        Self::Rotation,
-        Self::Shear,
-        Self::Extension,
-        Self::Surface,
-        Self::Pole,
-        Self::Hub,
-        Self::Coulomb,
-        Self::Stick,
-        Self::Rubber,
-        Self::Tilt,
-        Self::Lean,
-        Self::Side,
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        let rest = [Self::Hub, Self::Coulomb, Self::Stick, Self::Rubber, Self::Tilt, Self::Lean, Self::Side];
+        [Self::Rotation].into_iter().chain(TERMS.iter().map(Self::Term)).chain(rest)
+    }
+
+    /// Those that a model may do without, in the same order.
+    pub fn of_model() -> impl Iterator<Item = Self> {
+        TERMS.iter().map(Self::Term).chain([Self::Coulomb, Self::Stick, Self::Rubber])
+    }
+
+    /// That of the key `[model] key`, if a key switches one by itself.
+    pub fn of_key(key: &str) -> Option<Self> {
+        TERMS.iter().find(|term| term.key == key).map(Self::Term)
+    }
 
     /// Whether it is of the rig, not of the model: nobody can leave it off.
     pub fn is_of_rig(self) -> bool {
@@ -149,10 +150,7 @@ impl Effect {
     pub fn name(self) -> &'static str {
         match self {
             Self::Rotation => "finite rotation",
-            Self::Shear => "shear",
-            Self::Extension => "extension",
-            Self::Surface => "surface",
-            Self::Pole => "pole radius",
+            Self::Term(term) => term.name,
             Self::Hub => "hub",
             Self::Coulomb => "friction",
             Self::Stick => "stick",
@@ -164,19 +162,16 @@ impl Effect {
     }
 
     /// Key of the spec.
-    pub fn key(self) -> &'static str {
+    pub fn key(self) -> String {
         match self {
-            Self::Rotation => "model.geometry",
-            Self::Shear => "model.shear",
-            Self::Extension => "model.extension",
-            Self::Surface => "model.surface",
-            Self::Pole => "model.pole_radius",
-            Self::Hub => "whisker.hub",
-            Self::Coulomb | Self::Stick => "model.contact",
-            Self::Rubber => "model.material",
-            Self::Tilt => "tap.tilt",
-            Self::Lean => "tap.lean",
-            Self::Side => "gauge.side",
+            Self::Rotation => "model.geometry".into(),
+            Self::Term(term) => format!("model.{}", term.key),
+            Self::Hub => "whisker.hub".into(),
+            Self::Coulomb | Self::Stick => "model.contact".into(),
+            Self::Rubber => "model.material".into(),
+            Self::Tilt => "tap.tilt".into(),
+            Self::Lean => "tap.lean".into(),
+            Self::Side => "gauge.side".into(),
         }
     }
 
@@ -184,10 +179,7 @@ impl Effect {
     pub fn is_on(self, s: &Setting) -> Option<bool> {
         Some(match self {
             Self::Rotation => s.model.geometry == Geometry::Exact,
-            Self::Shear => s.model.shear,
-            Self::Extension => s.model.extension,
-            Self::Surface => s.model.surface,
-            Self::Pole => s.model.pole_radius > 0.0,
+            Self::Term(term) => (term.get)(&s.model).is_on(),
             Self::Hub => s.hub > 0.0,
             Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
             Self::Stick => s.model.contact == Contact::Stick,
@@ -204,10 +196,7 @@ impl Effect {
         let m = &mut s.model;
         match self {
             Self::Rotation => m.geometry = if on { Geometry::Exact } else { Geometry::Linear },
-            Self::Shear => m.shear = on,
-            Self::Extension => m.extension = on,
-            Self::Surface => m.surface = on,
-            Self::Pole => m.pole_radius = if on { POLE_RADIUS } else { 0.0 },
+            Self::Term(term) => (term.set)(m, if on { term.trial } else { term.trial.off() }),
             Self::Hub => s.hub = if on { HUB } else { 0.0 },
             Self::Coulomb if on => m.contact = Contact::Coulomb(FRICTION),
             Self::Stick if on => m.contact = Contact::Stick,
@@ -226,10 +215,10 @@ impl Effect {
         match self {
             Self::Rotation if m.geometry == Geometry::Exact => "exact".into(),
             Self::Rotation => "linear".into(),
-            Self::Shear => m.shear.to_string(),
-            Self::Extension => m.extension.to_string(),
-            Self::Surface => m.surface.to_string(),
-            Self::Pole => format!("{} mm", m.pole_radius),
+            Self::Term(term) => match (term.get)(m) {
+                Amount::Flag(on) => on.to_string(),
+                Amount::Number(x) => format!("{x} {}", term.unit).trim_end().into(),
+            },
             Self::Hub => format!("{} mm", s.hub),
             Self::Coulomb | Self::Stick => match m.contact {
                 Contact::Frictionless => "frictionless".into(),
@@ -250,48 +239,54 @@ impl Effect {
     }
 
     /// Why it cannot be switched in `s`, if so.
-    fn obstacle(self, s: &Setting, drive: Drive) -> Option<&'static str> {
-        let rubbing = s.model.contact != Contact::Frictionless;
-        match self {
-            Self::Extension if s.model.extension && rubbing => Some("friction needs extension"),
-            Self::Pole if rubbing => Some("friction needs pole_radius = 0"),
-            Self::Coulomb | Self::Stick if s.model.pole_radius > 0.0 => Some("needs pole_radius = 0"),
+    fn obstacle(self, s: &Setting, drive: Drive) -> Option<String> {
+        let rubs = s.model.contact != Contact::Frictionless;
+        let off = |term: &Term| format!("{} = {}", term.key, term.off());
+        let why = match self {
+            Self::Term(term) if term.frictionless.is_some() && rubs => {
+                return Some(format!("friction needs {}", off(term)));
+            }
+            Self::Term(term) if term.key == EXTENSION && s.model.extension && rubs => {
+                "friction needs extension"
+            }
+            Self::Coulomb | Self::Stick => {
+                let on = |term: &&Term| term.frictionless.is_some() && (term.get)(&s.model).is_on();
+                return TERMS.iter().find(on).map(|term| format!("needs {}", off(term)));
+            }
             Self::Tilt | Self::Lean if matches!(s.model.contact, Contact::Coulomb(_)) => {
-                Some("coulomb friction needs an upright pole")
+                "coulomb friction needs an upright pole"
             }
             Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.surface => {
-                Some("a contact that sticks on the surface needs an upright pole")
+                "a contact that sticks on the surface needs an upright pole"
             }
-            Self::Hub if drive == Drive::Displacement => Some("the base does not turn"),
+            Self::Hub if drive == Drive::Displacement => "the base does not turn",
             Self::Side if hooke(&s.model) && !s.model.extension => {
-                Some("the sides are equal: hooke without extension")
+                "the sides are equal: hooke without extension"
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        Some(why.into())
     }
 
     /// What both settings of its comparison must have other than the spec, so that only it differs.
     fn needs(self, s: &Setting) -> Vec<(Self, bool)> {
-        let all = match (self, self.is_on(s)) {
+        let upright = [(Self::Tilt, false), (Self::Lean, false)];
+        let mut all = match (self, self.is_on(s)) {
             (Self::Rotation, Some(true)) => {
-                [Self::Extension, Self::Surface, Self::Pole, Self::Coulomb, Self::Stick, Self::Rubber]
-                    .map(|e| (e, false))
-                    .to_vec()
+                let linear = |e: &Self| matches!(e, Self::Term(term) if term.linear);
+                Self::of_model().filter(|e| !linear(e)).map(|e| (e, false)).collect()
             }
             (Self::Coulomb | Self::Stick, _) => {
-                vec![
-                    (Self::Rotation, true),
-                    (Self::Extension, true),
-                    (Self::Tilt, false),
-                    (Self::Lean, false),
-                ]
+                let stretch = Self::of_key(EXTENSION).map(|e| (e, true));
+                [(Self::Rotation, true)].into_iter().chain(stretch).chain(upright).collect()
             }
-            (Self::Surface, _) if s.model.contact == Contact::Stick => {
-                vec![(Self::Rotation, true), (Self::Tilt, false), (Self::Lean, false)]
-            }
-            (Self::Extension | Self::Surface | Self::Pole | Self::Rubber, _) => vec![(Self::Rotation, true)],
+            (Self::Term(term), _) if !term.linear => vec![(Self::Rotation, true)],
+            (Self::Rubber, _) => vec![(Self::Rotation, true)],
             _ => vec![],
         };
+        if s.model.contact == Contact::Stick && matches!(self, Self::Term(term) if term.key == SURFACE) {
+            all.extend(upright);
+        }
         all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()
     }
 }
@@ -323,7 +318,7 @@ pub struct Switch {
     /// The value it is switched to; empty where it is not.
     pub instead: String,
     /// What is compared, or why nothing is.
-    pub pair: Result<Pair, &'static str>,
+    pub pair: Result<Pair, String>,
 }
 
 impl Switch {

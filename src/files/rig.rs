@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use crate::error::InputError;
 use crate::measure::Rig;
-use crate::scene::{Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec};
+use crate::scene::{Amount, Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec, TERMS};
 use crate::spec;
 
 impl Rig {
@@ -72,6 +72,13 @@ impl Rig {
             let entries = [("gauge", table(gauge)), ("tap", table(vec![("drive", drive)]))];
             return entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
         }
+        let geometry = word(if m.geometry == Geometry::Linear { "linear" } else { "exact" });
+        let terms = TERMS.iter().map(|term| match (term.get)(m) {
+            Amount::Flag(on) => (term.key, on.into()),
+            Amount::Number(x) => (term.key, x.into()),
+        });
+        let rest = [("nu", m.nu.into()), ("contact", contact), ("material", table(vec![material]))];
+        let model = [("geometry", geometry)].into_iter().chain(terms).chain(rest).collect();
         let entries = [
             (
                 "whisker",
@@ -87,19 +94,7 @@ impl Rig {
                 "tap",
                 table(vec![("drive", word(if s.drive == Drive::Angle { "angle" } else { "displacement" }))]),
             ),
-            (
-                "model",
-                table(vec![
-                    ("geometry", word(if m.geometry == Geometry::Linear { "linear" } else { "exact" })),
-                    ("shear", m.shear.into()),
-                    ("extension", m.extension.into()),
-                    ("surface", m.surface.into()),
-                    ("pole_radius", m.pole_radius.into()),
-                    ("nu", m.nu.into()),
-                    ("contact", contact),
-                    ("material", table(vec![material])),
-                ]),
-            ),
+            ("model", table(model)),
             ("estimate", table(estimate)),
         ];
         entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()

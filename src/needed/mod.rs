@@ -23,17 +23,6 @@ use crate::explain::{Effect, Setting, without};
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions, Setup};
 use compare::Said;
 
-/// Effects that can be left off.
-const CANDIDATES: [Effect; 7] = [
-    Effect::Shear,
-    Effect::Extension,
-    Effect::Surface,
-    Effect::Pole,
-    Effect::Coulomb,
-    Effect::Stick,
-    Effect::Rubber,
-];
-
 /// Of so many rows one is looked at before all are: most effects are too large at any of them.
 const FIRST: usize = 8;
 
@@ -255,7 +244,7 @@ impl Needed {
         let some: Vec<Row> = self.rows.spread.iter().step_by(FIRST).cloned().collect();
         let mut expected = None;
         let mut parts = Vec::new();
-        for effect in CANDIDATES.into_iter().filter(|e| e.is_on(said) == Some(true)) {
+        for effect in Effect::of_model().filter(|e| e.is_on(said) == Some(true)) {
             let rest = without(said, &[effect]);
             let alone = match allowed(&rest) {
                 false => None,

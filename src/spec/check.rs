@@ -3,7 +3,7 @@
 use super::axis::AxisItem;
 use super::reader::Result;
 pub(super) use crate::design::MOST;
-use crate::scene::{COLUMNS, Contact, Geometry, Material, Model};
+use crate::scene::{COLUMNS, Contact, Geometry, Material, Model, TERMS, Term};
 
 /// A set of numbers and how to name it to the user.
 #[derive(Debug, Clone, Copy)]
@@ -84,35 +84,37 @@ pub(super) fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
 }
 
 /// An effect that contradicts another: its key in `[model]`, what is wrong, what is allowed.
-pub(super) type Fault = (&'static str, &'static str, &'static str);
+pub(super) type Fault = (&'static str, String, String);
 
 /// Refuses combinations of effects that have no meaning.
 pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
+    let on = |term: &&Term| (term.get)(model).is_on();
+    let rubs = model.contact != Contact::Frictionless;
     if model.geometry == Geometry::Linear {
-        let why = "geometry = \"linear\" has no such effect; it takes only shear, nu, hub, side and a hooke material";
-        let checks = [
-            (model.extension, "extension", "false, or geometry = \"exact\""),
-            (model.surface, "surface", "false, or geometry = \"exact\""),
-            (model.pole_radius != 0.0, "pole_radius", "0, or geometry = \"exact\""),
-            (model.contact != Contact::Frictionless, "contact", "\"frictionless\", or geometry = \"exact\""),
-            (
-                !matches!(model.material, Material::Hooke(_)),
-                "material",
-                "{ hooke = E }, or geometry = \"exact\"",
-            ),
-        ];
-        if let Some((_, key, allowed)) = checks.into_iter().find(|(wrong, ..)| *wrong) {
-            return Err((key, why, allowed));
+        let term = TERMS.iter().filter(on).find(|term| !term.linear);
+        let wrong = match term {
+            Some(term) => Some((term.key, term.off())),
+            None if rubs => Some(("contact", "\"frictionless\"")),
+            None => (!matches!(model.material, Material::Hooke(_))).then_some(("material", "{ hooke = E }")),
+        };
+        if let Some((key, instead)) = wrong {
+            let why = "geometry = \"linear\" has no such effect; it takes only shear, nu, hub, side and a hooke material";
+            return Err((key, why.into(), format!("{instead}, or geometry = \"exact\"")));
         }
     }
-    if model.contact != Contact::Frictionless && !model.extension {
+    if rubs && !model.extension {
         let why =
             "friction needs extension = true: an inextensible whisker held at its own arc length cannot bend";
-        return Err(("contact", why, "\"frictionless\", or add extension = true to [model]"));
+        let allowed = "\"frictionless\", or add extension = true to [model]";
+        return Err(("contact", why.into(), allowed.into()));
     }
-    if model.contact != Contact::Frictionless && model.pole_radius != 0.0 {
-        let why = "friction needs pole_radius = 0: it is defined for a thin edge only";
-        return Err(("contact", why, "\"frictionless\", or pole_radius = 0 in [model]"));
+    if rubs && let Some((term, why)) = TERMS.iter().filter(on).find_map(|t| Some((t, t.frictionless?))) {
+        let off = format!("{} = {}", term.key, term.off());
+        return Err((
+            "contact",
+            format!("friction needs {off}: {why}"),
+            format!("\"frictionless\", or {off} in [model]"),
+        ));
     }
     Ok(())
 }

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::check::{self, FRICTION, MODULUS, PLACE, POISSON};
+use super::check::{self, FRICTION, MODULUS, POISSON};
 use super::part::Section;
 use super::reader::{Item, Result};
 use super::{curve, keys};
-use crate::scene::{Contact, Geometry, Material, MaterialFit, Model};
+use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, TERMS};
 
 /// The section, and where its material comes from if that is a curve.
 pub(super) struct Read {
@@ -19,16 +19,22 @@ pub(super) struct Read {
 pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
     let (material, fit, warning) = material(&section.get("material")?, base)?;
-    let model = Model {
+    let mut model = Model {
         geometry: section.get("geometry")?.word(&geometries)?,
-        shear: section.get("shear")?.flag()?,
-        extension: section.get("extension")?.flag()?,
-        surface: section.get("surface")?.flag()?,
-        pole_radius: section.get("pole_radius")?.within(&PLACE)?,
         nu: section.get("nu")?.within(&POISSON)?,
         contact: contact(&section.get("contact")?)?,
         material,
+        ..Model::PLAIN
     };
+    for term in &TERMS {
+        let item = section.get(term.key)?;
+        let (allowed, holds) = term.allowed;
+        let value = match term.trial {
+            Amount::Flag(_) => Amount::Flag(item.flag()?),
+            Amount::Number(_) => Amount::Number(item.within(&check::domain(allowed, holds))?),
+        };
+        (term.set)(&mut model, value);
+    }
     if let Err((key, message, allowed)) = check::consistent(&model) {
         return Err(section.get(key)?.error(message).allowed(allowed));
     }

@@ -1,11 +1,14 @@
 //! The defaults of a spec, and what to say about unknown sections and keys.
 
+use std::sync::LazyLock;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::SECTIONS;
 use super::part::Section;
 use super::reader::{Document, Item, Result};
+use crate::scene::{Amount, TERMS, Term};
 
 /// Highest `format` that can be read.
 pub(super) const FORMAT: u64 = 1;
@@ -27,10 +30,6 @@ tilt = 0.0
 lean = 0.0
 [model]
 geometry = "exact"
-shear = false
-extension = false
-surface = false
-pole_radius = 0.0
 nu = 0.5
 contact = "frictionless"
 material = { hooke = 3.2 }
@@ -47,11 +46,20 @@ by = "K_sd"
 per = "row"
 "#;
 
+/// Effects of the rod are off.
+static TERMS_OFF: LazyLock<String> = LazyLock::new(|| {
+    let off = |term: &Term| match term.trial {
+        Amount::Flag(_) => format!("{} = false\n", term.key),
+        Amount::Number(_) => format!("{} = 0.0\n", term.key),
+    };
+    format!("[model]\n{}", TERMS.iter().map(off).collect::<String>())
+});
+
 /// The defaults, and beside them the values of `more`, which is TOML like them.
 pub(super) fn defaults(more: &str) -> DeTable<'_> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
     let mut all = table(DEFAULTS);
-    for (name, section) in table(more) {
+    for (name, section) in table(&TERMS_OFF).into_iter().chain(table(more)) {
         match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.into_inner()) {
             (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added),
             (_, added) => panic!("no section of defaults takes {added:?}"),

@@ -1,6 +1,6 @@
 //! The configurations that are verified without a spec: each effect alone, the eight of model §5, and others of their kind.
 
-use crate::scene::{Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side};
+use crate::scene::{Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side, TERMS};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
@@ -56,8 +56,15 @@ const STICK: Model = Model { contact: Contact::Stick, ..NEO };
 const POLE: Model = Model { surface: true, shear: true, pole_radius: 3.0, material: RUBBER, ..PLAIN };
 const YEOH: Model = Model { material: STIFFENING, ..ALL_ON };
 
-/// All, in the order of the census.
-pub const ALL: [Configuration; 42] = [
+/// All, in the order of the census: the chosen ones, and every effect that a key switches by itself and none of them has alone.
+pub fn all() -> Vec<Configuration> {
+    let only = |key: &str, m: &Model| TERMS.iter().all(|t| (t.get)(m).is_on() == (t.key == key));
+    let new = TERMS.iter().filter(|term| !CHOSEN.iter().any(|c| only(term.key, &c.model)));
+    let alone = new.map(|term| tap(term.key, PLAIN.with(term.key)));
+    CHOSEN.into_iter().chain(alone).collect()
+}
+
+const CHOSEN: [Configuration; 42] = [
     tap("linear", LINEAR),
     tap("linear-shear", LINEAR_SHEAR),
     hub(tap("linear-hub", LINEAR_SHEAR)),

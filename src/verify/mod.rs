@@ -75,7 +75,7 @@ impl Case {
             Self { name: c.name.to_owned(), setup, study: None, tuples }
         };
         let wanted = |c: &&configuration::Configuration| !quick || configuration::QUICK.contains(&c.name);
-        configuration::ALL.par_iter().filter(wanted).map(case).collect()
+        configuration::all().par_iter().filter(wanted).map(case).collect()
     }
 
     /// About `samples` random taps of `study`.

@@ -6,7 +6,9 @@ use assert_cmd::Command;
 use serde_json::Value;
 use vibrissa::backend::Choice;
 use vibrissa::explain::{Change, Effect, Explanation, explain};
-use vibrissa::scene::{BackendChoice, Contact, Geometry, Material, Precision, RunOptions, Study};
+use vibrissa::scene::{
+    BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Study, TERMS,
+};
 use vibrissa::spec;
 
 fn study(a: &str, theta: &str) -> Study {
@@ -26,6 +28,11 @@ fn explained(study: &Study, tolerances: &[f64]) -> Explanation {
     explain(study, &choice, tolerances).expect("it runs")
 }
 
+/// That of a key of [model].
+fn term(key: &str) -> Effect {
+    Effect::of_key(key).expect("an effect of its own key")
+}
+
 fn change(found: &Explanation, effect: Effect) -> Change {
     let one = found.effects.iter().find(|e| e.switch.effect == effect).expect("every effect is told");
     one.change.unwrap_or_else(|| panic!("{}: {:?}", effect.name(), one.switch.pair))
@@ -36,7 +43,7 @@ fn known_effects_have_their_size() {
     let found = explained(&study("[21, 48]", "0.5"), &[]);
     assert_eq!((found.taps, found.total), (4, 4));
     // Linear theory: f_T/f − 1 = −S/(a² + S), S = 3 D² (7 + 6ν)/48 = 62.5 mm² at D = 10 and ν = 0.5.
-    let shear = change(&found, Effect::Shear);
+    let shear = change(&found, term("shear"));
     assert!((shear.largest + 100.0 * 62.5 / (441.0 + 62.5)).abs() < 0.05, "{shear:?}");
     assert_eq!((shear.at.a, shear.taps, shear.unmatched), (21.0, 4, 0));
     assert!(shear.left.expect("two distances") > 5.0);
@@ -60,14 +67,14 @@ fn an_effect_that_is_on_is_switched_off_and_judged() {
     study.setup.model.surface = true;
     study.setup.model.material = Material::NeoHookean(3.2);
     let found = explained(&study, &[1e-9, 1e-3, 0.9]);
-    let shear = change(&found, Effect::Shear);
+    let shear = change(&found, term("shear"));
     assert!(shear.largest > 12.0, "leaving it off adds strain: {shear:?}");
     assert!(change(&found, Effect::Side).largest.abs() > 0.5, "the sides of a soft whisker differ");
     assert!(found.linear.is_some_and(|c| c.largest.abs() > 10.0));
     let [none, some, all] = &found.verdicts[..] else { panic!("three verdicts") };
     assert!(none.effects.is_empty() && none.together.is_none());
-    assert!(!some.effects.contains(&Effect::Shear));
-    let removable = [Effect::Shear, Effect::Extension, Effect::Surface, Effect::Rubber];
+    assert!(!some.effects.contains(&term("shear")));
+    let removable = [term("shear"), term("extension"), term("surface"), Effect::Rubber];
     assert_eq!(all.effects, removable, "the exact rod stays: the linear theory has no other effect");
     assert!(all.together.is_some_and(|c| c.largest.abs() > 1.0));
 }
@@ -81,8 +88,8 @@ fn switches_keep_to_the_rules_of_the_model() {
     let pair = |found: &Explanation, effect: Effect| {
         found.effects.iter().find(|e| e.switch.effect == effect).expect("told").switch.clone()
     };
-    assert_eq!(pair(&found, Effect::Extension).pair, Err("friction needs extension"));
-    assert_eq!(pair(&found, Effect::Pole).pair, Err("friction needs pole_radius = 0"));
+    assert_eq!(pair(&found, term("extension")).pair, Err("friction needs extension".to_owned()));
+    assert_eq!(pair(&found, term("pole_radius")).pair, Err("friction needs pole_radius = 0".to_owned()));
     assert_eq!(pair(&found, Effect::Coulomb).instead, "frictionless");
     assert_eq!(pair(&found, Effect::Stick).instead, "stick");
 
@@ -127,7 +134,7 @@ fn json_has_numbers_and_names() {
         (&Value::Bool(true), &Value::Null, &Value::from("f64"))
     );
     let effects = reply["result"]["effects"].as_array().expect("effects");
-    assert_eq!(effects.len(), Effect::ALL.len());
+    assert_eq!(effects.len(), Effect::all().count());
     for e in effects {
         let compared = e["not_compared"].is_null();
         assert_eq!(e["change"]["largest_percent"].is_number(), compared, "{e}");
@@ -146,7 +153,7 @@ fn json_has_numbers_and_names() {
 fn the_table_names_every_effect() {
     let output = command(SPEC, &["--explain"]);
     let text = String::from_utf8(output.stdout).expect("text");
-    for effect in Effect::ALL {
+    for effect in Effect::all() {
         assert!(text.contains(&format!("\n{}  ", effect.name())), "{text}");
     }
     assert!(text.contains("could be left off at 1e-4: nothing") && !text.contains("NaN"), "{text}");
@@ -169,4 +176,23 @@ fn bad_usage_is_exit_code_2() {
     // A plan asked for in the spec gives way.
     let planned = command(&format!("{SPEC}[run]\nplan = true\n"), &["--explain"]);
     assert!(String::from_utf8_lossy(&planned.stdout).contains("finite rotation"));
+}
+
+/// An effect that one key switches is described in one place; all that tells of effects follows.
+#[test]
+fn an_effect_described_once_is_read_explained_left_off_and_verified() {
+    let keys = spec::keys::MODEL.names();
+    let verified = vibrissa::verify::configuration::all();
+    for term in &TERMS {
+        assert!(keys.contains(&term.key), "{}", term.key);
+        let rest = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 5\n";
+        let text = format!("{rest}[model]\n{} = {}\n", term.key, term.example);
+        let spec = spec::parse("t.toml", &text, Path::new("")).expect("a spec");
+        assert!((term.get)(&spec.study.setup.model).is_on(), "{text}");
+        assert!(!(term.get)(&Model::PLAIN).is_on(), "{}", term.key);
+        let here = Effect::of_key(term.key).expect("an effect");
+        assert!(Effect::all().any(|e| e == here) && Effect::of_model().any(|e| e == here));
+        let alone = |m: &Model| TERMS.iter().all(|t| (t.get)(m).is_on() == (t.key == term.key));
+        assert!(verified.iter().any(|c| alone(&c.model)), "{} is not verified alone", term.key);
+    }
 }

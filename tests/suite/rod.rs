@@ -4,7 +4,7 @@ use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
 use vibrissa::physics::rod::{RodError, RodProblem, RodTap, bend};
 use vibrissa::physics::taper::Taper;
-use vibrissa::scene::model::{Contact, Material, Model, Side};
+use vibrissa::scene::{Contact, Material, Model, Side};
 
 fn hooke() -> Model {
     model(Material::Hooke(3.2))

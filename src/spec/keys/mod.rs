@@ -12,7 +12,7 @@ pub use sections::{ESTIMATE, GAUGE, MODEL, OPTIMISE, OUTPUT, RUN, TAP, TUPLES, W
 pub const THAT_OF_THE_KEY: &str = "that of the key";
 
 /// A key.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Key {
     /// Its name.
     pub name: &'static str,

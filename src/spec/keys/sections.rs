@@ -1,6 +1,7 @@
 //! The sections.
 
-use super::{Section, key, section};
+use super::{Key, Section, key, section};
+use crate::scene::TERMS;
 
 /// `[whisker]`.
 pub const WHISKER: Section = section(
@@ -66,23 +67,33 @@ pub const TUPLES: Section = section(
     .note("In any order; lines with # are skipped, other columns ignored; relative to the spec")],
 );
 
+const GEOMETRY: Key = key("geometry", "", "the exact rod, or the linear theory", "\"linear\"")
+    .note("\"linear\" takes only shear, nu, hub, side and a hooke material");
+const NU: Key = key("nu", "", "Poisson's ratio, which enters shear only", "0.49");
+const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
+    .note("stick and coulomb need extension = true and pole_radius = 0");
+const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
+    .note("Strain, K and distances do not depend on a common factor of the moduli; forces do");
+
+/// Those of the model: its effects between the geometry and what they need.
+const MODEL_KEYS: [Key; TERMS.len() + 4] = {
+    let mut keys = [GEOMETRY; TERMS.len() + 4];
+    let mut i = 0;
+    while i < TERMS.len() {
+        keys[i + 1] = key(TERMS[i].key, TERMS[i].unit, TERMS[i].what, TERMS[i].example);
+        i += 1;
+    }
+    keys[i + 1] = NU;
+    keys[i + 2] = FRICTION;
+    keys[i + 3] = LAW;
+    keys
+};
+
 /// `[model]`.
 pub const MODEL: Section = section(
     "model",
     "The rod and its effects (model §3; what each changes: `sweep --explain`, docs/effects.md).",
-    &[
-        key("geometry", "", "the exact rod, or the linear theory", "\"linear\"")
-            .note("\"linear\" takes only shear, nu, hub, side and a hooke material"),
-        key("shear", "", "shear deformation (Timoshenko)", "true"),
-        key("extension", "", "stretch of the axis", "true"),
-        key("surface", "", "contact on the whisker's surface, not on its axis", "true"),
-        key("pole_radius", "mm", "radius of the object", "3.0"),
-        key("nu", "", "Poisson's ratio, which enters shear only", "0.49"),
-        key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
-            .note("stick and coulomb need extension = true and pole_radius = 0"),
-        key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
-            .note("Strain, K and distances do not depend on a common factor of the moduli; forces do"),
-    ],
+    &MODEL_KEYS,
 );
 
 /// `[estimate]`.

@@ -13,7 +13,7 @@ use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Task};
 use vibrissa::scene::Drive;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::verify::configuration::{ALL as CONFIGURED, Configuration, HUB};
+use vibrissa::verify::configuration::{Configuration, HUB, all as configured};
 
 #[allow(non_snake_case)]
 /// d/D 0.02…1.5, drives of 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, a half of them next to the gauge.
@@ -50,7 +50,7 @@ fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
 fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> Vec<String> {
     let mut over = Vec::new();
     let mut totals = vec![[0_usize; 4]; places.len()];
-    for c in &CONFIGURED {
+    for c in &configured() {
         let setup = c.setup();
         let tuples = extreme(c, rows(c), seed);
         let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();

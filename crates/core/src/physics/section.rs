@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use crate::scene::model::Material;
+use crate::scene::Material;
 
 /// Quadrature points over the diameter; inside [`STRAIN_RANGE`] they leave an error below 1e-15.
 const POINTS: usize = 20;

@@ -8,6 +8,7 @@ pub mod axis;
 pub mod even;
 mod layout;
 pub mod listed;
+pub mod material;
 pub mod model;
 pub mod run;
 pub mod sampler;
@@ -17,8 +18,9 @@ pub mod space;
 pub use axis::Axis;
 pub use layout::Layout;
 pub use listed::Listed;
+pub use material::{Material, MaterialFit};
 pub use model::{
-    Contact, Convention, Drive, Estimate, Gauge, Geometry, Material, MaterialFit, Model, Side, Theory,
+    Amount, Contact, Convention, Drive, Estimate, Gauge, Geometry, Model, Side, TERMS, Term, Theory,
 };
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;

@@ -1,4 +1,7 @@
-//! Model switches. An effect that is off costs nothing: kernels are specialised on these.
+//! Model switches. An effect that is off costs nothing: kernels are specialised on these. [`TERMS`] describes those that a key of `[model]`
+//! switches by itself; keys, defaults, checks, files, explanations and censuses follow from it.
+
+pub use super::material::Material;
 
 /// Linear beam theory (closed forms) or the geometrically exact rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -52,61 +55,6 @@ pub enum Contact {
     Coulomb(f64),
 }
 
-/// Constitutive law of an incompressible rubber; moduli in MPa.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Material {
-    /// Linear in the section strain; Young's modulus E.
-    Hooke(f64),
-    /// Initial modulus E; C10 = E/6.
-    NeoHookean(f64),
-    /// C10, C01.
-    MooneyRivlin([f64; 2]),
-    /// C10, C20, C30.
-    Yeoh([f64; 3]),
-}
-
-impl Default for Material {
-    /// Smooth-Sil 960.
-    fn default() -> Self {
-        Self::Hooke(3.2)
-    }
-}
-
-impl Material {
-    /// Initial Young's modulus E₀, MPa: E, or 6 (C10 + C01).
-    pub fn e0(&self) -> f64 {
-        match self {
-            Self::Hooke(e) | Self::NeoHookean(e) => *e,
-            Self::MooneyRivlin([c10, c01]) => 6.0 * (c10 + c01),
-            Self::Yeoh([c10, ..]) => 6.0 * c10,
-        }
-    }
-}
-
-/// Yeoh's law fitted to a measured stress–strain curve.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MaterialFit {
-    /// The curve file.
-    pub file: String,
-    /// Points of different strain.
-    pub points: usize,
-    /// C10, C20, C30, MPa: those of the material in force.
-    pub coefficients: [f64; 3],
-    /// Root mean square of law − data, MPa.
-    pub rms: f64,
-    /// Smallest and largest measured strain.
-    pub range: [f64; 2],
-}
-
-impl MaterialFit {
-    /// Whether the data cover a whisker whose fibres are strained by ±`strain`. A curve without compression is judged
-    /// by its tension alone.
-    pub fn covers(&self, strain: f64) -> bool {
-        let [min, max] = self.range;
-        strain <= max && (min >= 0.0 || -strain >= min)
-    }
-}
-
 /// Which effects are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
@@ -142,7 +90,122 @@ impl Model {
     };
 }
 
+/// The value of a [`Term`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Amount {
+    /// On or off.
+    Flag(bool),
+    /// 0 is off.
+    Number(f64),
+}
+
+impl Amount {
+    /// Whether the effect is there.
+    pub fn is_on(self) -> bool {
+        match self {
+            Self::Flag(on) => on,
+            Self::Number(x) => x != 0.0,
+        }
+    }
+
+    /// Without the effect.
+    pub const fn off(self) -> Self {
+        match self {
+            Self::Flag(_) => Self::Flag(false),
+            Self::Number(_) => Self::Number(0.0),
+        }
+    }
+}
+
+/// An effect of the rod that one key of `[model]` switches: a flag, or a number of which 0 is off.
+#[derive(Debug)]
+pub struct Term {
+    /// Its key.
+    pub key: &'static str,
+    /// Its name for people.
+    pub name: &'static str,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub what: &'static str,
+    /// A value, as TOML.
+    pub example: &'static str,
+    /// Numbers that it may have, in words and as a check.
+    pub allowed: (&'static str, fn(f64) -> bool),
+    /// The value with which it is compared where the spec has none.
+    pub trial: Amount,
+    /// Whether the linear theory has it.
+    pub linear: bool,
+    /// Why it asks for a frictionless contact, if it does.
+    pub frictionless: Option<&'static str>,
+    /// Its value in a model.
+    pub get: fn(&Model) -> Amount,
+    /// Gives it a value.
+    pub set: fn(&mut Model, Amount),
+}
+
+impl Term {
+    /// The value that switches it off, as TOML.
+    pub const fn off(&self) -> &'static str {
+        match self.trial {
+            Amount::Flag(_) => "false",
+            Amount::Number(_) => "0",
+        }
+    }
+}
+
+const fn flag(
+    (key, name, what): (&'static str, &'static str, &'static str),
+    get: fn(&Model) -> Amount,
+    set: fn(&mut Model, Amount),
+) -> Term {
+    let (unit, example, trial) = ("", "true", Amount::Flag(true));
+    let allowed: (_, fn(f64) -> bool) = ("true or false", |_| false);
+    Term { key, name, unit, what, example, allowed, trial, linear: false, frictionless: None, get, set }
+}
+
+/// Every such effect, in the order of the spec's keys.
+pub const TERMS: [Term; 4] = [
+    Term {
+        linear: true,
+        ..flag(
+            ("shear", "shear", "shear deformation (Timoshenko)"),
+            |m| Amount::Flag(m.shear),
+            |m, to| m.shear = to.is_on(),
+        )
+    },
+    flag(
+        ("extension", "extension", "stretch of the axis"),
+        |m| Amount::Flag(m.extension),
+        |m, to| m.extension = to.is_on(),
+    ),
+    flag(
+        ("surface", "surface", "contact on the whisker's surface, not on its axis"),
+        |m| Amount::Flag(m.surface),
+        |m, to| m.surface = to.is_on(),
+    ),
+    Term {
+        key: "pole_radius",
+        name: "pole radius",
+        unit: "mm",
+        what: "radius of the object",
+        example: "3.0",
+        allowed: ("≥ 0 mm", |v| v >= 0.0),
+        trial: Amount::Number(2.0),
+        linear: false,
+        frictionless: Some("it is defined for a thin edge only"),
+        get: |m| Amount::Number(m.pole_radius),
+        set: |m, to| m.pole_radius = if let Amount::Number(radius) = to { radius } else { 0.0 },
+    },
+];
+
 impl Model {
+    /// With the effect of `key` at its trial value.
+    pub fn with(mut self, key: &str) -> Self {
+        TERMS.iter().filter(|term| term.key == key).for_each(|term| (term.set)(&mut self, term.trial));
+        self
+    }
+
     /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
     pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
         match self.contact {

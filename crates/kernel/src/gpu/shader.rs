@@ -148,15 +148,7 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
 /// The effects as constants, which the device's compiler folds.
 fn switches(e: &Effects, job: &Job<'_>) -> String {
     let rule = job.rule;
-    let named = [
-        ("PLAIN", e.plain()),
-        ("SHEAR", e.shear),
-        ("EXTENSION", e.extension),
-        ("OFFSET", e.offset),
-        ("STICK", e.stick),
-        ("LAW", e.law),
-    ];
-    let list: String = named.iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
+    let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
         "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",

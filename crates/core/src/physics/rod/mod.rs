@@ -49,7 +49,7 @@ pub enum RodError {
     #[error("no equilibrium was found along the loading path")]
     NotConverged,
     /// The equilibrium has a fibre outside [`STRAIN_RANGE`](crate::physics::section::STRAIN_RANGE), or the
-    /// loading path ends before it because a section's tangent vanishes. Never of [`Hooke`](crate::scene::model::Material::Hooke).
+    /// loading path ends before it because a section's tangent vanishes. Never of [`Hooke`](crate::scene::Material::Hooke).
     #[error("a fibre leaves the range of the material law")]
     MaterialLimit,
 }
