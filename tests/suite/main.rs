@@ -32,6 +32,7 @@ mod lab;
 mod liars;
 mod linear;
 mod locate;
+mod merged;
 mod misled;
 mod model_error;
 mod optimise;

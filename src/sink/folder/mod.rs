@@ -27,8 +27,8 @@ pub use disk::{hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
 pub use question::Question;
-pub use record::Listed;
 use record::RUN;
+pub use record::{Listed, is_result_name};
 pub use work::{Head, Left, WORK};
 use work::{Made, Partial, Saving};
 
