@@ -14,13 +14,12 @@ use crate::evaluate::Method;
 use crate::kernel::{
     Effects, Job, Rung, Solver,
     cpu::Cpu,
-    gpu::{self, Adapter, Fault, Gpu, Log, Watched},
+    gpu::{self, Adapter, Fault, Gpu, Log, Watched, quietly},
     rule::smallest_tolerance,
 };
 use crate::scene::{
     BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
 };
-use drivers::quietly;
 pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
 pub use verdicts::VARIABLE as SELF_CHECK;
 

@@ -36,6 +36,8 @@ use work::{Made, Partial, Saving};
 const PREFIX: &str = ".vibrissa-";
 /// Owner of what is written inside a folder that is there.
 const RESULT: &str = "result";
+/// Between the name of a result and six random characters: files of a run whose result did not come to its place.
+const UNPLACED: &str = "-unplaced-";
 /// The journal of an unfinished search.
 pub const JOURNAL: &str = ".vibrissa-evaluations";
 
@@ -239,6 +241,13 @@ impl Folder {
     /// A new file of the result.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.partial.path().join(name);
+        if !self.partial.path().is_dir() {
+            let why = format!(
+                "{}: the hidden folder of this run is gone: it was removed or moved while the run wrote in it; there is no new result",
+                self.partial.path().display()
+            );
+            return Err(Error::Run(why));
+        }
         // What a run that stopped at its very end left under this name.
         if self.partial.is_work() && path.symlink_metadata().is_ok() {
             fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
@@ -281,7 +290,7 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
-        if let Err(e) = self.closed.check(self.partial.path(), true) {
+        if let Err(e) = self.closed.check(self.partial.path(), Some(true)) {
             return Err(self.broken(&e));
         }
         self.partial.keep();
@@ -289,8 +298,9 @@ impl Folder {
         let placed = durable.and_then(|()| if self.inside { self.replace() } else { self.place() });
         match placed {
             Ok(()) => {
-                self.closed.check(&self.target, false).map(|()| Written { files, removed, _lock: self.lock })
+                self.closed.check(&self.target, None).map(|()| Written { files, removed, _lock: self.lock })
             }
+            Err(e) if self.closed.check(self.partial.path(), Some(false)).is_err() => Err(self.broken(&e)),
             Err(e) => Err(self.set_aside(&e)),
         }
     }
@@ -300,8 +310,8 @@ impl Folder {
             let error = std::io::Error::other("this was changed while the result was computed");
             return Err(Error::io(self.target.join(name), error));
         }
-        replace::replace(&self.target, self.partial.path(), &self.names, &self.old)
-            .map_err(|e| Error::io(&self.target, e))
+        let check = |at: &Path| self.closed.check(at, Some(false));
+        replace::replace(&self.target, self.partial.path(), (&self.names, &self.old), check)
     }
 
     fn place(&self) -> Result<(), Error> {
@@ -338,7 +348,7 @@ impl Folder {
             true => RESULT.into(),
             false => self.target.file_name().unwrap_or_default().to_string_lossy(),
         };
-        let kept = self.lock.place().join(format!("{name}-unplaced-{random}"));
+        let kept = self.lock.place().join(format!("{name}{UNPLACED}{random}"));
         match fs::rename(from, &kept) {
             Ok(()) => Error::Run(format!("{why}; what was written is kept in {}", kept.display())),
             Err(_) => Error::Run(why.to_string()),
