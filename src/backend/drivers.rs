@@ -184,13 +184,8 @@ fn ended_within(child: &mut Child, time: Duration) -> Option<ExitStatus> {
 fn in_words(status: ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        let names = [
-            (libc::SIGSEGV, " SIGSEGV"),
-            (libc::SIGABRT, " SIGABRT"),
-            (libc::SIGBUS, " SIGBUS"),
-            (libc::SIGILL, " SIGILL"),
-        ];
-        let name = names.iter().find(|(number, _)| *number == signal).map_or("", |(_, name)| name);
+        let name =
+            super::crash::CRASHES.iter().find(|(number, _)| *number == signal).map_or("", |(_, name)| name);
         return format!("signal {signal}{name}");
     }
     status.to_string()
@@ -208,6 +203,8 @@ pub fn look() -> (Vec<Adapter>, Vec<String>) {
         Vec::new()
     });
     all.retain(|a| asked.is_none_or(|found| found.adapters.contains(&Seen::of(a))));
+    #[cfg(unix)]
+    super::crash::loaded(all.iter().map(|a| a.name.as_str()));
     (all, faults)
 }
 

@@ -1,5 +1,7 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+#[cfg(unix)]
+mod crash;
 mod drivers;
 mod verdicts;
 
@@ -20,6 +22,8 @@ use crate::kernel::{
 use crate::scene::{
     BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
 };
+#[cfg(unix)]
+pub use crash::tell_crashes;
 pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
 pub use verdicts::VARIABLE as SELF_CHECK;
 

@@ -23,10 +23,10 @@ use super::pack::Packer;
 use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
-pub use disk::{hash, hash_all, hash_file, open_regular};
+pub use disk::{Hashing, hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
-pub use question::Question;
+pub use question::{Question, digest};
 use record::RUN;
 pub use record::{Listed, is_result_name};
 pub use work::{Head, Left, WORK};
@@ -300,8 +300,11 @@ impl Folder {
             Ok(()) => {
                 self.closed.check(&self.target, None).map(|()| Written { files, removed, _lock: self.lock })
             }
-            Err(e) if self.closed.check(self.partial.path(), Some(false)).is_err() => Err(self.broken(&e)),
-            Err(e) => Err(self.set_aside(&e)),
+            Err(e) => {
+                let here = self.partial.path();
+                let whole = !here.exists() || self.closed.check(here, Some(false)).is_ok();
+                Err(if whole { self.set_aside(&e) } else { self.broken(&e) })
+            }
         }
     }
 
@@ -315,12 +318,13 @@ impl Folder {
     }
 
     fn place(&self) -> Result<(), Error> {
-        let placed = || {
-            disk::sync(self.partial.path())?;
-            fs::rename(self.partial.path(), &self.target)?;
-            disk::sync(self.lock.place())
-        };
-        placed().map_err(|e| Error::io(&self.target, e))
+        let (from, failed) = (self.partial.path(), |e| Error::io(&self.target, e));
+        disk::sync(from).and_then(|()| fs::rename(from, &self.target)).map_err(failed)?;
+        if let Err(e) = self.closed.check(&self.target, Some(false)) {
+            fs::rename(&self.target, from).map_err(failed)?;
+            return Err(e);
+        }
+        disk::sync(self.lock.place()).map_err(failed)
     }
 
     /// Keeps the files that are left of a result of which one was touched, under another name; they are no result.
