@@ -4,7 +4,6 @@
 //! that is not known asks its drivers itself, as every program does that uses Vulkan.
 
 use std::io::{BufRead, BufReader, Write};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::channel;
@@ -13,7 +12,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, InputError};
-use crate::kernel::gpu::{self, Adapter, Gpu};
+use crate::kernel::gpu::{self, Adapter, Gpu, quietly};
 use crate::scene::Precision;
 
 /// Time that a driver has for its first calls, and for each device that is opened.
@@ -185,13 +184,8 @@ fn ended_within(child: &mut Child, time: Duration) -> Option<ExitStatus> {
 fn in_words(status: ExitStatus) -> String {
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        let names = [
-            (libc::SIGSEGV, " SIGSEGV"),
-            (libc::SIGABRT, " SIGABRT"),
-            (libc::SIGBUS, " SIGBUS"),
-            (libc::SIGILL, " SIGILL"),
-        ];
-        let name = names.iter().find(|(number, _)| *number == signal).map_or("", |(_, name)| name);
+        let name =
+            super::crash::CRASHES.iter().find(|(number, _)| *number == signal).map_or("", |(_, name)| name);
         return format!("signal {signal}{name}");
     }
     status.to_string()
@@ -209,6 +203,8 @@ pub fn look() -> (Vec<Adapter>, Vec<String>) {
         Vec::new()
     });
     all.retain(|a| asked.is_none_or(|found| found.adapters.contains(&Seen::of(a))));
+    #[cfg(unix)]
+    super::crash::loaded(all.iter().map(|a| a.name.as_str()));
     (all, faults)
 }
 
@@ -229,19 +225,6 @@ pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
 fn unusable(faults: &[String]) -> Error {
     let error = InputError::new(faults.join("; ")).key("--backend").value("gpu");
     error.allowed("auto, cpu, reference; or a driver that works (vibrissa devices lists them)").into()
-}
-
-/// The value of `f`, or the words of its panic.
-pub(super) fn quietly<T>(f: impl FnOnce() -> T) -> Result<T, String> {
-    // What the driver's panic would print on stderr is told as the reason instead.
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(|_| {}));
-    let done = catch_unwind(AssertUnwindSafe(f));
-    std::panic::set_hook(hook);
-    done.map_err(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked").to_owned()
-    })
 }
 
 #[cfg(all(test, unix))]

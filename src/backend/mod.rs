@@ -1,5 +1,7 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
+#[cfg(unix)]
+mod crash;
 mod drivers;
 mod verdicts;
 
@@ -14,13 +16,14 @@ use crate::evaluate::Method;
 use crate::kernel::{
     Effects, Job, Rung, Solver,
     cpu::Cpu,
-    gpu::{self, Adapter, Fault, Gpu, Log, Watched},
+    gpu::{self, Adapter, Fault, Gpu, Log, Watched, quietly},
     rule::smallest_tolerance,
 };
 use crate::scene::{
     BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
 };
-use drivers::quietly;
+#[cfg(unix)]
+pub use crash::tell_crashes;
 pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
 pub use verdicts::VARIABLE as SELF_CHECK;
 

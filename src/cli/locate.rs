@@ -11,7 +11,7 @@ use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
+use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
 use super::args::Locate;
@@ -127,11 +127,12 @@ impl Source {
     ) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
-            Self::File(path, _) => {
-                let zero = read_zeros(locator, &path, ask)?;
-                let input = Patient(open(&path)?);
-                let counts = stream::answer(locator, input, ask, Some(zero), interrupt::stop(), write)?;
-                return if counts.stopped { nothing("") } else { Ok(counts) };
+            Self::File(path, digest) => {
+                let zero = read_zeros(locator, (&path, &digest), ask)?;
+                let mut input = Hashing::new(Patient(open(&path)?));
+                let counts = stream::answer(locator, &mut input, ask, Some(zero), interrupt::stop(), write)?;
+                let kept = unchanged(&path, input, &digest);
+                return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
             }
             Self::Stream(file) => {
                 stream::answer(locator, Patient(file), ask, None, interrupt::stop_and_keep(), write)?
@@ -145,9 +146,25 @@ impl Source {
     }
 }
 
+/// Fails where what was read of the file at `path` is not what has this hash, unless a signal ended the reading.
+fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result<(), Error> {
+    let found = input.end().map_err(|e| Error::io(path, e))?;
+    if found == digest || interrupt::asked() {
+        return Ok(());
+    }
+    let why = "these readings were changed while they were read; no result was written";
+    Err(Error::Run(format!("{}: {why}", path.display())))
+}
+
 /// The zero of the file at `path`, from its own zero readings.
-fn read_zeros(locator: &Locator, path: &Path, ask: &Ask<'_>) -> Result<[zero::Zero; 2], Error> {
-    let (zero, wrong) = stream::zeros(locator, Patient(open(path)?), ask)?;
+fn read_zeros(
+    locator: &Locator,
+    (path, digest): (&Path, &str),
+    ask: &Ask<'_>,
+) -> Result<[zero::Zero; 2], Error> {
+    let mut input = Hashing::new(Patient(open(path)?));
+    let (zero, wrong) = stream::zeros(locator, &mut input, ask)?;
+    unchanged(path, input, digest)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
         let shown: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();

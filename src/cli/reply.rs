@@ -205,7 +205,12 @@ pub fn usage(e: &clap::Error) -> u8 {
             _ => None,
         };
         let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
-        print_failure(&command, &InputError { key, value, ..InputError::default() }, &message);
+        let listed = match e.get(ContextKind::ValidValue) {
+            Some(ContextValue::Strings(all)) if !all.is_empty() => Some(all.join(", ")),
+            _ => None,
+        };
+        let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned()).or(listed);
+        print_failure(&command, &InputError { key, value, allowed, ..InputError::default() }, &message);
     } else {
         let _ = e.print();
     }

@@ -1,5 +1,6 @@
 //! `calibration.toml`: what `calibrate` found, for people to read and for `locate` to use.
 
+use std::ops::Range;
 use std::path::Path;
 
 use toml::Table;
@@ -138,9 +139,9 @@ impl Calibration {
         let line =
             |at: usize| 1 + text.as_bytes()[..at.min(text.len())].iter().filter(|b| **b == b'\n').count();
         let broken = |e: &toml::de::Error| {
-            let what = e.message().lines().next().unwrap_or_default().to_owned();
-            let error = InputError::new(format!("this is no calibration: {what}"));
-            error.at(label, e.span().map(|s| line(s.start))).allowed(again)
+            let at = e.span().unwrap_or(0..0);
+            let error = misfit(text, &at, e.message().lines().next().unwrap_or_default(), again);
+            error.at(label, e.span().map(|s| line(s.start)))
         };
         let table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
         match table.get("format").map(|f| f.as_integer()) {
@@ -177,6 +178,39 @@ impl Calibration {
         let rig = Rig::of_table(label, text, spec.expect("a table has been read"), furthest)?;
         Ok(read.with(rig))
     }
+}
+
+/// What a reader of TOML complains of at bytes `at` of a calibration's `text`, in the words of this program.
+fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputError {
+    let named = complaint.split('`').nth(1).unwrap_or_default();
+    let above = text.get(..at.end).unwrap_or(text);
+    let header = above.lines().rev().find(|line| line.starts_with('['));
+    let header = header.map(|line| line.trim_matches(['[', ']', ' ']));
+    let full = |key: &str| header.map_or_else(|| key.to_owned(), |header| format!("{header}.{key}"));
+    if complaint.starts_with("missing field") {
+        return InputError::new("this is no calibration: a value is missing").key(full(named)).allowed(again);
+    }
+    if complaint.starts_with("unknown field") {
+        let allowed = complaint.split_once("expected ").map_or(again, |(_, all)| all);
+        let error = InputError::new("this is no calibration: no calibration has this key");
+        return error.key(full(named)).allowed(allowed.trim_start_matches("one of ").replace('`', ""));
+    }
+    if !complaint.starts_with("invalid") && !complaint.starts_with("expected") || at.is_empty() {
+        return InputError::new(format!("this is no calibration: {complaint}")).allowed(again);
+    }
+    let wanted = complaint.rsplit_once("expected ").map_or("", |(_, wanted)| wanted);
+    let allowed = match wanted {
+        "f64" => "a number",
+        "a boolean" => "true or false",
+        "a string" => "a text in quotes",
+        _ if wanted.starts_with(['u', 'i']) => "a whole number",
+        _ if wanted.contains("array") || wanted.contains("sequence") => "a list of numbers",
+        _ => again,
+    };
+    let start = text[..at.start].rfind('\n').map_or(0, |i| i + 1);
+    let key = text[start..].split('=').next().unwrap_or_default().trim();
+    let error = InputError::new("this is no calibration: the value is of another kind");
+    error.key(full(key)).value(&text[at.clone()]).allowed(allowed)
 }
 
 impl Locator {

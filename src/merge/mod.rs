@@ -6,11 +6,13 @@
 //! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows. Searches with seeds of their own
 //! are joined to their best design and one front.
 
+mod checked;
 mod order;
 mod part;
 mod record;
 mod search;
 mod source;
+mod stated;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -65,22 +67,32 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     let inputs = parts.iter().flat_map(Part::files).collect();
     let question = Question { inputs, in_force: record::in_force(first, &out), ..question(first) };
     let mut folder = Folder::open(&out, question, &names, force)?;
-    let orders = order::Orders::new(&parts)?;
+    // What changed since it was checked may fail in any way; then that is the reason.
+    let (rows, kept) =
+        joined(&parts, &tables, &mut folder).or_else(|e| part::unedited(&parts).and(Err(e)))?;
+    let run = record::whole(&parts, (rows, kept), start.elapsed().as_secs_f64(), &out);
+    folder.run_json(&run)?;
+    let Written { files, removed, .. } = folder.finish()?;
+    Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
+}
+
+/// Writes the tables of the whole; rows of each, and how many `top` keeps.
+fn joined(parts: &[Part], tables: &[Table], folder: &mut Folder) -> Result<([u64; 3], Option<u64>), Error> {
+    let orders = order::Orders::new(parts)?;
     let mut rows = [0; 3];
-    for &table in &tables {
+    for &table in tables {
         let mut sources =
             parts.iter().map(|part| Source::open(part, table)).collect::<Result<Vec<_>, _>>()?;
         let (columns, provenance) = (sources[0].columns.clone(), sources[0].provenance.clone());
         let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        let about = About { table, columns: &columns, format: first.format, provenance: &provenance };
-        let mut sheet = Sheet::new(&mut folder, &about)?;
+        let format = parts[0].format;
+        let about = About { table, columns: &columns, format, provenance: &provenance };
+        let mut sheet = Sheet::new(folder, &about)?;
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
+        sources.into_iter().try_for_each(Source::end)?;
     }
-    let run = record::whole(&parts, (rows, orders.kept()), start.elapsed().as_secs_f64(), &out);
-    folder.run_json(&run)?;
-    let Written { files, removed, .. } = folder.finish()?;
-    Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
+    Ok((rows, orders.kept()))
 }
 
 /// What an unsharded run would answer.

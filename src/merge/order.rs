@@ -6,7 +6,6 @@ use std::collections::{BinaryHeap, HashSet};
 use super::part::Part;
 use super::source::Source;
 use crate::error::{Error, InputError};
-use crate::sink::folder::open_regular;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
@@ -81,11 +80,9 @@ impl Orders {
 
 /// The places of a part, by table.
 fn places(part: &Part) -> Result<[Vec<Place>; 3], Error> {
-    let path = part.folder.join(PLACES);
-    let mut bytes = Vec::new();
-    open_regular(&path, std::fs::OpenOptions::new().read(true))
-        .and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut bytes))
-        .map_err(|e| Error::io(&path, e))?;
+    let file = part.file(PLACES)?;
+    let path = file.path.clone();
+    let bytes = file.bytes()?;
     let mut all = [const { Vec::new() }; 3];
     for bytes in bytes.chunks(Place::BYTES) {
         let torn = || InputError::new("this is no list of places").at(path.display().to_string(), None);

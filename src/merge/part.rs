@@ -7,11 +7,36 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::Value;
 
+use super::checked::Checked;
+use super::stated::Stated;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Listed, WORK, hash_file, open_regular};
+use crate::sink::folder::{Listed, WORK, open_regular};
 use crate::sink::rows::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
+
+/// Counts that every part states.
+const COUNTS: [&str; 7] = [
+    "counts.taps",
+    "counts.solved",
+    "counts.interpolated",
+    "counts.referred",
+    "counts.tuples",
+    "counts.designs",
+    "counts.distances",
+];
+/// Counts that only some sweeps have.
+const SPARE: [&str; 6] = [
+    "counts.complete_rows",
+    "shard.top",
+    "shard.candidates",
+    "shard.distances_each",
+    "shard.directions_each",
+    "model_error.taps_by_full_model",
+];
+/// Numbers that every part states.
+const NUMBERS: [&str; 5] =
+    ["counts.sweeps_mean", "counts.sweeps_max", "seconds.total", "seconds.open", "seconds.solve"];
 
 /// A whole part.
 #[derive(Debug)]
@@ -31,6 +56,12 @@ impl Part {
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
         let names = self.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
         names.map(|name| self.folder.join(name))
+    }
+
+    /// The file `name`, to be read.
+    pub fn file(&self, name: &str) -> Result<Checked, Error> {
+        let missing = || refuse(&self.folder, format!("its run.json lists no {name}"), "a whole part");
+        Checked::open(&self.folder, self.listed.iter().find(|f| f.name == name).ok_or_else(missing)?)
     }
 
     /// A number of its description.
@@ -110,6 +141,11 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
             (&["backend", "tolerance"], "tolerance"),
             (&["shard", "format"], "format of its tables"),
             (&["shard", "whole"], "spec (values in force)"),
+            (&["shard", "tables"], "list of tables"),
+            (&["shard", "top"], "number of rows that are kept"),
+            (&["shard", "candidates"], "number of candidates"),
+            (&["shard", "distances_each"], "number of distances"),
+            (&["shard", "directions_each"], "number of directions"),
             // The tables name it, and those of the whole can name but one.
             (&["spec", "hash"], "text of the spec, though its values are the same"),
         ] {
@@ -128,8 +164,12 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
             }
         }
     }
-    let edited = |part: &Part| part.listed.iter().try_for_each(|file| unedited(&part.folder, file));
-    parts.par_iter().try_for_each(edited)?;
+    let names = |part: &Part| part.listed.iter().map(|file| file.name.clone()).collect::<Vec<_>>();
+    if let Some(part) = parts.iter().find(|part| names(part) != names(first)) {
+        let why = format!("this part lists other files than {}", first.folder.display());
+        return Err(refuse(&part.folder, why, &names(first).join(", ")));
+    }
+    unedited(&parts)?;
     Ok(parts)
 }
 
@@ -153,31 +193,28 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
         let tables = run["shard"]["tables"].as_array()?.iter();
         let named = |name: &Value| Table::ALL.into_iter().find(|t| name == t.name());
         let tables = tables.map(named).collect::<Option<_>>()?;
-        let listed = serde_json::from_value(run["files"].clone()).ok()?;
         let name = run["name"].as_str().filter(|_| same && run["command"] == "sweep")?.to_owned();
+        let listed = Vec::new();
         Some(Part { folder: folder.to_owned(), shard, name, run: run.clone(), format, tables, listed })
     };
-    part()
-        .ok_or_else(|| refuse(folder, format!("its run.json is not that of part {shard} of a sweep"), &again))
+    let part = part().ok_or_else(|| {
+        refuse(folder, format!("its run.json is not that of part {shard} of a sweep"), &again)
+    })?;
+    let stated = Stated::of(folder, &run);
+    stated.objects(&["material_fit", "model_error"])?;
+    stated.counts(&COUNTS, false)?;
+    stated.counts(&SPARE, true)?;
+    stated.counts_in("counts.status")?;
+    stated.numbers(&NUMBERS)?;
+    let wanted: Vec<String> = part.tables.iter().map(|table| table.file(part.format)).collect();
+    Ok(Part { listed: stated.files(&wanted)?, ..part })
 }
 
-/// Fails unless a file is what was written.
-pub(super) fn unedited(folder: &Path, listed: &Listed) -> Result<(), Error> {
-    let path = folder.join(&listed.name);
-    let why = match open_regular(&path, std::fs::OpenOptions::new().read(true)).and_then(hash_file) {
-        Ok(found) if found == listed.blake3 => return Ok(()),
-        Ok(_) => "is not what was written",
-        Err(e) if e.kind() == ErrorKind::NotFound => "is missing",
-        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
-            "is a link, a folder or a pipe, not the file that was written"
-        }
-        Err(e) => return Err(Error::io(&path, e)),
-    };
-    Err(refuse(
-        folder,
-        format!("{} {why}", path.display()),
-        "the part as it was written; the command that made it makes it again with --force",
-    ))
+/// Fails unless each file of `parts` is what was written.
+pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
+    let edited =
+        |part: &Part| part.listed.iter().try_for_each(|file| Checked::open(&part.folder, file)?.end());
+    parts.par_iter().try_for_each(edited)
 }
 
 /// In what the parts differ though they are of one sweep: their tables are within the tolerance then, but perhaps not the very bytes.

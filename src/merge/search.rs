@@ -6,13 +6,24 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::Report;
-use super::part::{refuse, unedited};
+use super::checked::Checked;
+use super::part::refuse;
+use super::stated::Stated;
 use crate::error::Error;
 use crate::sink::folder::{Folder, Listed, Question, Written, open_regular};
 use crate::sink::shard::Shard;
 
 /// The file of a front.
 const FRONT: &str = "pareto.csv";
+
+/// Counts of a search.
+const COUNTS: [&str; 5] = [
+    "counts.evaluations",
+    "counts.evaluations_resumed",
+    "counts.evaluations_sensitivity",
+    "counts.taps",
+    "counts.starts",
+];
 
 /// A finished search.
 struct Part {
@@ -63,7 +74,8 @@ pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Resu
         file.close()?;
     }
     let sum = |key: &str| parts.iter().filter_map(|part| part.run["counts"][key].as_u64()).sum::<u64>();
-    for key in ["evaluations", "evaluations_resumed", "evaluations_sensitivity", "taps", "starts"] {
+    for key in COUNTS {
+        let key = key.trim_start_matches("counts.");
         run["counts"][key] = sum(key).into();
     }
     let seconds = parts.iter().filter_map(|part| part.run["seconds"]["total"].as_f64()).sum::<f64>();
@@ -87,16 +99,17 @@ pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Resu
 }
 
 fn part(shard: Shard, folder: &Path) -> Result<Part, Error> {
-    let again = format!("the result of optimise --shard {shard}");
     let run = read(folder).unwrap_or_default();
-    let found = || {
-        let listed: Vec<Listed> = serde_json::from_value(run["files"].clone()).ok()?;
-        let value = run["result"]["value"].as_f64().filter(|_| run["command"] == "optimise")?;
-        Some(Part { folder: folder.to_owned(), shard, run: run.clone(), listed, value })
-    };
-    let part = found().ok_or_else(|| refuse(folder, "this is no finished search", &again))?;
-    part.listed.iter().try_for_each(|file| unedited(folder, file))?;
-    Ok(part)
+    let value = run["result"]["value"].as_f64().filter(|_| run["command"] == "optimise");
+    let again = format!("the result of optimise --shard {shard}");
+    let value = value.ok_or_else(|| refuse(folder, "this is no finished search", &again))?;
+    let stated = Stated::of(folder, &run);
+    stated.objects(&["counts", "result.front"])?;
+    stated.counts(&COUNTS, true)?;
+    stated.numbers(&["seconds.total"])?;
+    let listed = stated.files(&[])?;
+    listed.iter().try_for_each(|file| Checked::open(folder, file)?.end())?;
+    Ok(Part { folder: folder.to_owned(), shard, run, listed, value })
 }
 
 /// The value in force of a key.
@@ -140,12 +153,9 @@ fn same(first: &Part, part: &Part) -> Result<(), Error> {
 }
 
 fn bytes(part: &Part, name: &str) -> Result<Vec<u8>, Error> {
-    let path = part.folder.join(name);
-    let mut bytes = Vec::new();
-    open_regular(&path, std::fs::OpenOptions::new().read(true))
-        .and_then(|mut file| std::io::Read::read_to_end(&mut file, &mut bytes))
-        .map_err(|e| Error::io(&path, e))?;
-    Ok(bytes)
+    let missing = || refuse(&part.folder, format!("its run.json lists no {name}"), "a whole search");
+    let listed = part.listed.iter().find(|file| file.name == name).ok_or_else(missing)?;
+    Checked::open(&part.folder, listed)?.bytes()
 }
 
 /// The points of all fronts that no other beats in both figures, by rising spread, and how many.

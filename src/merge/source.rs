@@ -1,13 +1,12 @@
 //! The rows of one table of one part, in their order.
 
-use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 
+use super::checked::Checked;
 use super::part::Part;
 use crate::error::Error;
 use crate::sink::columns::Columns;
-use crate::sink::folder::open_regular;
 use crate::sink::parquet;
 use crate::sink::rows::{Rows, TableFormat};
 use crate::sink::sheet::Sheet;
@@ -22,8 +21,8 @@ pub(super) struct Source {
 }
 
 enum Kind {
-    Lines(BufReader<File>),
-    Groups { reader: Box<parquet::Reader>, group: Columns, at: usize },
+    Lines(BufReader<Checked>),
+    Groups { file: Checked, reader: Box<parquet::Reader>, group: Columns, at: usize },
 }
 
 /// Rows that wait to be written, of the same format.
@@ -37,8 +36,8 @@ const BLOCK: usize = 1 << 20;
 
 impl Source {
     pub fn open(part: &Part, table: Table) -> Result<Self, Error> {
-        let path = part.folder.join(table.file(part.format));
-        let file = open_regular(&path, OpenOptions::new().read(true)).map_err(|e| Error::io(&path, e))?;
+        let file = part.file(&table.file(part.format))?;
+        let path = file.path.clone();
         match part.format {
             TableFormat::Csv => {
                 let (mut reader, mut header) = (BufReader::with_capacity(BLOCK, file), String::new());
@@ -47,9 +46,9 @@ impl Source {
                 Ok(Self { columns, provenance: String::new(), path, rows: Kind::Lines(reader) })
             }
             TableFormat::Parquet => {
-                let reader = Box::new(parquet::Reader::new(&path, file)?);
+                let reader = Box::new(parquet::Reader::new(&path, file.handle()?)?);
                 let (columns, provenance) = (reader.columns(), reader.provenance());
-                let rows = Kind::Groups { reader, group: Columns::default(), at: 0 };
+                let rows = Kind::Groups { file, reader, group: Columns::default(), at: 0 };
                 Ok(Self { columns, provenance, path, rows })
             }
         }
@@ -79,7 +78,7 @@ impl Source {
                     other => other.map(drop).map_err(|e| Error::io(&self.path, e)),
                 }
             }
-            (Kind::Groups { reader, group, at }, batch) => {
+            (Kind::Groups { reader, group, at, .. }, batch) => {
                 while *at == group.len() {
                     (*group, *at) = (reader.next_group()?.ok_or_else(early)?, 0);
                 }
@@ -89,6 +88,14 @@ impl Source {
                     _ => Ok(()),
                 }
             }
+        }
+    }
+
+    /// Fails unless what was read is what the part wrote. The rows of a Parquet file are read in no order of its bytes: those are read once more.
+    pub fn end(self) -> Result<(), Error> {
+        match self.rows {
+            Kind::Lines(reader) => reader.into_inner().end(),
+            Kind::Groups { file, .. } => file.again(),
         }
     }
 

@@ -21,6 +21,7 @@ mod tap;
 mod tuple_file;
 mod units;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
@@ -246,15 +247,27 @@ fn load(path: &Path, what: &str) -> Result<String> {
     Ok(text)
 }
 
+/// The line with a key of more parts than the TOML reader takes, of which it does not say the place.
+fn deep_key(text: &str) -> Option<Range<usize>> {
+    /// Parts of a key at most.
+    const MOST: usize = 80;
+    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= MOST;
+    let line = text.split('\n').find(deep)?;
+    let start = line.as_ptr() as usize - text.as_ptr() as usize;
+    Some(start..start + line.len())
+}
+
 /// A text that is no TOML at all.
 fn syntax(document: &Document<'_>, error: &toml::de::Error) -> InputError {
-    let at = error.span().unwrap_or(document.text.len()..document.text.len());
+    let at = error.span().or_else(|| deep_key(document.text));
+    let at = at.unwrap_or(document.text.len()..document.text.len());
     let rest = document.text.get(at.start..).unwrap_or_default();
     let starts_as_number = rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
     let reason = match error.message().trim() {
         reason if reason.contains("must be quoted") && starts_as_number => {
             "a number must stand without its unit"
         }
+        "recursion limit" => "its key has too many parts",
         reason => reason,
     };
     let allowed = "lines such as [whisker], D = 10.0, side = \"contact\", a = [20, 30]; \

@@ -36,7 +36,7 @@ use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
-    folder::{Folder, Left, Mark, Question, Written},
+    folder::{Folder, Left, Mark, Question, Written, digest},
     pack::{Packed, Unpacker},
     run_json::{self, Counts, Seconds},
     shard::Shard,
@@ -145,6 +145,7 @@ fn attempt(
     let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
     let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
     let question = Question::of_scene("sweep", spec, asked);
+    let tuples = question.asked["tuples"].clone();
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
@@ -192,6 +193,14 @@ fn attempt(
         document["shard"] = parted::description(shard, study, plan, &about);
     }
     let Keeper { mut folder, .. } = keeper;
+    if let Space::File(file) = &study.space
+        && digest(&study.space).map_or(Value::Null, Value::from) != tuples
+    {
+        // What was kept is of two files.
+        folder.begin_anew()?;
+        let why = "this tuple file was changed while the run read it; there is no new result";
+        return Err(Error::Run(format!("{}: {why}", file.path().display())));
+    }
     folder.run_json(&document)?;
     let Written { files, removed, .. } = folder.finish()?;
     let backend = choice.backend.clone();

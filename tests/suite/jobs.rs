@@ -45,6 +45,22 @@ fn succeeds(ran: &Output) {
     assert!(ran.status.success(), "{}{}", words(&ran.stdout), words(&ran.stderr));
 }
 
+#[test]
+fn a_merge_that_is_not_sent_is_told_with_the_parts_that_were() {
+    let desk = Desk::new(SPEC);
+    desk.run(&["cluster", "slurm", "spec.toml", "--shards", "2", "--out", "jobs"]).exits(0);
+    let mut submit = job(&desk, "jobs", "submit.sh", 1);
+    let once = SBATCH.replace("printf", "case $* in *merge.sbatch) exit 1 ;; esac\nprintf");
+    desk.write("bin/sbatch", once);
+    let ran = submit.output().unwrap();
+    let said = words(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(1), "{said}");
+    for part in ["the parts were sent (job 17)", "sbatch --dependency=afterok:17 merge.sbatch", "scancel 17"]
+    {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
+
 /// Names as users, and those who wish them ill, have them. None is taken for a mark or for a command.
 #[test]
 fn job_scripts_name_odd_paths_as_they_are() {

@@ -117,7 +117,7 @@ fn an_honest_device_is_checked_and_left_alone() {
 /// One dispatch of the first batch goes wrong in every way: it is done again, and nothing is to be seen of it but in run.json.
 #[test]
 fn what_goes_wrong_once_is_done_again() {
-    for kind in [Kind::Flip(64), Kind::Stale, Kind::Skip, Kind::Lose, Kind::Hang] {
+    for kind in [Kind::Flip(64), Kind::Stale, Kind::Skip, Kind::Lose, Kind::Panic, Kind::Hang] {
         let (tables, run) = swept(LISTED, &liar(kind, 1..2));
         assert!(tables == honest(LISTED)[0], "{kind:?}: other bytes");
         assert_eq!((count(&run, "reopened"), count(&run, "handed_over_taps")), (1, 0), "{kind:?}: {run}");
@@ -130,7 +130,7 @@ fn what_goes_wrong_once_is_done_again() {
 /// From the first batch on nothing comes back as it should: every tap is handed over to the CPU, whose tables they are.
 #[test]
 fn what_goes_wrong_for_good_is_handed_over() {
-    for kind in [Kind::Flip(7), Kind::Stale, Kind::Skip, Kind::Lose, Kind::Hang] {
+    for kind in [Kind::Flip(7), Kind::Stale, Kind::Skip, Kind::Lose, Kind::Panic, Kind::Hang] {
         let (tables, run) = swept(LISTED, &liar(kind, 1..u64::MAX));
         assert!(tables == honest(LISTED)[1], "{kind:?}: not the CPU's bytes");
         assert!(count(&run, "handed_over_taps") >= ROWS as u64, "{kind:?}: {run}");
@@ -227,8 +227,17 @@ fn a_liar_is_refused_at_the_start() {
         LISTED.replace("surface = true", "extension = true\ncontact = { coulomb = 0.3 }"),
     ];
     for (text, kind) in models.iter().flat_map(|text| {
-        [Kind::Flip(5), Kind::Stale, Kind::Skip, Kind::Wrong, Kind::NotANumber(9), Kind::Lose, Kind::Hang]
-            .map(|kind| (text, kind))
+        [
+            Kind::Flip(5),
+            Kind::Stale,
+            Kind::Skip,
+            Kind::Wrong,
+            Kind::NotANumber(9),
+            Kind::Lose,
+            Kind::Panic,
+            Kind::Hang,
+        ]
+        .map(|kind| (text, kind))
     }) {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("list.csv"), list()).unwrap();

@@ -1,5 +1,6 @@
 //! Flags of every command.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::Args as Flags;
@@ -15,6 +16,22 @@ where
 {
     PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
         .map(move |said| all.iter().find(|(word, ..)| *word == said).expect("one of the words").1)
+}
+
+/// A number; its range is judged where it is used, with the unit.
+pub(super) fn number(text: &str) -> Result<f64, &'static str> {
+    text.parse().map_err(|_| "allowed: a number, as 0.5 or 1e-4")
+}
+
+/// A whole number in `range`.
+pub(super) fn whole<T: TryFrom<u64>>(
+    range: RangeInclusive<u64>,
+) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number = text.parse().ok().filter(|n| range.contains(n)).and_then(|n: u64| n.try_into().ok());
+        let most = T::try_from(*range.end()).map_or(u64::from(u32::MAX), |_| *range.end());
+        number.ok_or_else(|| format!("allowed: a whole number, {} … {most}", range.start()))
+    }
 }
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
@@ -38,10 +55,10 @@ pub struct Common {
     #[arg(long, value_parser = words(Precision::WORDS), value_name = "TYPE")]
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|strain|, 1e-3 of the peak) [default: 1e-5 with f32, 1e-8 with f64]
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = number)]
     pub tolerance: Option<f64>,
     /// CPU threads [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096))]
     pub threads: Option<u32>,
     /// Say what would run, how many tuples, bytes, seconds; run nothing
     #[arg(long)]

@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args as Flags;
 use vibrissa::sink::shard::Shard;
 
-use super::common::Common;
+use super::common::{Common, number, whole};
 
 /// Evaluate a design space.
 #[derive(Debug, Flags)]
@@ -18,11 +18,11 @@ pub struct Sweep {
     #[arg(long, conflicts_with_all = ["plan", "out", "force"])]
     pub explain: bool,
     /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
-    #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain")]
+    #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain", value_parser = number)]
     pub leave_off: Vec<f64>,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain")]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain", value_parser = number)]
     pub model_error: Option<f64>,
     /// Do part i of n alone, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins them. `slurm`: the part that this task of a
     /// Slurm array is
@@ -56,10 +56,10 @@ pub struct Cluster {
     /// The spec of the sweep
     pub spec: PathBuf,
     /// Parts, each a task of the array
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
     pub shards: u32,
     /// Tasks that run at a time [default: as many as the cluster gives]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
     pub at_a_time: Option<u32>,
     #[command(flatten)]
     pub common: Common,
@@ -81,7 +81,7 @@ pub struct Optimise {
     pub resume: bool,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,
@@ -98,7 +98,7 @@ pub struct Tap {
     pub objective: TapObjective,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the interval of the drive: measured
     /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
     #[command(flatten)]
     pub common: Common,

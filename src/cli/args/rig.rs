@@ -9,7 +9,7 @@ use vibrissa::export::Language;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
 
-use super::common::{Common, words};
+use super::common::{Common, number, whole, words};
 
 /// Calibrate a whisker from measured strains.
 #[derive(Debug, Flags)]
@@ -25,17 +25,17 @@ pub struct Calibrate {
     #[arg(long, value_name = "SPEC")]
     pub whisker: Option<PathBuf>,
     /// Tap angle of every row, degrees, where no column says
-    #[arg(long, value_name = "X", conflicts_with = "delta")]
+    #[arg(long, value_name = "X", conflicts_with = "delta", value_parser = number)]
     pub theta: Option<f64>,
     /// Displacement of every row, mm, where no column says
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = number)]
     pub delta: Option<f64>,
     /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
     /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
     /// [default: from the gaps of the data]
-    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true)]
+    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true, value_parser = number)]
     pub group: Vec<f64>,
     /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -95,14 +95,14 @@ pub struct Contour {
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
     /// Standard deviation of the heading at first touch, degrees: moves a point across the whisker
-    #[arg(long, value_name = "DEG", default_value_t = 0.1)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.1, value_parser = number)]
     pub angle_noise: f64,
     /// Standard deviation of each coordinate of the base, mm
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = number)]
     pub base_noise: f64,
     /// Standard deviation of the motor's angle at which a touch is noticed, degrees; a stroke finds its touch itself, and takes this as
     /// what is known before [default: 0 for a tap, 0.5 for a stroke]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = number)]
     pub touch_noise: Option<f64>,
     /// Which place of the whisker touches [default: as the calibration's model has it]
     #[arg(long, value_parser = words(PLACES), value_name = "PLACE")]
@@ -134,37 +134,37 @@ pub struct Simulate {
     /// The spec: one whisker, its distances and drives, its model
     pub spec: PathBuf,
     /// Taps of each distance and drive
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(1..=u64::MAX))]
     pub repeats: u64,
     /// Standard deviation of one reading, in strain [default: gauge.noise_strain of the spec, else 0]
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = number)]
     pub noise: Option<f64>,
     /// Seed of everything random
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: u64,
     /// A zero reading before every N taps, and one at the end
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=u64::MAX))]
     pub zero_every: Option<u64>,
     /// Drift of the zero per row, in strain
-    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true, value_parser = number)]
     pub drift: f64,
     /// Share of taps that are wrong: another distance label, or a signal off by 20 to 100 %
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = number)]
     pub outliers: f64,
     /// |strain| at which the sensor stops
-    #[arg(long, value_name = "E")]
+    #[arg(long, value_name = "E", value_parser = number)]
     pub saturate: Option<f64>,
     /// Share of the last tap's strain that is still there
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = number)]
     pub hysteresis: f64,
     /// Signal per strain
-    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true, value_parser = number)]
     pub factor: f64,
     /// Tap by this much more than the label says, degrees or mm
-    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true, value_parser = number)]
     pub drive_offset: f64,
     /// Tap this much farther out than the label says, mm
-    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true, value_parser = number)]
     pub a_offset: f64,
     /// Strokes over the object of this file, from its starts, in place of taps at labelled distances; the drives of the spec are the angles
     /// after first touch at which they are read -> strokes.csv (docs/contour.md)

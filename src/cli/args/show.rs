@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args as Flags;
 use vibrissa::figure::Format;
 
-use super::common::{Common, words};
+use super::common::{Common, number, whole, words};
 
 /// One page in which sliders move a whisker: strain, K, its spread and the error budget, of the exact model. It needs no network.
 #[derive(Debug, Flags)]
@@ -28,7 +28,7 @@ pub struct Shape {
     /// The spec: whiskers, distances and drives (10 000 taps at most), an exact model
     pub spec: PathBuf,
     /// Sections from the clamp to the contact
-    #[arg(long, value_name = "N", default_value_t = 101, value_parser = clap::value_parser!(u32).range(3..=10_001))]
+    #[arg(long, value_name = "N", default_value_t = 101, value_parser = whole::<u32>(3..=10_001))]
     pub nodes: u32,
     #[command(flatten)]
     pub common: Common,
@@ -49,10 +49,10 @@ pub struct Report {
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', default_value = "svg,png,pdf", value_parser = words(Format::WORDS))]
     pub figures: Vec<Format>,
     /// Width of a column of the paper, mm; figures with several panels are two columns wide
-    #[arg(long, value_name = "MM", default_value_t = 88.0)]
+    #[arg(long, value_name = "MM", default_value_t = 88.0, value_parser = number)]
     pub width: f64,
     /// Size of all text in the figures, pt
-    #[arg(long, value_name = "PT", default_value_t = 8.0)]
+    #[arg(long, value_name = "PT", default_value_t = 8.0, value_parser = number)]
     pub font_size: f64,
     /// TrueType font file of the figures [default: DejaVu Sans, built in]
     #[arg(long, value_name = "FILE")]
@@ -81,13 +81,13 @@ pub struct Verify {
     pub quick: bool,
     /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
     /// cases [default: 24; with --quick 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
     pub samples: Option<u32>,
     /// Seed of the random taps
-    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true)]
+    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: u64,
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
-    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
     #[command(flatten)]
     pub common: Common,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::disk::{Identity, Stamp, hash_file, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
-use super::{JOURNAL, PREFIX, WORK};
+use super::{JOURNAL, PREFIX, RESULT, UNPLACED, WORK};
 use crate::error::{Error, InputError};
 use crate::sink::shard::Shard;
 
@@ -106,7 +106,9 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
             let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
             let cut = matches!(question.command, "sweep" | "optimise");
             let part = |name: &str| cut && Shard::of_folder(name).is_some();
-            let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
+            let unplaced =
+                |name: &str| name.strip_prefix(RESULT).is_some_and(|rest| rest.starts_with(UNPLACED));
+            let strange = |name: &str| !name.starts_with(PREFIX) && !unplaced(name) && !part(name);
             let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
             let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
             let swept = question.command != "sweep" && folder.join(WORK).exists();
@@ -184,7 +186,7 @@ fn free_name(folder: &Path) -> String {
 /// Where the half-written result of `target` lies: in it if it is there, else beside it; and who owns it there.
 pub(super) fn place(target: &Path) -> Result<(PathBuf, String), Error> {
     if target.is_dir() {
-        return Ok((target.to_owned(), super::RESULT.to_owned()));
+        return Ok((target.to_owned(), RESULT.to_owned()));
     }
     if target.symlink_metadata().is_ok() {
         return Err(refuse(target, "this is a file, not a folder", "a folder"));

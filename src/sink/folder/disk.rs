@@ -12,16 +12,38 @@ pub fn hash(text: &str) -> String {
     hex(Sha256::digest(text.as_bytes()))
 }
 
-/// Hex SHA-256 of everything that `reader` gives, in constant memory.
-pub fn hash_all(reader: &mut impl io::Read) -> io::Result<String> {
-    let mut digest = Sha256::new();
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        match reader.read(&mut buffer)? {
-            0 => return Ok(hex(digest.finalize())),
-            n => digest.update(&buffer[..n]),
-        }
+/// What is read, hashed on the way.
+#[derive(Debug)]
+pub struct Hashing<R> {
+    reader: R,
+    digest: Sha256,
+}
+
+impl<R: io::Read> Hashing<R> {
+    /// Nothing of `reader` yet.
+    pub fn new(reader: R) -> Self {
+        Self { reader, digest: Sha256::new() }
     }
+
+    /// Hex SHA-256 of all that was read, and of what is left, in constant memory.
+    pub fn end(mut self) -> io::Result<String> {
+        let mut buffer = vec![0; 1 << 16];
+        while io::Read::read(&mut self, &mut buffer)? > 0 {}
+        Ok(hex(self.digest.finalize()))
+    }
+}
+
+impl<R: io::Read> io::Read for Hashing<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.reader.read(buffer)?;
+        self.digest.update(&buffer[..n]);
+        Ok(n)
+    }
+}
+
+/// Hex SHA-256 of everything that `reader` gives.
+pub fn hash_all(reader: &mut impl io::Read) -> io::Result<String> {
+    Hashing::new(reader).end()
 }
 
 /// Hex BLAKE3 of a result file: a table of gigabytes is hashed while it is written, and SHA-256 without the CPU's own instructions took

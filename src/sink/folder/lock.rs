@@ -21,7 +21,7 @@ pub(super) struct Lock {
     place: PathBuf,
     path: PathBuf,
     _unfinished: Unfinished,
-    _file: File,
+    file: File,
 }
 
 /// What came of asking for a lock.
@@ -71,12 +71,14 @@ impl Lock {
                 let why = format!("{} is no lock of this program; move it away", path.display());
                 return Err(io::Error::other(why));
             }
-            file.set_len(0)?;
-            file.rewind()?;
-            writeln!(file, "{}", std::process::id())?;
             let (owner, place) = (owner.to_owned(), place.to_owned());
             let _unfinished = Unfinished::new(&path);
-            return Ok(Asked::Held(Self { owner, firm, place, path, _unfinished, _file: file }));
+            // From here on it goes with this, also where a full disk does not take its few bytes.
+            let mut lock = Self { owner, firm, place, path, _unfinished, file };
+            lock.file.set_len(0)?;
+            lock.file.rewind()?;
+            writeln!(lock.file, "{}", std::process::id())?;
+            return Ok(Asked::Held(lock));
         }
     }
 

@@ -23,12 +23,12 @@ use super::pack::Packer;
 use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
-pub use disk::{hash, hash_all, hash_file, open_regular};
+pub use disk::{Hashing, hash, hash_all, hash_file, open_regular};
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
-pub use question::Question;
-pub use record::Listed;
+pub use question::{Question, digest};
 use record::RUN;
+pub use record::{Listed, is_result_name};
 pub use work::{Head, Left, WORK};
 use work::{Made, Partial, Saving};
 
@@ -36,6 +36,8 @@ use work::{Made, Partial, Saving};
 const PREFIX: &str = ".vibrissa-";
 /// Owner of what is written inside a folder that is there.
 const RESULT: &str = "result";
+/// Between the name of a result and six random characters: files of a run whose result did not come to its place.
+const UNPLACED: &str = "-unplaced-";
 /// The journal of an unfinished search.
 pub const JOURNAL: &str = ".vibrissa-evaluations";
 
@@ -239,6 +241,13 @@ impl Folder {
     /// A new file of the result.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.partial.path().join(name);
+        if !self.partial.path().is_dir() {
+            let why = format!(
+                "{}: the hidden folder of this run is gone: it was removed or moved while the run wrote in it; there is no new result",
+                self.partial.path().display()
+            );
+            return Err(Error::Run(why));
+        }
         // What a run that stopped at its very end left under this name.
         if self.partial.is_work() && path.symlink_metadata().is_ok() {
             fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
@@ -281,7 +290,7 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|(f, _)| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         let durable = self.closed.sync().map_err(|e| Error::io(&self.target, e));
-        if let Err(e) = self.closed.check(self.partial.path(), true) {
+        if let Err(e) = self.closed.check(self.partial.path(), Some(true)) {
             return Err(self.broken(&e));
         }
         self.partial.keep();
@@ -289,9 +298,13 @@ impl Folder {
         let placed = durable.and_then(|()| if self.inside { self.replace() } else { self.place() });
         match placed {
             Ok(()) => {
-                self.closed.check(&self.target, false).map(|()| Written { files, removed, _lock: self.lock })
+                self.closed.check(&self.target, None).map(|()| Written { files, removed, _lock: self.lock })
             }
-            Err(e) => Err(self.set_aside(&e)),
+            Err(e) => {
+                let here = self.partial.path();
+                let whole = !here.exists() || self.closed.check(here, Some(false)).is_ok();
+                Err(if whole { self.set_aside(&e) } else { self.broken(&e) })
+            }
         }
     }
 
@@ -300,17 +313,18 @@ impl Folder {
             let error = std::io::Error::other("this was changed while the result was computed");
             return Err(Error::io(self.target.join(name), error));
         }
-        replace::replace(&self.target, self.partial.path(), &self.names, &self.old)
-            .map_err(|e| Error::io(&self.target, e))
+        let check = |at: &Path| self.closed.check(at, Some(false));
+        replace::replace(&self.target, self.partial.path(), (&self.names, &self.old), check)
     }
 
     fn place(&self) -> Result<(), Error> {
-        let placed = || {
-            disk::sync(self.partial.path())?;
-            fs::rename(self.partial.path(), &self.target)?;
-            disk::sync(self.lock.place())
-        };
-        placed().map_err(|e| Error::io(&self.target, e))
+        let (from, failed) = (self.partial.path(), |e| Error::io(&self.target, e));
+        disk::sync(from).and_then(|()| fs::rename(from, &self.target)).map_err(failed)?;
+        if let Err(e) = self.closed.check(&self.target, Some(false)) {
+            fs::rename(&self.target, from).map_err(failed)?;
+            return Err(e);
+        }
+        disk::sync(self.lock.place()).map_err(failed)
     }
 
     /// Keeps the files that are left of a result of which one was touched, under another name; they are no result.
@@ -338,7 +352,7 @@ impl Folder {
             true => RESULT.into(),
             false => self.target.file_name().unwrap_or_default().to_string_lossy(),
         };
-        let kept = self.lock.place().join(format!("{name}-unplaced-{random}"));
+        let kept = self.lock.place().join(format!("{name}{UNPLACED}{random}"));
         match fs::rename(from, &kept) {
             Ok(()) => Error::Run(format!("{why}; what was written is kept in {}", kept.display())),
             Err(_) => Error::Run(why.to_string()),

@@ -24,12 +24,19 @@ impl Closed {
         self.each(|_, file| file.sync_all())
     }
 
-    /// Fails unless each file is what lies under its name in `folder`, and holds what was written; `hashed` compares every byte, else the length.
-    pub fn check(&self, folder: &Path, hashed: bool) -> Result<(), Error> {
+    /// Fails unless each file is what lies under its name in `folder`, and holds what was written; `Some(true)` compares every byte, else the
+    /// length. `None`: the result is in its final place.
+    pub fn check(&self, folder: &Path, before: Option<bool>) -> Result<(), Error> {
+        let so = match before {
+            Some(_) => "there is no new result",
+            None => {
+                "the new result has taken the place of the old one, and is not whole: run the command again with --force"
+            }
+        };
         self.each(|listed, file| {
             let path = folder.join(&listed.name);
-            let why = touched(&path, listed, file, hashed).map_err(|e| Error::io(&path, e))?;
-            let failed = |why| Error::io(&path, io::Error::other(format!("{why}; there is no new result")));
+            let why = touched(&path, listed, file, before == Some(true)).map_err(|e| Error::io(&path, e))?;
+            let failed = |why| Error::io(&path, io::Error::other(format!("{why}; {so}")));
             why.map_or(Ok(()), |why| Err(failed(why)))
         })
     }

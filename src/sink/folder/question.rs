@@ -42,16 +42,7 @@ impl Question {
             Value::Object(asked) => asked,
             _ => Map::new(),
         };
-        let digest = match &spec.study.space {
-            Space::List(tuples) => {
-                let bytes: Vec<u8> =
-                    tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
-                hash_all(&mut bytes.as_slice()).ok()
-            }
-            Space::File(file) => File::open(file.path()).and_then(|mut file| hash_all(&mut file)).ok(),
-            _ => None,
-        };
-        if let Some(digest) = digest {
+        if let Some(digest) = digest(&spec.study.space) {
             asked.insert("tuples".into(), digest.into());
         }
         if let Some(fit) = &spec.material_fit {
@@ -81,6 +72,19 @@ impl Question {
         let differ = |key: &&String| now.get(*key) != then.get(*key) || now[*key].is_null();
         let gone = then.keys().filter(|key| !now.contains_key(*key));
         now.keys().filter(differ).chain(gone).cloned().collect()
+    }
+}
+
+/// The hash of listed tuples: of those in memory, or of their file as it is now.
+pub fn digest(space: &Space) -> Option<String> {
+    match space {
+        Space::List(tuples) => {
+            let bytes: Vec<u8> =
+                tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
+            hash_all(&mut bytes.as_slice()).ok()
+        }
+        Space::File(file) => File::open(file.path()).and_then(|mut file| hash_all(&mut file)).ok(),
+        _ => None,
     }
 }
 

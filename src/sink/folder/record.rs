@@ -58,7 +58,7 @@ impl Record {
             return None;
         }
         let files: Vec<Listed> = serde_json::from_value(run["files"].clone()).ok()?;
-        if !files.iter().all(|f| is_plain(&f.name) && f.name != RUN) {
+        if !files.iter().all(|f| is_result_name(&f.name)) {
             return None;
         }
         Some(Self::Result {
@@ -77,6 +77,11 @@ impl Record {
             _ => &[],
         }
     }
+}
+
+/// Whether `name` may be that of a file that a `run.json` lists.
+pub fn is_result_name(name: &str) -> bool {
+    is_plain(name) && name != RUN
 }
 
 /// Whether `name` is that of a file in the folder itself, and none of the program's own hidden ones.

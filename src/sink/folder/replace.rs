@@ -33,6 +33,13 @@ struct Manifest {
     aside: Option<String>,
 }
 
+impl Manifest {
+    fn of(names: &[String], old: &Old) -> Self {
+        let old_files = old.files.iter().map(|(f, _)| f.clone()).collect();
+        Self { put: names.to_vec(), old: old_files, aside: old.aside.clone() }
+    }
+}
+
 /// Whether anything has come in the way of `names` since `old` was found; what.
 pub(super) fn obstacle(target: &Path, names: &[String], old: &Old) -> Option<String> {
     let changed = |name: &str| match (target.join(name).symlink_metadata(), old.holds(name)) {
@@ -44,27 +51,38 @@ pub(super) fn obstacle(target: &Path, names: &[String], old: &Old) -> Option<Str
     names.iter().chain(listed).find(|name| changed(name)).cloned()
 }
 
-/// Puts the files `names` of the folder `new`, which are durable, in the place of `old`.
-pub(super) fn replace(target: &Path, new: &Path, names: &[String], old: &Old) -> io::Result<()> {
-    let manifest = Manifest {
-        put: names.to_vec(),
-        old: old.files.iter().map(|(f, _)| f.clone()).collect(),
-        aside: old.aside.clone(),
-    };
+/// Puts the files `names` of the folder `new`, which are durable, in the place of `old`, if they are whole as `check` judges them under their
+/// last hidden name; else everything is as before.
+pub(super) fn replace(
+    target: &Path,
+    new: &Path,
+    (names, old): (&[String], &Old),
+    check: impl FnOnce(&Path) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let failed = |e| Error::io(target, e);
+    decide(target, new, names, old).map_err(failed)?;
+    let pending = target.join(PENDING);
+    if let Err(e) = check(&pending) {
+        fs::rename(&pending, new).and_then(|()| fs::remove_file(new.join(MANIFEST))).map_err(failed)?;
+        return Err(e);
+    }
+    let manifest = Manifest::of(names, old);
+    put(target, &manifest).and_then(|()| finish(target)).map_err(failed)
+}
+
+/// Renames `new`, with what is to be done in it, to its last hidden name.
+fn decide(target: &Path, new: &Path, names: &[String], old: &Old) -> io::Result<()> {
     // One of a run that was killed here, of the same result.
     match fs::remove_file(new.join(MANIFEST)) {
         Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
         _ => {}
     }
     let mut file = fs::File::create_new(new.join(MANIFEST))?;
-    file.write_all(serde_json::to_string(&manifest)?.as_bytes())?;
+    file.write_all(serde_json::to_string(&Manifest::of(names, old))?.as_bytes())?;
     file.sync_all()?;
     sync(new)?;
-    let pending = target.join(PENDING);
-    fs::rename(new, &pending)?;
-    sync(target)?;
-    put(target, &manifest)?;
-    finish(target)
+    fs::rename(new, target.join(PENDING))?;
+    sync(target)
 }
 
 /// Ends a replacement that was decided and not done.
@@ -248,7 +266,12 @@ mod tests {
             fs::write(new.join(name), text).unwrap();
         }
         let names = ["a.csv".to_owned(), RUN.to_owned()];
-        replace(folder.path(), &new, &names, &Old::default()).unwrap();
+        let (path, old) = (folder.path(), Old::default());
+        // What is touched when the names are about to change is not put there.
+        let touched = |_: &Path| Err(Error::Run("touched".into()));
+        replace(path, &new, (&names, &old), touched).unwrap_err();
+        assert!(new.join("a.csv").exists() && !path.join(PENDING).exists() && !path.join(RUN).exists());
+        replace(path, &new, (&names, &old), |_| Ok(())).unwrap();
         assert_eq!(
             texts(folder.path()),
             [("a.csv".to_owned(), "new".to_owned()), (RUN.to_owned(), "new".to_owned())]

@@ -11,7 +11,7 @@ use super::ranking::Ranker;
 use super::{
     adapter::Adapter,
     clock::within,
-    fault::Fault,
+    fault::{Fault, quietly},
     lie::Kind,
     seal::Seal,
     shader::{Variant, WORKGROUP, validate},
@@ -189,6 +189,15 @@ impl Gpu {
         taps: &[Tap<f64>],
         out: &mut Vec<Solution<f64>>,
     ) -> Result<usize, Fault> {
+        quietly(|| self.dispatched(kernel, taps, out)).map_err(Fault::Lost)?
+    }
+
+    fn dispatched(
+        &mut self,
+        kernel: &Kernel,
+        taps: &[Tap<f64>],
+        out: &mut Vec<Solution<f64>>,
+    ) -> Result<usize, Fault> {
         out.clear();
         let (precision, count, word) = (self.precision, taps.len(), self.word());
         let lie = self.adapter.lie.clone();
@@ -233,6 +242,7 @@ impl Gpu {
             self.device.destroy();
         }
         let at = self.queue.submit([encoder.finish()]);
+        assert!(told != Some(Kind::Panic), "the device was lost while it was waited for");
         wait(&self.device, (&buffers.readback, bytes), at, told == Some(Kind::Hang), &self.mishap)?;
         let view = buffers.readback.get_mapped_range(0..bytes).map_err(lost)?;
         let stamp = self.stamp;
@@ -363,7 +373,7 @@ pub(super) fn wait(
     });
     let patience = if hangs { Duration::ZERO } else { PATIENCE };
     let waiting = wgpu::PollType::Wait { submission_index: Some(at), timeout: Some(patience) };
-    let polled = device.poll(waiting);
+    let polled = quietly(|| device.poll(waiting)).map_err(Fault::Lost)?;
     heard(mishap)?;
     match polled {
         _ if hangs => return Err(Fault::Late(patience)),

@@ -1,6 +1,8 @@
 //! What a device can do wrong, and the record of it.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
+use std::sync::{Arc, Mutex, MutexGuard, Once, OnceLock, PoisonError};
 use std::time::Duration;
 
 use serde::{Serialize, Serializer};
@@ -55,6 +57,35 @@ pub fn tell(ear: fn(&str)) {
 /// Hands `words` to whoever asked for them by [`tell`].
 pub fn hear(words: &str) {
     EAR.get().into_iter().for_each(|ear| ear(words));
+}
+
+thread_local! {
+    /// Whether a panic of this thread is told by whoever catches it.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// The value of `call`, or the words of its panic, which stderr does not hear: drivers, and wgpu where a device is lost while it is waited
+/// for, panic in place of an error.
+///
+/// # Errors
+/// The words of a panic.
+pub fn quietly<T>(call: impl FnOnce() -> T) -> Result<T, String> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let loud = take_hook();
+        set_hook(Box::new(move |panic| {
+            if !QUIET.get() {
+                loud(panic);
+            }
+        }));
+    });
+    let before = QUIET.replace(true);
+    let done = catch_unwind(AssertUnwindSafe(call));
+    QUIET.set(before);
+    done.map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the driver panicked").to_owned()
+    })
 }
 
 /// What was checked of a device, and what it did wrong, so far.

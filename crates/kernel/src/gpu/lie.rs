@@ -19,6 +19,8 @@ pub enum Kind {
     NotANumber(usize),
     /// Is lost before a dispatch.
     Lose,
+    /// Is lost while it is waited for, at which its driver's library panics.
+    Panic,
     /// Does not end in time.
     Hang,
     /// Does not compile in time; `when` then counts kernels, not dispatches.

@@ -16,5 +16,5 @@ pub use adapter::{Adapter, SOFTWARE_RANKS, adapters, forked, pick};
 pub use check::Passed;
 pub use clock::left_behind;
 pub use dispatch::Gpu;
-pub use fault::{Fault, Log, Told, hear, tell};
+pub use fault::{Fault, Log, Told, hear, quietly, tell};
 pub use watched::{Verdicts, Watched};

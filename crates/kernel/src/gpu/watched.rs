@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::adapter::Adapter;
 use super::check::{Passed, check};
 use super::dispatch::{Gpu, Kernel};
-use super::fault::{Fault, Log};
+use super::fault::{Fault, Log, quietly};
 use super::ranking::Ranker;
 use crate::cpu::Cpu;
 use crate::ranking::{Charts, Ranking};
@@ -128,6 +128,9 @@ impl Watched {
         if let Fault::Late(_) = fault {
             // Its driver waits for what does not end.
             std::mem::forget(old);
+        } else {
+            // One that is lost may panic here once more.
+            let _ = quietly(|| drop(old));
         }
         if self.strikes < STRIKES {
             // A driver that has failed once may fail in any way.
