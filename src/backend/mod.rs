@@ -3,13 +3,13 @@
 #[cfg(unix)]
 mod crash;
 mod drivers;
+mod listed;
 mod verdicts;
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
@@ -25,6 +25,8 @@ use crate::scene::{
 #[cfg(unix)]
 pub use crash::tell_crashes;
 pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
+pub use listed::listed;
+use listed::{names, no_hardware};
 pub use verdicts::VARIABLE as SELF_CHECK;
 
 /// The backend taken, in words and numbers; part of `run.json`.
@@ -255,11 +257,8 @@ impl Choice {
         let name = options.adapter.as_deref();
         let found = gpu::pick(adapters, name);
         if let (Some(name), None, BackendChoice::Auto | BackendChoice::Gpu) = (name, &found, asked) {
-            return Err(InputError::new("no adapter has this in its name")
-                .key("--adapter")
-                .value(name)
-                .allowed(names(adapters))
-                .into());
+            let error = InputError::new("no adapter has this in its name").allowed(names(adapters));
+            return Err(placed(error, "adapter", name, options.adapter_at.as_ref()).into());
         }
         let usable = |a: &Adapter| precision == Precision::F32 || a.f64;
         let (name, adapter, reason) = match (asked, found) {
@@ -358,48 +357,19 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
         let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
         let error = InputError::new("this precision cannot keep such a tolerance")
             .allowed(format!("{least:e} … 1 (exclusive){hint}"));
-        return Err(match options.tolerance_at.clone() {
-            None => error.key("--tolerance").value(t),
-            Some(Written { file, text, line, span }) => error
-                .key("run.tolerance")
-                .value(&text[span.clone()])
-                .at(&file, Some(line))
-                .snippet(&file, &text, span),
-        });
+        return Err(placed(error, "tolerance", t, options.tolerance_at.as_ref()));
     }
     Ok(t)
 }
 
-/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and what drivers did wrong.
-fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -> String {
-    let software: Vec<&str> = software.collect();
-    let mut why: Vec<String> = faults.to_vec();
-    match software[..] {
-        [] if faults.is_empty() => why.push("no Vulkan, Metal or DirectX 12 adapter".to_owned()),
-        [] => {}
-        _ => why.push(format!(
-            "no hardware adapter; --backend gpu takes the software adapter {}",
-            software.join(" or ")
-        )),
-    }
-    why.join("; ")
-}
-
-/// What there is to compute on: `adapters`, and the CPU; what drivers did wrong, in words.
-pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
-    let one = |a: &Adapter| {
-        json!({
-            "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
-            "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
-        })
-    };
-    let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
-    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
-}
-
-fn names(adapters: &[Adapter]) -> String {
-    match adapters {
-        [] => "nothing: this machine has no adapter".to_owned(),
-        some => some.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", "),
+/// `error` of an option that was written in a spec, or on the command line.
+fn placed(error: InputError, option: &str, value: impl std::fmt::Display, at: Option<&Written>) -> InputError {
+    match at {
+        None => error.key(format!("--{option}")).value(value),
+        Some(Written { file, text, line, span }) => error
+            .key(format!("run.{option}"))
+            .value(&text[span.clone()])
+            .at(file, Some(*line))
+            .snippet(file, text, span.clone()),
     }
 }

@@ -113,11 +113,13 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     };
     let (tolerance, tolerance_at) =
         section.optional("tolerance", |v| Ok((v.within(&TOLERANCE)?, v.at())))?.unzip();
+    let (adapter, adapter_at) = section.optional("adapter", |v| Ok((v.text()?.to_owned(), v.at())))?.unzip();
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
         force: section.optional("force", Item::flag)?,
         backend: section.optional("backend", |v| v.word(&backends))?,
-        adapter: section.optional("adapter", |v| v.text().map(str::to_owned))?,
+        adapter,
+        adapter_at: adapter_at.flatten(),
         precision: section.optional("precision", |v| v.word(&precisions))?,
         tolerance,
         tolerance_at: tolerance_at.flatten(),

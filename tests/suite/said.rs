@@ -62,3 +62,15 @@ fn a_key_of_too_many_parts_is_told_with_its_line() {
     assert_eq!(error["line"], 4, "{error}");
     assert!(error["message"].as_str().unwrap().contains("too many parts"), "{error}");
 }
+
+#[test]
+fn an_adapter_of_a_spec_that_is_not_there_is_told_with_its_line() {
+    let text = format!("{SPEC}\n[run]\nadapter = \"nothing of this name\"\n");
+    let line = text.lines().position(|l| l.starts_with("adapter")).unwrap() + 1;
+    let desk = Desk::new(&text);
+    let error = desk.run(&["sweep", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+    assert_eq!((error["key"].as_str(), error["line"].as_u64()), (Some("run.adapter"), Some(line as u64)));
+    assert_eq!(error["value"], "\"nothing of this name\"", "{error}");
+    let typed = desk.run(&["sweep", "spec.toml", "--adapter", "neither", "--json"]).exits(2).json();
+    assert_eq!(typed["error"]["key"], "--adapter");
+}

@@ -80,6 +80,7 @@ impl Common {
             force: flag(self.force, spec.force),
             backend: self.backend.or(spec.backend),
             adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
+            adapter_at: spec.adapter_at.clone().filter(|_| self.adapter.is_none()),
             precision: self.precision.or(spec.precision),
             tolerance: self.tolerance.or(spec.tolerance),
             tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),

@@ -64,6 +64,8 @@ pub struct RunOptions {
     pub backend: Option<BackendChoice>,
     /// Substring of the adapter's name.
     pub adapter: Option<String>,
+    /// Where `adapter` was written, if in a spec.
+    pub adapter_at: Option<Written>,
     /// Precision of the fast kernels.
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|ε|, 1e-3 θ f_max).
