@@ -363,7 +363,12 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
 }
 
 /// `error` of an option that was written in a spec, or on the command line.
-fn placed(error: InputError, option: &str, value: impl std::fmt::Display, at: Option<&Written>) -> InputError {
+fn placed(
+    error: InputError,
+    option: &str,
+    value: impl std::fmt::Display,
+    at: Option<&Written>,
+) -> InputError {
     match at {
         None => error.key(format!("--{option}")).value(value),
         Some(Written { file, text, line, span }) => error

@@ -51,8 +51,8 @@ impl Readers {
 
 /// Scores candidates of one search on one backend.
 pub struct Scorer<'a> {
-    evaluator: Evaluator<'a>,
-    judge: Judge<'a>,
+    pub(super) evaluator: Evaluator<'a>,
+    pub(super) judge: Judge<'a>,
     batch: usize,
     rows: Option<Arc<RowReader>>,
 }

@@ -54,12 +54,9 @@ impl<'a> Curve<'a> {
 
     /// At these drives, degrees or mm.
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
-        let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..self.whisker }).collect();
-        self.evaluations += points.len() as u64;
-        let scores = self.scorer.scores(&points)?;
-        let rows = self.scorer.rows(&points)?;
-        let whole = drives.iter().zip(rows).zip(scores);
-        Ok(whole.map(|((&drive, row), score)| Sample { drive, row, score }).collect())
+        self.evaluations += drives.len() as u64;
+        let all = self.scorer.along(&self.whisker, drives)?;
+        Ok(drives.iter().zip(all).map(|(&drive, (row, score))| Sample { drive, row, score }).collect())
     }
 
     /// From end to end in steps of 1, 2 or 5 times a power of ten, both ends included.
