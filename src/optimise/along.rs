@@ -35,7 +35,7 @@ impl Scorer<'_> {
         };
         // Drive by drive, as a row has them.
         let order = || (0..drives.len()).flat_map(|j| (0..n).map(move |i| i * drives.len() + j));
-        let taps: Vec<Outcome> = order().map(|t| found[t].clone()).collect();
+        let taps: Vec<Outcome> = order().map(|t| found[t]).collect();
         let own = self.curves(one, drives, Some(Reach::of(direction, reach)))?;
         let scored = self.judge.reach_of(0, direction);
         let of_scores = if scored == Some(Reach::of(direction, reach)) {
