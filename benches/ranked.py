@@ -58,7 +58,7 @@ by = "{by}"
 
 def timed(program, path, out):
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run([program, "sweep", path, "--backend", "cpu", "--force", "--quiet", "--out", out], check=True)
+    subprocess.run([program, "sweep", path, "--backend", "cpu", "--force", "--quiet", "--out", out], check=True, stderr=subprocess.DEVNULL)
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
