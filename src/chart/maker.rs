@@ -108,10 +108,10 @@ impl Maker<'_> {
             let at = nodes([near, far], n);
             let Some(more) = self.at(&at[charts.len()..])? else { return Ok(None) };
             charts.extend(more);
-            let checks = match &mut checks {
-                Some(checks) => checks,
-                none => none.insert(self.checks(distances, &charts)?),
-            };
+            if checks.is_none() {
+                checks = self.checks(distances, &charts)?;
+            }
+            let Some(checks) = &checks else { return Ok(None) };
             if let Some(error) = self.passed(&charts, checks) {
                 return Ok(Some((charts, Some(Between::new(&at, distances, error)))));
             }
@@ -119,8 +119,12 @@ impl Maker<'_> {
         Ok(None)
     }
 
-    /// Solved taps at some of `distances`, over the corners and the inside of what `charts` hold.
-    fn checks(&mut self, distances: &[f64], charts: &[DistanceChart]) -> Result<Vec<Check>, SolveError> {
+    /// Solved taps at some of `distances`, over the corners and the inside of what `charts` hold; `None` where one has no solution.
+    fn checks(
+        &mut self,
+        distances: &[f64],
+        charts: &[DistanceChart],
+    ) -> Result<Option<Vec<Check>>, SolveError> {
         let within = self.within(charts);
         let points = within.map(|[lo, hi]| hi <= lo);
         let power = power(self.setup);
@@ -143,7 +147,7 @@ impl Maker<'_> {
         };
         let found = (0..CHECKS).into_par_iter().map(check).collect::<Result<Vec<_>, _>>()?;
         self.taps += found.iter().map(|(_, sweeps)| sweeps.taps).sum::<u64>();
-        Ok(found.into_iter().filter_map(|(check, _)| check).collect())
+        Ok(found.into_iter().map(|(check, _)| check).collect())
     }
 
     /// Largest error of the strain at `checks` as read between `charts`; `None` where a function is off by more than it may.

@@ -34,6 +34,12 @@ fn counts(json: &Value) -> &Value {
 /// taps of a million.
 #[track_caller]
 fn agrees(text: &str, by: &str) {
+    agrees_ranked(text, by, "device");
+}
+
+/// As [`agrees`], where `ranks` the designs of a gpu: what reads many distances from few charts is the CPU alone.
+#[track_caller]
+fn agrees_ranked(text: &str, by: &str, ranks: &str) {
     let desk = Desk::new(text);
     let run = |backend: &str, precision: &str| {
         let out = format!("{backend}-{precision}");
@@ -52,7 +58,7 @@ fn agrees(text: &str, by: &str) {
         let (charted, (_, got)) = run(backend, "f32");
         let (a, b) = (counts(&charted), counts(&exact));
         assert_eq!(a["taps"], taps, "{backend}");
-        let by = if backend == "gpu" { "device" } else { "lanes" };
+        let by = if backend == "gpu" { ranks } else { "lanes" };
         assert_eq!(a["chart"]["ranked_by"], by, "{backend}: {a}");
         assert!(a["interpolated"].as_u64().unwrap() > taps / 10, "{backend}: {a}");
         assert!(a["solved"].as_u64().unwrap() < taps, "{backend}: {a}");
@@ -111,6 +117,34 @@ fn sampled_designs_with_their_own_angle() {
         for by in ["K_sd", "total_rms_mm"] {
             agrees(&spec(&whisker, &gauge, &tap, "", &format!("top = 9\nby = \"{by}\"")), by);
         }
+    }
+}
+
+/// Distances without a chart of their own are read between charts, each rank by its own statistics; distances may repeat.
+#[test]
+fn many_distances_are_read_from_a_few_charts() {
+    const MODEL: &str =
+        "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
+    let axis = |lo: f64, hi: f64, n: u32| format!("{{ min = {lo}, max = {hi}, samples = {n} }}");
+    let repeated: Vec<String> = (0..60).map(|i| format!("{}", 21 + i * 7 % 28)).collect();
+    let even = "{ from = 21, to = 48, steps = 60 }".to_owned();
+    for (own, model, by, a) in [
+        (true, MODEL, "K_sd", even.clone()),
+        (true, MODEL, "total_rms_mm", format!("[{}]", repeated.join(", "))),
+        (false, MODEL, "K_sd", even.clone()),
+        (false, "", "total_rms_mm", even),
+    ] {
+        let n = if own { 2500 } else { 120 };
+        let theta = if own { axis(0.5, 10.0, n) } else { "{ from = 0.5, to = 10, steps = 30 }".into() };
+        let whisker = format!("D = {}\nd = {}\nL_a = 50", axis(8.0, 12.0, n), axis(2.0, 7.0, n));
+        let gauge = format!("x_ss = {}\nl = 2\nnoise_strain = 2e-5", axis(3.0, 15.0, n));
+        let tap = format!("a = {a}\ntheta = {theta}");
+        let text = spec(&whisker, &gauge, &tap, model, &format!("top = 9\nby = \"{by}\""));
+        let desk = Desk::new(&text);
+        let counts = desk.run(&["sweep", "spec.toml", "--json"]).exits(0).json()["counts"].clone();
+        assert!(counts["chart"]["charts"].as_u64().is_some_and(|n| n <= 20), "{counts}");
+        assert!(counts["chart"]["strain_error"].as_f64().unwrap() < 5e-6, "{counts}");
+        agrees_ranked(&text, by, "lanes");
     }
 }
 
