@@ -6,26 +6,11 @@ use super::axis::{AXES, Axis, Quantity};
 use super::build::{Bound, Built, build};
 use super::distance::{DistanceChart, FUNCTIONS, room};
 use super::taps::Taps;
-use crate::design::radians;
 use crate::error::SolveError;
-use crate::evaluate::Outcome;
+use crate::evaluate::{Outcome, beside_linear, path};
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Drive, Setup};
 use crate::status::Status;
-
-/// ε₂/(θ f), φ (rad) and λ over the path of the pole, as linear theory has them, for a pole of `direction`.
-pub fn linear(direction: Direction) -> [f64; FUNCTIONS] {
-    let [tilt, lean] = radians(direction);
-    [tilt.cos() * tilt.sin(), tilt, -tilt.sin() / lean.cos()]
-}
-
-/// How far the pole comes towards the base, mm per unit of the drive: rad, or mm.
-pub fn path(setup: &Setup, a: f64) -> f64 {
-    match setup.drive {
-        Drive::Angle => a + setup.hub,
-        Drive::Displacement => 1.0,
-    }
-}
 
 /// Box and series over `axes` of what linear theory lacks, over driveᵉ, e = `power`, each good to `error`.
 pub fn branch(
@@ -36,7 +21,7 @@ pub fn branch(
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let mut taps = Taps::new(setup, a, None, solved).towards(direction).stopping(stop);
-    let known = linear(direction);
+    let known = beside_linear(direction);
     let bad = Status::NOT_CONVERGED | Status::MATERIAL_LIMIT | Status::NO_STRAIN | Status::INVALID_GEOMETRY;
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let drive = q[Quantity::Drive as usize];

@@ -3,10 +3,10 @@
 use serde_json::{Value, json};
 
 use super::axis::Quantity;
-use super::beside;
 use super::build::Built;
 use super::distance::{DistanceChart, FUNCTIONS};
 use super::series::{Row, Series};
+use crate::evaluate::beside_linear;
 use crate::scene::{Drive, Setup};
 
 /// Version of the format.
@@ -49,7 +49,7 @@ fn one(chart: &DistanceChart, upright: bool) -> Value {
         (one["tilt_deg"], one["lean_deg"]) = (chart.direction.tilt.into(), chart.direction.lean.into());
     }
     if let (Some(built), Some(beside)) = (&chart.beside, chart.beside()) {
-        let linear = beside::linear(chart.direction);
+        let linear = beside_linear(chart.direction);
         one["beside"] = json!({ "linear": linear, "axes": axes(&beside), "errors": built.errors, "series": series(built) });
     }
     one

@@ -3,8 +3,7 @@
 use super::axis::AXES;
 use crate::design::amount;
 use crate::physics::taper::Taper;
-use crate::plan::Layout;
-use crate::scene::{Column, Drive, Setup};
+use crate::scene::{Column, Drive, Layout, Setup};
 
 /// Largest x2/a of a charted tap: nearer contacts are solved.
 pub const NEAREST: f64 = 0.9;

@@ -4,9 +4,8 @@ use super::lanes::{Found, Tables};
 use super::scope::{Scope, Summary};
 use crate::error::SolveError;
 use crate::kernel::ranking::{Case, Charts, Sheet};
-use crate::plan::Layout;
 use crate::reduce::Sweeps;
-use crate::scene::{Study, Tuple};
+use crate::scene::{Layout, Study, Tuple};
 
 /// Charts of the distances of a sweep, and their tables.
 #[derive(Debug)]

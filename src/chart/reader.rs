@@ -11,7 +11,7 @@ use super::ranges::{NEAREST, Wanted, factors, holds, scaled};
 use super::scope::Summary;
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
-use crate::evaluate::{Outcome, Task, told};
+use crate::evaluate::{Outcome, Source, Task, told};
 use crate::kernel::Effects;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
@@ -156,6 +156,12 @@ impl Reader {
             holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
         };
         (inside(chart) && also.is_none_or(inside)).then_some([drive, x1 / a, base, taper, x2 / a])
+    }
+}
+
+impl Source for Reader {
+    fn read(&self, setup: &Setup, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
+        Self::read(self, setup, designs, tasks)
     }
 }
 

@@ -10,9 +10,8 @@ use crate::error::SolveError;
 use crate::estimate::WIDENING;
 use crate::kernel::ranking::{Case, Within};
 use crate::physics::taper::Taper;
-use crate::plan::Layout;
 use crate::reduce::Sweeps;
-use crate::scene::{Convention, Drive, Geometry, Per, RankBy, Setup, Study, Theory, Tuple};
+use crate::scene::{Convention, Drive, Geometry, Layout, Per, RankBy, Setup, Study, Theory, Tuple};
 
 /// Taps below which charts do not pay.
 const LEAST_TAPS: u64 = 1 << 17;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use super::point::{Noise, Point};
 use super::pose::Pose;
-use super::skin::Skin;
 use crate::error::{Error, InputError, nearest};
 use crate::locate::Locator;
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
+use crate::measure::skin::Skin;
 use crate::measure::text::{fields, separator};
 
 /// Column that names the whisker of a row.

@@ -1,6 +1,6 @@
 //! Taps and strokes become points on an object, and points a curve (docs/contour.md).
 //!
-//! [`pose`] is where a whisker stands, [`skin`] which place of it touches; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
+//! [`pose`] is where a whisker stands; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
 //! [`curve`] a line, a circle or a smooth curve of points; [`traced`] is all of it for a file of readings, and what is told of that.
 
 pub mod array;
@@ -9,7 +9,6 @@ pub mod least;
 pub mod point;
 pub mod pose;
 pub mod rows;
-pub mod skin;
 pub mod stroke;
 pub mod trace;
 pub mod traced;

@@ -1,10 +1,10 @@
 //! A point on an object, with what is known of it.
 
 use super::pose::Pose;
-use super::skin::Skin;
 use crate::error::InputError;
 use crate::locate::Locator;
 use crate::locate::table::Reading;
+use crate::measure::skin::Skin;
 use crate::status::Status;
 
 /// Half width of central differences over the drive, relative.

@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 use super::least::{Minimum, minimise, slopes};
 use super::point::{Covariance, Noise, Point};
 use super::pose::Pose;
-use super::skin::Skin;
 use crate::locate::Locator;
 use crate::locate::table::Reading;
+use crate::measure::skin::Skin;
 use crate::reduce::median;
 
 /// Fewest readings of a stroke; fewer are taps.

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point};
 use super::rows::{Placed, placed};
-use super::skin::Skin;
 use super::stroke::{FEWEST, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
 use crate::locate::table::{Reading, Readings};
+use crate::measure::skin::Skin;
 use crate::scene::Drive;
 
 /// Standard deviation that every point of a curve has at least in all directions, mm: else one whose heading is certain would have none across.

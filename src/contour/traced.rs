@@ -4,7 +4,6 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
 
-use super::skin::PLACES;
 use super::trace::{Asked, Trace};
 use super::truth::{self, Edge};
 use super::write;
@@ -14,6 +13,7 @@ use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Calibration, Locator, SaidZero, locator::opener};
 use crate::measure::Names;
+use crate::measure::skin::PLACES;
 use crate::scene::RunOptions;
 use crate::sink::folder::{hash, hash_all};
 use crate::sink::run_json;

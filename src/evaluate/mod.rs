@@ -4,6 +4,7 @@ mod guard;
 mod outcome;
 mod over_drives;
 mod solve;
+mod source;
 mod strains;
 mod tilted;
 
@@ -12,7 +13,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::chart::reader::Reader;
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::ranking::{Charts, Ranking};
@@ -27,6 +27,7 @@ pub use outcome::told;
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solved, frame};
+pub use source::{Source, beside_linear, path};
 
 /// One tap of one design of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -133,7 +134,7 @@ pub struct Evaluator<'a> {
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
     /// Read in place of solved, where that is enough.
-    reader: Option<Arc<Reader>>,
+    reader: Option<Arc<dyn Source>>,
     /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early.
@@ -182,11 +183,6 @@ impl<'a> Evaluator<'a> {
         if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped) } else { Ok(()) }
     }
 
-    /// With `reader` for [`Self::read`].
-    pub fn reading(self, reader: Option<Arc<Reader>>) -> Self {
-        Self { reader, ..self }
-    }
-
     /// With `guard` for the taps near a threshold, if there is one.
     pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
         Self { guard: guard.map(Box::new), ..self }
@@ -221,18 +217,6 @@ impl<'a> Evaluator<'a> {
             guard.mend(designs, tasks, &mut outcomes)?;
         }
         Ok(outcomes)
-    }
-
-    /// Outcomes of `tasks`, in their order: read from charts where there are any, else as [`Self::run`].
-    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
-        let Some(reader) = &self.reader else { return self.run(designs, tasks) };
-        let found = reader.read(self.setup, designs, tasks);
-        let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
-        let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
-        let solved = self.unguarded(|one| one.run(designs, &again))?;
-        let mut all: Vec<Outcome> = found.into_iter().map(|o| o.unwrap_or(Outcome::NOTHING)).collect();
-        open.iter().zip(solved).for_each(|(&i, outcome)| all[i] = outcome);
-        self.mend(designs, tasks, all)
     }
 
     /// For samples of a smooth function, which need no word: frictionless taps that no rung solves are not left to the reference. Fails with

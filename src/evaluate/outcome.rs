@@ -1,8 +1,7 @@
 //! From solutions to outcomes: values in users' units, and the statuses of the physics.
 
 use super::solve::{Plane, Solved};
-use super::{Outcome, Task};
-use crate::chart::beside;
+use super::{Outcome, Task, beside_linear, path};
 use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::{Solution, Tap};
 use crate::physics::onset::Grip;
@@ -67,8 +66,8 @@ pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: 
     if share.is_finite() { share } else { 1.0 }
 }
 
-/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what its functions [`beside`](crate::chart::beside)
-/// are. `None` of a design that is no whisker.
+/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what it has beside linear
+/// theory ([`beside_linear`]). `None` of a design that is no whisker.
 pub fn told(
     setup: &Setup,
     design: &Design,
@@ -86,10 +85,13 @@ pub fn told(
         }
     };
     let beside = beside.map(|found| {
-        let [strain_2, azimuth, slide] =
-            std::array::from_fn(|f| beside::linear(task.direction)[f] + found[f]);
-        let path = amount(setup.drive, task.drive) * beside::path(setup, task.a);
-        Beside { strain_2: linear * strain_2, axial: f64::NAN, plane: Plane { azimuth, slide: path * slide } }
+        let [strain_2, azimuth, slide] = std::array::from_fn(|f| beside_linear(task.direction)[f] + found[f]);
+        let moved = amount(setup.drive, task.drive) * path(setup, task.a);
+        Beside {
+            strain_2: linear * strain_2,
+            axial: f64::NAN,
+            plane: Plane { azimuth, slide: moved * slide },
+        }
     });
     let found = Found {
         strain: share * (linear + linear * strain),
@@ -187,8 +189,8 @@ impl Found {
     /// The linear theory of a pole that need not be upright: the rod bends by θ cos β towards its contact, at the azimuth β.
     fn tilted(self, setup: &Setup, task: &Task, amount: f64) -> Self {
         let cos = radians(task.direction)[0].cos();
-        let [strain_2, azimuth, slide] = beside::linear(task.direction);
-        let plane = Plane { azimuth, slide: amount * beside::path(setup, task.a) * slide };
+        let [strain_2, azimuth, slide] = beside_linear(task.direction);
+        let plane = Plane { azimuth, slide: amount * path(setup, task.a) * slide };
         let t2 = azimuth.tan().powi(2);
         Self {
             strain: self.strain * cos * cos,

@@ -4,7 +4,6 @@ use std::sync::{Mutex, PoisonError};
 
 use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator, Opened};
-use crate::contour::skin::Skin;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
 use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer};
@@ -12,6 +11,7 @@ use crate::estimator::model::{Found, between};
 use crate::estimator::{EXACT, Estimator, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
+use crate::measure::skin::Skin;
 use crate::profile::both::inverse;
 use crate::status::Status;
 

@@ -1,4 +1,5 @@
-//! Measured taps: data files as a rig writes them, which column is what, units of the signal, the zero of the sensor, the whisker they belong to.
+//! Measured taps: data files as a rig writes them, which column is what, units of the signal, the zero of the sensor, the whisker they belong
+//! to, and which place of it touches ([`skin`]).
 //!
 //! Nothing here judges a row: a value that is missing stays missing (NaN), a line that cannot be understood is an error
 //! with its number. What a row is worth is decided in `calibrate`.
@@ -10,6 +11,7 @@ pub mod group;
 mod others;
 pub mod rest;
 pub mod rig;
+pub mod skin;
 pub mod text;
 pub mod unit;
 pub mod zero;

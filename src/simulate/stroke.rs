@@ -7,8 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::object::Object;
 use crate::contour::pose::Pose;
-use crate::contour::skin::Skin;
 use crate::measure::Rig;
+use crate::measure::skin::Skin;
 use crate::physics::rod::{RodProblem, RodTap};
 use crate::scene::{Drive, Model};
 

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args as Flags;
 use vibrissa::contour::curve::Kind;
-use vibrissa::contour::skin::PLACES;
 use vibrissa::export::Language;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
+use vibrissa::measure::skin::PLACES;
 
 use super::common::{Common, number, whole, words};
 

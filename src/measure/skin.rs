@@ -1,6 +1,6 @@
 //! Which place of the whisker touches: on its surface or, where the model has it there, on its centreline.
 
-use crate::measure::Rig;
+use super::Rig;
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 
