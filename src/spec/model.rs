@@ -19,13 +19,7 @@ pub(super) struct Read {
 pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
     let (material, fit, warning) = material(&section.get("material")?, base)?;
-    let mut model = Model {
-        geometry: section.get("geometry")?.word(&geometries)?,
-        nu: section.get("nu")?.within(&POISSON)?,
-        contact: contact(&section.get("contact")?)?,
-        material,
-        ..Model::PLAIN
-    };
+    let mut model = Model { geometry: section.get("geometry")?.word(&geometries)?, material, ..Model::PLAIN };
     for term in &TERMS {
         let item = section.get(term.key)?;
         let (allowed, holds) = term.allowed;
@@ -35,6 +29,8 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
         };
         (term.set)(&mut model, value);
     }
+    model.nu = section.get("nu")?.within(&POISSON)?;
+    model.contact = contact(&section.get("contact")?)?;
     if let Err((key, message, allowed)) = check::consistent(&model) {
         return Err(section.get(key)?.error(message).allowed(allowed));
     }

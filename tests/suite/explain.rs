@@ -196,3 +196,16 @@ fn an_effect_described_once_is_read_explained_left_off_and_verified() {
         assert!(verified.iter().any(|c| alone(&c.model)), "{} is not verified alone", term.key);
     }
 }
+
+#[test]
+fn of_two_wrong_effects_the_first_in_the_order_of_keys_is_told() {
+    let rest = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 5\n";
+    for (wrong, key) in [
+        ("nu = 0.7\nshear = \"yes\"", "model.shear"),
+        ("contact = \"sticky\"\npole_radius = -1", "model.pole_radius"),
+        ("contact = \"sticky\"\nnu = 0.7", "model.nu"),
+    ] {
+        let error = spec::parse("t.toml", &format!("{rest}[model]\n{wrong}\n"), Path::new("")).unwrap_err();
+        assert_eq!(error.key.as_deref(), Some(key), "{error}");
+    }
+}
