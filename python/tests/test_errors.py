@@ -22,7 +22,7 @@ WHISKER, GAUGE, TAP = dict(D=10, d=4, L_a=50), dict(x_ss=5, l=2), dict(a=[21, 30
     (dict(model=dict(contact="sticky")), "model.contact", '"sticky"', "frictionless"),
     (dict(model=dict(contact={"coulomb": 0.3})), "model.contact", None, "extension = true"),
     (dict(run=dict(backend="cpu", tolerance=1e-12)), "run.tolerance", "1e-12", "precision"),
-    (dict(run=dict(adapter="no such card", backend="gpu")), "adapter", "no such card", None),
+    (dict(run=dict(adapter="no such card", backend="gpu")), "run.adapter", "no such card", None),
     (dict(output=dict(by="beauty")), "output.by", '"beauty"', "K_sd"),
     (dict(tap=dict(a=30)), "tap.theta", None, None),
     (dict(whisker={**WHISKER, "D": object()}), "whisker.D", "object", "numbers"),

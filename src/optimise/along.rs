@@ -20,6 +20,15 @@ impl Scorer<'_> {
             let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*whisker }).collect();
             return Ok(self.rows(&points)?.into_iter().zip(self.scores(&points)?).collect());
         }
+        let mut all = Vec::with_capacity(drives.len());
+        for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {
+            all.extend(self.along_some(whisker, part)?);
+        }
+        Ok(all)
+    }
+
+    /// The same at as many drives as go to the backend together.
+    fn along_some(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let (setup, reach, direction) = (self.judge.setup, self.judge.reach, whisker.direction());
         let n = self.judge.distances.len();
         let design = Design::new(setup, *whisker);

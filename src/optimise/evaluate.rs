@@ -53,7 +53,7 @@ impl Readers {
 pub struct Scorer<'a> {
     pub(super) evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
-    batch: usize,
+    pub(super) batch: usize,
     rows: Option<Arc<RowReader>>,
 }
 
