@@ -5,16 +5,21 @@ use rayon::prelude::*;
 use super::axis::{AXES, FIRST_PLACE, Quantity};
 use super::between::{Between, NODES, nodes, weights};
 use super::build::check;
-use super::distance::{DistanceChart, FUNCTIONS, Function, bounds, functions, power, room, solved};
+use super::distance::DistanceChart;
+use super::function::{FUNCTIONS, Function, bounds, functions, power, room, solved};
 use super::ranges::{factors, holds, scaled, unscaled};
 use super::taps::Taps;
 use crate::error::SolveError;
+use crate::evaluate::Outcome;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Setup};
 
 /// Taps that check what is read between charts.
 const CHECKS: usize = 160;
+
+/// Inverse of the golden ratio: its multiples fill an interval evenly.
+const GOLDEN: f64 = 0.618_033_988_75;
 
 /// So many times the error of a chart may be that of values between charts: they sum the errors of several.
 const SUMMED: f64 = 3.0;
@@ -128,26 +133,28 @@ impl Maker<'_> {
         let within = self.within(charts);
         let points = within.map(|[lo, hi]| hi <= lo);
         let power = power(self.setup);
-        // Distances in an order that spreads evenly.
-        let of =
-            |i: usize| distances[((i as f64 * 0.618_033_988_75).fract() * distances.len() as f64) as usize];
-        let check = |i: usize| -> Result<(Option<Check>, Sweeps), SolveError> {
-            let a = of(i);
+        let farthest = charts.iter().map(|chart| chart.a).fold(0.0, f64::max);
+        let point = |i: usize| {
+            // Distances in an order that spreads evenly.
+            let a = distances[((i as f64 * GOLDEN).fract() * distances.len() as f64) as usize];
             let x = check(i, &points);
-            let numbers: [f64; AXES] = std::array::from_fn(|k| {
-                let [lo, hi] = within[k];
-                let least = if k == Quantity::Place as usize { FIRST_PLACE * charts[0].a.max(a) } else { lo };
-                (lo + 0.5 * (1.0 + x[k]) * (hi - lo)).max(least)
-            });
-            let q = quantities(self.setup, &numbers, a);
-            let mut taps = Taps::new(self.setup, a, None, solved(power, false));
-            let found = taps.solve(&[q])?;
-            let values = functions(self.setup, (a, Direction::UPRIGHT), &q, &found[0]);
-            Ok((values.map(|values| Check { a, numbers, values }), taps.sweeps))
+            let mut numbers: [f64; AXES] =
+                std::array::from_fn(|k| within[k][0] + 0.5 * (1.0 + x[k]) * (within[k][1] - within[k][0]));
+            let place = &mut numbers[Quantity::Place as usize];
+            *place = place.max(FIRST_PLACE * farthest);
+            (a, numbers)
         };
-        let found = (0..CHECKS).into_par_iter().map(check).collect::<Result<Vec<_>, _>>()?;
-        self.taps += found.iter().map(|(_, sweeps)| sweeps.taps).sum::<u64>();
-        Ok(found.into_iter().map(|(check, _)| check).collect())
+        let all: Vec<(f64, [f64; AXES])> = (0..CHECKS).map(point).collect();
+        let asked: Vec<(f64, [f64; AXES])> =
+            all.iter().map(|(a, numbers)| (*a, quantities(self.setup, numbers, *a))).collect();
+        let mut taps = Taps::new(self.setup, farthest, None, solved(power, false));
+        let found = taps.solve_at(&asked)?;
+        self.taps += taps.sweeps.taps;
+        let told = |(((a, numbers), (_, q)), o): ((&(f64, [f64; AXES]), &(f64, [f64; AXES])), &Outcome)| {
+            let values = functions(self.setup, (*a, Direction::UPRIGHT), q, o)?;
+            Some(Check { a: *a, numbers: *numbers, values })
+        };
+        Ok(all.iter().zip(&asked).zip(&found).map(told).collect())
     }
 
     /// Largest error of the strain at `checks` as read between `charts`; `None` where a function is off by more than it may.

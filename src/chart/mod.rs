@@ -2,7 +2,7 @@
 //!
 //! At one contact distance the strain at a point of the skin depends on four numbers, in units of that distance: the drive, D/a, τa and x/a
 //! ([`axis::Quantity`]); hub, pole and material are those of the rig, and a gauge is a mean of points ([`gauge`]). δ = ε/(θ f) − 1, which is 1/K − 1, the arc of the contact and its force
-//! are smooth functions of them ([`distance::DistanceChart`]): sparse Chebyshev series through some thousand taps solved in f64, asked where
+//! are smooth functions of them ([`function::Function`], [`distance::DistanceChart`]): sparse Chebyshev series through some thousand taps solved in f64, asked where
 //! they matter ([`adaptive`]), checked at points of their own ([`build`]). Where a theory is the limit of the model δ vanishes with the drive, and
 //! δ over a power of it is charted, so that SD(K) keeps its relative precision where K → 1.
 //!
@@ -23,6 +23,7 @@ pub mod between;
 pub mod build;
 pub mod distance;
 pub mod document;
+pub mod function;
 pub mod gauge;
 pub mod lanes;
 pub mod leja;

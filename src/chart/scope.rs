@@ -112,29 +112,24 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// Whether `study` is such that charts may rank it.
-    pub fn fits(study: &Study, layout: &Layout) -> bool {
-        let setup = &study.setup;
+    /// Distances of `study` where charts may rank it.
+    pub fn fits(study: &Study, layout: &Layout) -> Option<Vec<f64>> {
+        let (setup, count) = (&study.setup, layout.n_distances);
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
-        let each = layout.len() / layout.n_distances.max(1);
-        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-        let most = match between::fits(setup, &distances) {
-            true => between::MOST,
-            false => MOST_DISTANCES[usize::from(each >= MANY_PAY)],
-        };
-        let sizes = (2..=most).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
+        let sizes = (2..=between::MOST).contains(&count) && layout.n_drives <= MOST_DRIVES;
+        if !(charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few) {
+            return None;
+        }
+        let distances: Vec<f64> = (0..count).map(|i| layout.distance(i)).collect();
+        let each = MOST_DISTANCES[usize::from(layout.len() / count >= MANY_PAY)];
+        (count <= each || between::fits(setup, &distances)).then_some(distances)
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        if !Self::fits(study, layout) {
-            return Ok(None);
-        }
-        let Some(top) = study.output.top else { return Ok(None) };
+        let Some((distances, top)) = Self::fits(study, layout).zip(study.output.top) else { return Ok(None) };
         let setup = &study.setup;
-        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
             Some(axis) => axis
                 .iter()

@@ -52,14 +52,20 @@ impl<'a> Taps<'a> {
 
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
-        let designs: Vec<Design> = points.par_iter().map(|q| design(self.setup, self.a, q)).collect();
-        let task = |(design, q): (u32, &[f64; AXES])| {
+        let points: Vec<(f64, [f64; AXES])> = points.iter().map(|q| (self.a, *q)).collect();
+        self.solve_at(&points)
+    }
+
+    /// The same, each at a distance of its own, mm.
+    pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
+        let designs: Vec<Design> = points.par_iter().map(|(a, q)| design(self.setup, *a, q)).collect();
+        let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
             let drive = q[Quantity::Drive as usize];
             let drive = match self.setup.drive {
                 Drive::Angle => drive.to_degrees(),
-                Drive::Displacement => drive * self.a,
+                Drive::Displacement => drive * a,
             };
-            Task { design, a: self.a, direction: self.direction, drive }
+            Task { design, a: *a, direction: self.direction, drive }
         };
         let tasks: Vec<Task> = (0..).zip(points).map(task).collect();
         let outcomes = match self.grip {

@@ -6,6 +6,7 @@ use super::evaluate::Readers;
 use super::variables::Variables;
 use crate::backend::Choice;
 use crate::chart::{
+    between,
     ranges::Wanted,
     reader::{LEAST_TAPS, Reader, directions},
     rows::RowReader,
@@ -28,7 +29,7 @@ pub(super) fn readers(
 ) -> Result<Readers, Error> {
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
-    let few = taps.is_some_and(|taps| taps < LEAST_TAPS);
+    let few = layout.n_distances > between::MOST || taps.is_some_and(|taps| taps < LEAST_TAPS);
     // A direction that is sampled has no chart.
     let still = !search.robust.as_ref().is_some_and(Robust::tilts);
     let Some((tolerance, directions)) =

@@ -3,6 +3,7 @@
 use super::CHUNK;
 use crate::backend::Choice;
 use crate::chart::{
+    between,
     ranges::Wanted,
     ranker::Ranker,
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
@@ -63,7 +64,7 @@ impl Way {
 
     /// What reads the rows of a sweep in place of reducing them from taps, where charts can and it pays.
     pub(super) fn read_rows(study: &Study, layout: &Layout, choice: &Choice) -> Option<RowReader> {
-        if !planar(study, layout) || layout.len() < LEAST_TAPS {
+        if !planar(study, layout) || layout.len() < LEAST_TAPS || layout.n_distances > between::MOST {
             return None;
         }
         let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();

@@ -15,6 +15,7 @@
 mod best;
 mod between;
 mod choice;
+mod deviations;
 mod dispatch;
 mod distance;
 mod edges;
@@ -23,16 +24,16 @@ mod figures;
 mod outcome;
 mod read;
 mod rows;
+mod scratch;
 mod sheet;
 mod tally;
 mod tap;
 mod theory;
 mod words;
 
-use super::axis::{AXES, Map, ORDERS};
+use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
 use super::scope::Scope;
-use crate::design::amount;
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::Theory as EstimateTheory;
 pub use crate::kernel::ranking::{Found, Words};
@@ -44,12 +45,10 @@ use between::Between;
 use choice::Choice;
 use dispatch::{Work, best};
 use distance::{Charted, Distance};
-use edges::Edges;
 pub use figures::{Counting, Figures};
 pub use outcome::{Read, Readings};
-use read::{Products, Values};
 use rows::Rows;
-use tap::Taps;
+use scratch::Scratch;
 
 /// Designs that go together.
 pub const LANES: usize = 16;
@@ -134,21 +133,6 @@ impl Work for Rank<'_> {
     #[inline(always)]
     fn run<const FMA: bool>(self) {
         self.tables.rank_lanes::<FMA>(self.ks, self.tuples, self.bound, self.found);
-    }
-}
-
-/// [`Tables::deviations`] for an instruction set.
-struct Deviations<'a> {
-    tables: &'a Tables,
-    taps: &'a [(Tuple, usize)],
-}
-
-impl Work for Deviations<'_> {
-    type Out = Vec<f64>;
-
-    #[inline(always)]
-    fn run<const FMA: bool>(self) -> Vec<f64> {
-        self.tables.deviations_lanes::<FMA>(self.taps)
     }
 }
 
@@ -307,68 +291,5 @@ impl Tables {
             all.rows.truncate(1);
         }
         found.merge(all);
-    }
-
-    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
-    pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        best(Deviations { tables: self, taps })
-    }
-
-    #[inline(always)]
-    fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
-        let mut found = Vec::with_capacity(taps.len());
-        for taps in taps.chunks(LANES) {
-            let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
-            let own = self.angles.is_empty() || self.apart;
-            match own {
-                true => rows.fill::<true, false>(self, taps.len(), &tuples, &mut scratch),
-                false => rows.fill::<false, false>(self, taps.len(), &tuples, &mut scratch),
-            }
-            for (lane, (tuple, i)) in taps.iter().enumerate() {
-                let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
-                let drive = amount(self.kind, tuple.drive) as f32;
-                let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
-                let deviation = match shared {
-                    Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),
-                    None if own => rows.own[1].0[lane] * kappa[0],
-                    None => f32::NAN,
-                };
-                found.push(f64::from(deviation));
-            }
-        }
-        found
-    }
-}
-
-/// Memory of a pack, used again by the next.
-struct Scratch<const FMA: bool> {
-    /// Chebyshev polynomials over each axis.
-    basis: [Vec<Lanes<FMA>>; AXES],
-    /// Products of those over taper and place.
-    products: Box<Values<FMA>>,
-    /// A tap per distance.
-    taps: Taps<Lanes<FMA>>,
-    /// A tap per chart, where distances are read between charts.
-    charts: Taps<Lanes<FMA>>,
-    /// Where its words begin.
-    edges: Vec<Edges<Lanes<FMA>>>,
-    /// 1 at each drive at which a tap has no distance, where distances are estimated.
-    rootless: Vec<Lanes<FMA>>,
-}
-
-impl<const FMA: bool> Scratch<FMA> {
-    #[inline(always)]
-    fn new(tables: &Tables) -> Self {
-        let most = |k: usize| tables.charts.iter().map(|c| c.sizes[k]).max().unwrap_or(1).max(2);
-        let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
-        Self {
-            basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
-            products: Products::values(),
-            taps: Taps::new(tables.distances.len(), tables.points),
-            charts: Taps::new(charts, tables.points),
-            edges: Vec::with_capacity(tables.distances.len()),
-            rootless: Vec::new(),
-        }
     }
 }

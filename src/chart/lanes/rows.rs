@@ -147,14 +147,17 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             *sum = of(0.0);
         }
         let Scratch { basis, products, taps, charts, .. } = scratch;
-        let into = if tables.between.is_some() { &mut *charts } else { &mut *taps };
-        let mut any = FORCE;
-        for chart in &tables.charts {
-            any |= design.moves(power, chart);
-        }
         let each = tables.between.is_none();
+        let into = if each { &mut *taps } else { &mut *charts };
+        // Between charts an arc is read from those of all.
+        let mut any = FORCE;
+        if !each {
+            for chart in &tables.charts {
+                any |= design.moves(power, chart);
+            }
+        }
         for (i, chart) in tables.charts.iter().enumerate() {
-            let with_arc = if each { FORCE || design.moves(power, chart) } else { any };
+            let with_arc = any || each && design.moves(power, chart);
             let at = (&mut *basis, &mut **products);
             tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }

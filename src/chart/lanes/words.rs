@@ -36,10 +36,11 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let k = one + power * tap.kappa[0];
         // Where some taps do not count K̄ is anywhere among the others.
         let whole = half.if_less(*complete, one, zero);
-        let (mut least, mut most) = match tables.fixed {
-            Some(fixed) => [Pack::splat(fixed); 2].into(),
-            None => [power * self.mean[0]; 2].into(),
+        let calibration = match tables.fixed {
+            Some(fixed) => Pack::splat(fixed),
+            None => power * self.mean[0],
         };
+        let (mut least, mut most) = (calibration, calibration);
         if tables.fixed.is_none() && !one.all_at_most(*complete) {
             let ends = [power * self.hull[0][0], power * self.hull[1][0]];
             least = half.if_less(whole, least, ends[0].min(ends[1]));

@@ -14,17 +14,17 @@ pub mod run;
 pub mod sampler;
 pub mod search;
 pub mod space;
+pub mod term;
 
 pub use axis::Axis;
 pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
-pub use model::{
-    Amount, Contact, Convention, Drive, Estimate, Gauge, Geometry, Model, Side, TERMS, Term, Theory,
-};
+pub use model::{Contact, Convention, Drive, Estimate, Gauge, Geometry, Model, Side, TERMS, Theory};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
+pub use term::{Amount, Term};
 
 /// What all taps share: the rig without its whiskers. Every default is that of a spec: a gauge on the contact side, the exact
 /// frictionless Hooke rod with every effect off, the paper's estimate.

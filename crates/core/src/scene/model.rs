@@ -2,6 +2,7 @@
 //! switches by itself; keys, defaults, checks, files, explanations and censuses follow from it.
 
 pub use super::material::Material;
+use super::term::{Amount, Term, flag};
 
 /// Linear beam theory (closed forms) or the geometrically exact rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -88,80 +89,6 @@ impl Model {
         contact: Contact::Frictionless,
         material: Material::Hooke(3.2),
     };
-}
-
-/// The value of a [`Term`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Amount {
-    /// On or off.
-    Flag(bool),
-    /// 0 is off.
-    Number(f64),
-}
-
-impl Amount {
-    /// Whether the effect is there.
-    pub fn is_on(self) -> bool {
-        match self {
-            Self::Flag(on) => on,
-            Self::Number(x) => x != 0.0,
-        }
-    }
-
-    /// Without the effect.
-    pub const fn off(self) -> Self {
-        match self {
-            Self::Flag(_) => Self::Flag(false),
-            Self::Number(_) => Self::Number(0.0),
-        }
-    }
-}
-
-/// An effect of the rod that one key of `[model]` switches: a flag, or a number of which 0 is off.
-#[derive(Debug)]
-pub struct Term {
-    /// Its key.
-    pub key: &'static str,
-    /// Its name for people.
-    pub name: &'static str,
-    /// Its unit; empty where it has none.
-    pub unit: &'static str,
-    /// What it is, in a few words.
-    pub what: &'static str,
-    /// A value, as TOML.
-    pub example: &'static str,
-    /// Numbers that it may have, in words and as a check.
-    pub allowed: (&'static str, fn(f64) -> bool),
-    /// The value with which it is compared where the spec has none.
-    pub trial: Amount,
-    /// Whether the linear theory has it.
-    pub linear: bool,
-    /// Why it asks for a frictionless contact, if it does.
-    pub frictionless: Option<&'static str>,
-    /// Its value in a model.
-    pub get: fn(&Model) -> Amount,
-    /// Gives it a value.
-    pub set: fn(&mut Model, Amount),
-}
-
-impl Term {
-    /// The value that switches it off, as TOML.
-    pub const fn off(&self) -> &'static str {
-        match self.trial {
-            Amount::Flag(_) => "false",
-            Amount::Number(_) => "0",
-        }
-    }
-}
-
-const fn flag(
-    (key, name, what): (&'static str, &'static str, &'static str),
-    get: fn(&Model) -> Amount,
-    set: fn(&mut Model, Amount),
-) -> Term {
-    let (unit, example, trial) = ("", "true", Amount::Flag(true));
-    let allowed: (_, fn(f64) -> bool) = ("true or false", |_| false);
-    Term { key, name, unit, what, example, allowed, trial, linear: false, frictionless: None, get, set }
 }
 
 /// Every such effect, in the order of the spec's keys.

@@ -1,0 +1,113 @@
+//! What a chart holds of a tap, how it vanishes with the drive, and how exact it must be.
+
+use super::axis::{AXES, Quantity};
+use super::build::Bound;
+use crate::design::radians;
+use crate::evaluate::Outcome;
+use crate::physics::{linear::shear_length2, taper::Taper};
+use crate::scene::{Contact, Direction, Drive, Material, Setup, Theory};
+use crate::status::Status;
+
+/// What a chart holds of a tap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Function {
+    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
+    /// contact as 1 − x/a does, and δ there is steep.
+    Strain,
+    /// c/a − 1.
+    Arc,
+    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1.
+    Force,
+}
+
+/// Functions of a chart.
+pub const FUNCTIONS: usize = 3;
+
+/// Share of the tolerance that the strain of a chart may be off.
+pub(super) const SHARE: f64 = 0.1;
+
+/// Share of the tolerance that the arc of a contact may be off that chooses: it tells what T holds it.
+const HELD: f64 = 0.003;
+
+/// Error of δ/θᵉ relative to itself, and a small one: keeps SD(K) where K → 1.
+const RELATIVE: f64 = 1e-4;
+const SMALL: f64 = 0.02;
+
+/// Power of the drive with which K − 1 vanishes: 2 where the rod does not know the sign of the force, 1 where the theory is the
+/// limit of the model, else 0.
+pub fn power(setup: &Setup) -> i32 {
+    let model = &setup.model;
+    let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
+    let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
+    let limit = frictionless && !model.surface && theory;
+    let even = !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
+    let angle = setup.drive == Drive::Angle;
+    match (limit, even && angle) {
+        (false, _) => 0,
+        (true, false) => 1,
+        (true, true) => 2,
+    }
+}
+
+/// 1 − x/a.
+pub fn room(q: &[f64; AXES]) -> f64 {
+    1.0 - q[Quantity::Place as usize]
+}
+
+/// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
+pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses: bool) -> [Bound; FUNCTIONS] {
+    let most = drive.powi(power);
+    // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
+    let strain = SHARE * tolerance / most * (1.0 - place).sqrt();
+    [
+        match power {
+            0 => Bound::of(strain),
+            _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
+        },
+        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
+        Bound::of(10.0 * SHARE * tolerance / most),
+    ]
+}
+
+/// The functions of a solved tap at quantities `q`; `None` where it has none.
+pub fn functions(
+    setup: &Setup,
+    (a, direction): (f64, Direction),
+    q: &[f64; AXES],
+    o: &Outcome,
+) -> Option<[f64; FUNCTIONS]> {
+    let bad = [Status::NOT_CONVERGED, Status::MATERIAL_LIMIT, Status::NO_STRAIN, Status::INVALID_GEOMETRY];
+    if bad.iter().any(|s| o.status.has(*s)) || !o.deviation.is_finite() {
+        return None;
+    }
+    let cos = radians(direction)[0].cos();
+    let strain = match setup.gauge.second || !direction.is_upright() {
+        true => o.strain / (o.strain_linear * cos * cos) - 1.0,
+        false => -o.deviation / (1.0 + o.deviation),
+    };
+    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear_force(setup, a, q) * cos) - 1.0])
+}
+
+/// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.
+pub fn solved(power: i32, chooses: bool) -> f64 {
+    match (power, chooses) {
+        (0, false) => 1e-8,
+        (0, true) => 1e-9,
+        _ => 1e-10,
+    }
+}
+
+/// P of the linear theory, with shear where the model has it, N.
+pub fn linear_force(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
+    let diameter = q[Quantity::Base as usize] * a;
+    let rest = 1.0 - q[Quantity::Taper as usize];
+    let stiffness = 3.0 * std::f64::consts::PI * setup.model.material.e0() * diameter.powi(4) / 64.0;
+    let reach = match setup.drive {
+        Drive::Angle => (a + setup.hub) / a.powi(3),
+        // The drive is δ/a.
+        Drive::Displacement => 1.0 / (a * a),
+    };
+    let taper = Taper { D: diameter, tau: q[Quantity::Taper as usize] / a, tan_alpha: 0.0 };
+    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) / (a * a) } else { 0.0 };
+    q[Quantity::Drive as usize] * stiffness * rest * reach / (1.0 + shear)
+}

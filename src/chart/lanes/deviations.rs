@@ -1,0 +1,55 @@
+//! Single taps as rows are made of them, to be compared with solved ones.
+
+use super::dispatch::{Work, best};
+use super::rows::Rows;
+use super::{LANES, Scratch, Tables};
+use crate::design::amount;
+use crate::scene::Tuple;
+
+/// [`Tables::deviations`] for an instruction set.
+struct Deviations<'a> {
+    tables: &'a Tables,
+    taps: &'a [(Tuple, usize)],
+}
+
+impl Work for Deviations<'_> {
+    type Out = Vec<f64>;
+
+    #[inline(always)]
+    fn run<const FMA: bool>(self) -> Vec<f64> {
+        self.tables.deviations_lanes::<FMA>(self.taps)
+    }
+}
+
+impl Tables {
+    /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
+    pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        best(Deviations { tables: self, taps })
+    }
+
+    #[inline(always)]
+    fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
+        let mut found = Vec::with_capacity(taps.len());
+        for taps in taps.chunks(LANES) {
+            let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
+            let own = self.angles.is_empty() || self.apart;
+            match own {
+                true => rows.fill::<true, false>(self, taps.len(), &tuples, &mut scratch),
+                false => rows.fill::<false, false>(self, taps.len(), &tuples, &mut scratch),
+            }
+            for (lane, (tuple, i)) in taps.iter().enumerate() {
+                let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
+                let drive = amount(self.kind, tuple.drive) as f32;
+                let shared = self.angles.iter().map(|a| &a.stroke).find(|a| !own && a.drive == drive);
+                let deviation = match shared {
+                    Some(a) => a.power * kappa.iter().zip(&a.basis).map(|(k, t)| k * t).sum::<f32>(),
+                    None if own => rows.own[1].0[lane] * kappa[0],
+                    None => f32::NAN,
+                };
+                found.push(f64::from(deviation));
+            }
+        }
+        found
+    }
+}
