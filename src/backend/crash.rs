@@ -1,7 +1,7 @@
-//! Last words of a process that ends by a signal such as SIGSEGV while GPU drivers are loaded in it: such a crash says nothing by itself.
+//! What is told where the process ends by a signal such as SIGSEGV while GPU drivers are loaded in it: such a crash says nothing by itself.
 //!
-//! That a driver opens is tried by another process first. To compile and to dispatch there too would double the time of every start, so
-//! from then on a crash is told, not prevented.
+//! Another process first tries whether a driver opens. It does not compile and dispatch too: every start would pay for that. So from then on a
+//! crash is told, not prevented.
 
 use std::ffi::c_int;
 use std::sync::OnceLock;

@@ -42,13 +42,15 @@ pub(super) fn root<const FMA: bool>(
 }
 
 /// What a tap's reading says of its distance.
-struct Told<T> {
+pub(super) struct Told<T> {
     /// â − a, mm.
-    error: T,
+    pub error: T,
     /// Of the noise, mm.
-    sigma: T,
-    /// 1 where there is no distance.
-    none: T,
+    pub sigma: T,
+    /// 1 above the peak: there is no distance.
+    pub none: T,
+    /// 1 where the distance is infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
+    pub lost: T,
     /// 1 where the distance changes smoothly with the reading: far from the peak of f.
     smooth: T,
 }
@@ -56,35 +58,46 @@ struct Told<T> {
 /// Shares of the slope of f at the contact, and of what its factors alone give, below which a distance is not taken to be smooth.
 const SMOOTH: [f64; 2] = [0.5, 0.1];
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
-    /// The distance that a tap tells, of a reading with `noise` θ f.
+impl<const FMA: bool> Told<Lanes<FMA>> {
+    /// Of the reading `q` of `tap`, whose standard deviation is `noise` θ; `peak` is q at the peak.
     #[inline(always)]
-    fn told(
-        &self,
+    pub fn new(
         tables: &Tables,
-        row: &Row<Lanes<FMA>>,
         (tap, distance): (Tap<'_, Lanes<FMA>>, &Distance),
-        (noise, peak): (Lanes<FMA>, Lanes<FMA>),
-    ) -> Told<Lanes<FMA>> {
+        (q, peak, noise): (Lanes<FMA>, Lanes<FMA>, Lanes<FMA>),
+    ) -> Self {
         let of = Lanes::<FMA>::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let q = self.miss(tables, row, tap, tables.points);
         let [eta, slope] = root(tables, tap, (q, peak));
         let whole = one / (one + eta);
         let a = Pack::splat(distance.a);
         let [here, factors] = tap.growth.slopes();
         let least = (of(SMOOTH[0]) * here.abs()).max(of(SMOOTH[1]) * factors);
-        Told {
+        Self {
             error: a * eta * whole,
             // |f′(â)| = f(a) times the slope, times (1 + η)²/a.
             sigma: noise * a * whole * whole / (tap.strain * slope).max(of(1e-30)),
-            // Below what the farthest contact gives, a widening whisker has no root.
-            none: peak.if_less(q, one, (one + eta).if_less(of(FARTHEST), one, zero)),
+            none: peak.if_less(q, one, zero),
+            lost: (one + eta).if_less(of(FARTHEST), one, zero),
             smooth: least.if_less(slope, one, zero),
         }
     }
+}
 
-    /// σ of a reading over θ f.
+impl<const FMA: bool> Rows<Lanes<FMA>> {
+    /// The distance that a tap of a row tells.
+    #[inline(always)]
+    fn told(
+        &self,
+        tables: &Tables,
+        row: &Row<Lanes<FMA>>,
+        tap: (Tap<'_, Lanes<FMA>>, &Distance),
+        (noise, peak): (Lanes<FMA>, Lanes<FMA>),
+    ) -> Told<Lanes<FMA>> {
+        Told::new(tables, tap, (self.miss(tables, row, tap.0, tables.points), peak, noise))
+    }
+
+    /// K̄ σ/θ of a reading.
     #[inline(always)]
     fn noise(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
         let k = Lanes::<FMA>::of(1.0) + self.calibration(tables, row, tables.points);
@@ -109,7 +122,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             squares = told.error.mul_add(told.error, squares);
             largest = largest.max(told.error.abs());
             noises = told.sigma.mul_add(told.sigma, noises);
-            none = none + told.none;
+            none = none + told.none.max(told.lost);
         }
         let share = of(1.0 / taps.len() as f64);
         let rank = match tables.by {

@@ -1,12 +1,11 @@
 //! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
 
 use super::dispatch::{Work, best};
-use super::estimate::root;
+use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::Tally;
 use super::{LANES, Lanes, Scratch, Tables, Words};
 use crate::kernel::cpu::Pack;
-use crate::kernel::ranking::FARTHEST;
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
@@ -129,27 +128,24 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let noise = (one + calibration) * Pack::splat(tables.noise) / drive;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = taps.at(i);
-            let a = Pack::splat(distance.a);
             let deviation = power * tap.kappa[0];
             let q = (calibration - deviation) / (one + deviation);
             let [low, high, peak] = self.design.words.bounds(tap);
-            let [eta, slope] = root(tables, tap, (q, peak));
-            let whole = one / (one + eta);
-            let none = peak.if_less(q, one, zero);
-            // Infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
-            let lost = (one - none) * (one + eta).if_less(of(FARTHEST), one, zero);
-            tally.hard = tally.hard.max(known * lost);
+            let told = Told::new(tables, (tap, distance), (q, peak, noise));
+            let none = told.none;
+            tally.hard = tally.hard.max(known * (one - none) * told.lost);
             let strain = tap.strain * drive / (one + deviation);
+            let a = Pack::splat(distance.a);
             let off = (self.design.length - a).if_less(a * power * tap.arc[0], one, zero);
             let counts = if counting == Counting::Every { one } else { one - off };
-            let told = counts * known * (one - none);
-            let error = zero - told * a * eta * whole;
-            let sigma = told * noise * a * whole * whole / (tap.strain * slope).max(of(1e-30));
+            let counted = counts * known * (one - none);
+            let error = zero - counted * told.error;
+            let sigma = counted * told.sigma;
             errors = errors + error;
             squares = error.mul_add(error, squares);
             largest = largest.max(error.abs());
             noises = sigma.mul_add(sigma, noises);
-            read = read + told;
+            read = read + counted;
             let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             let rootless = known * none;
             tally.rootless = tally.rootless + rootless;
