@@ -10,7 +10,6 @@ use super::function::{FUNCTIONS, Function, bounds, functions, power, room, solve
 use super::ranges::{factors, holds, scaled, unscaled};
 use super::taps::Taps;
 use crate::error::SolveError;
-use crate::evaluate::Outcome;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Direction, Setup};
@@ -150,11 +149,12 @@ impl Maker<'_> {
         let mut taps = Taps::new(self.setup, farthest, None, solved(power, false));
         let found = taps.solve_at(&asked)?;
         self.taps += taps.sweeps.taps;
-        let told = |(((a, numbers), (_, q)), o): ((&(f64, [f64; AXES]), &(f64, [f64; AXES])), &Outcome)| {
-            let values = functions(self.setup, (*a, Direction::UPRIGHT), q, o)?;
-            Some(Check { a: *a, numbers: *numbers, values })
+        let told = |i: usize| {
+            let ((a, numbers), (_, q)) = (all[i], asked[i]);
+            let values = functions(self.setup, (a, Direction::UPRIGHT), &q, &found[i])?;
+            Some(Check { a, numbers, values })
         };
-        Ok(all.iter().zip(&asked).zip(&found).map(told).collect())
+        Ok((0..CHECKS).map(told).collect())
     }
 
     /// Largest error of the strain at `checks` as read between `charts`; `None` where a function is off by more than it may.
