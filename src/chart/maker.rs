@@ -46,8 +46,15 @@ struct Check {
     values: [f64; FUNCTIONS],
 }
 
-/// Charts, and how the distances between them are read.
-type Made = (Vec<DistanceChart>, Option<Between>);
+/// What became of many distances.
+pub(super) enum Many {
+    /// Charts, and how the distances between them are read.
+    Made(Vec<DistanceChart>, Between),
+    /// A distance has no chart, so that not all have one.
+    Refused,
+    /// What lies between charts is not smooth enough: each distance needs its own.
+    Rough,
+}
 
 impl Maker<'_> {
     fn held(&self, chart: &DistanceChart) -> [[f64; 2]; AXES] {
@@ -103,24 +110,24 @@ impl Maker<'_> {
     }
 
     /// Charts at a few distances from which all of `distances` are read.
-    pub fn between(&mut self, distances: &[f64]) -> Result<Option<Made>, SolveError> {
+    pub fn between(&mut self, distances: &[f64]) -> Result<Many, SolveError> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
         let mut charts: Vec<DistanceChart> = Vec::new();
         let mut checks = None;
         for n in NODES.into_iter().filter(|n| *n < distances.len()) {
             let at = nodes([near, far], n);
-            let Some(more) = self.at(&at[charts.len()..])? else { return Ok(None) };
+            let Some(more) = self.at(&at[charts.len()..])? else { return Ok(Many::Refused) };
             charts.extend(more);
             if checks.is_none() {
                 checks = self.checks(distances, &charts)?;
             }
-            let Some(checks) = &checks else { return Ok(None) };
+            let Some(checks) = &checks else { return Ok(Many::Rough) };
             if let Some(error) = self.passed(&charts, checks) {
-                return Ok(Some((charts, Some(Between::new(&at, distances, error)))));
+                return Ok(Many::Made(charts, Between::new(&at, distances, error)));
             }
         }
-        Ok(None)
+        Ok(Many::Rough)
     }
 
     /// Solved taps at some of `distances`, over the corners and the inside of what `charts` hold; `None` where one has no solution.
@@ -173,10 +180,9 @@ impl Maker<'_> {
             }
             let drive = q[Quantity::Drive as usize];
             let scale = drive.powi(power);
-            let bounds =
-                bounds([drive, q[Quantity::Place as usize]], (power, SUMMED * self.tolerance), false);
+            let bounds = bounds([drive, q[Quantity::Place as usize]], (power, self.tolerance), false);
             for ((bound, read), value) in bounds.iter().zip(read).zip(check.values) {
-                if bound.share(value / scale, (read - value).abs() / scale) > 1.0 {
+                if bound.share(value / scale, (read - value).abs() / scale) > SUMMED {
                     return None;
                 }
             }

@@ -3,7 +3,7 @@
 use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
 use super::distance::DistanceChart;
-use super::maker::Maker;
+use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, holds};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
@@ -112,24 +112,20 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// Distances of `study` where charts may rank it.
-    pub fn fits(study: &Study, layout: &Layout) -> Option<Vec<f64>> {
-        let (setup, count) = (&study.setup, layout.n_distances);
+    /// Whether `study` is such that charts may rank it.
+    pub fn fits(study: &Study, layout: &Layout) -> bool {
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
-        let sizes = (2..=between::MOST).contains(&count) && layout.n_drives <= MOST_DRIVES;
-        if !(charted(setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few) {
-            return None;
-        }
-        let distances: Vec<f64> = (0..count).map(|i| layout.distance(i)).collect();
-        let each = MOST_DISTANCES[usize::from(layout.len() / count >= MANY_PAY)];
-        (count <= each || between::fits(setup, &distances)).then_some(distances)
+        let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
+        charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
 
     /// The scope of `study` at `tolerance`; `None` where its taps must be solved one by one.
     pub fn new(study: &Study, layout: &Layout, tolerance: f64) -> Result<Option<Self>, SolveError> {
-        let Some((distances, top)) = Self::fits(study, layout).zip(study.output.top) else { return Ok(None) };
+        let Some(top) = study.output.top.filter(|_| Self::fits(study, layout)) else { return Ok(None) };
         let setup = &study.setup;
+        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let many = layout.len() / layout.n_distances >= MANY_PAY;
         let mut drives: Vec<(f64, f64, u32)> = match layout.drives() {
             Some(axis) => axis
                 .iter()
@@ -140,7 +136,8 @@ impl Scope {
         };
         drives.sort_by(|a, b| a.0.total_cmp(&b.0));
         let shared: Vec<f64> = drives.iter().map(|d| d.0).collect();
-        let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), tolerance)?;
+        let bounds = (tolerance, MOST_DISTANCES[usize::from(many)]);
+        let (made, _) = Self::over(setup, (&distances, &shared), &Wanted::of(layout), bounds)?;
         let Some(mut scope) = made else { return Ok(None) };
         scope.drives = drives;
         scope.rank = Rank { by: study.output.by, per: study.output.per, keep: 2 * top + 64 };
@@ -164,20 +161,18 @@ impl Scope {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
-        let count = distances.len() as u64;
-        let most = if between::fits(setup, distances) { between::MOST } else { MOST_DISTANCES[0] };
-        if !charted(setup) || !(2..=most).contains(&count) {
+        if !charted(setup) || !(2..=between::MOST).contains(&(distances.len() as u64)) {
             return Ok((None, 0));
         }
-        Self::over(setup, (distances, &[]), wanted, tolerance)
+        Self::over(setup, (distances, &[]), wanted, (tolerance, MOST_DISTANCES[0]))
     }
 
-    /// Charts that serve all of `distances` and hold all of `drives` (rad or mm), and the taps asked for them.
+    /// Charts that serve all of `distances` and hold all of `drives` (rad or mm), and the taps asked for them; at most `most` distances have a chart each.
     fn over(
         setup: &Setup,
         (distances, drives): (&[f64], &[f64]),
         wanted: &Wanted,
-        tolerance: f64,
+        (tolerance, most): (f64, u64),
     ) -> Result<(Option<Self>, u64), SolveError> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
@@ -186,9 +181,15 @@ impl Scope {
             return Ok((None, 0));
         };
         let mut maker = Maker { setup, asked, width, drives, tolerance, taps: 0 };
-        let made = match between::fits(setup, distances) {
+        let many = match between::fits(setup, distances) {
             true => maker.between(distances)?,
-            false => maker.at(distances)?.map(|charts| (charts, None)),
+            false => Many::Rough,
+        };
+        let made = match many {
+            Many::Made(charts, between) => Some((charts, Some(between))),
+            Many::Refused => None,
+            Many::Rough if distances.len() as u64 > most => None,
+            Many::Rough => maker.at(distances)?.map(|charts| (charts, None)),
         };
         let taps = maker.taps;
         let Some((charts, between)) = made else { return Ok((None, taps)) };
