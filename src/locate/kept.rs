@@ -64,7 +64,7 @@ impl Kept {
         lines: &Lines<'_>,
         [drive, signal, zero]: [f64; 3],
     ) {
-        out.extend(line.number.to_string().bytes());
+        out.extend_from_slice(line.number.to_string().as_bytes());
         out.push(b',');
         let fields = lines.fields(line.text.unwrap_or_default());
         let empty = Cow::Borrowed("");
@@ -78,20 +78,18 @@ impl Kept {
 
 /// A field and the comma after it, in quotes where it needs them.
 fn field(out: &mut Vec<u8>, text: &str) {
-    if text.contains([',', '"', '\n', '\r']) {
+    if text.bytes().any(|c| matches!(c, b',' | b'"' | b'\n' | b'\r')) {
         out.push(b'"');
-        out.extend(text.replace('"', "\"\"").bytes());
+        out.extend_from_slice(text.replace('"', "\"\"").as_bytes());
         out.push(b'"');
     } else {
-        out.extend(text.bytes());
+        out.extend_from_slice(text.as_bytes());
     }
     out.push(b',');
 }
 
 /// A number with its decimal comma as a point; anything else as it is.
 fn pointed(field: &str) -> Cow<'_, str> {
-    match text::number(field) {
-        Some(x) if x.is_finite() && field.contains(',') => field.replacen(',', ".", 1).into(),
-        _ => field.into(),
-    }
+    let is_number = || text::number(field).is_some_and(f64::is_finite);
+    if field.contains(',') && is_number() { field.replacen(',', ".", 1).into() } else { field.into() }
 }

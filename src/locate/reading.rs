@@ -162,15 +162,8 @@ impl<'a> Lines<'a> {
             }
             None => (separator(line), None),
         };
-        let quoted = line.contains('"').then(|| fields(line, mark));
-        let count = match &quoted {
-            Some(all) => all.len(),
-            None => 1 + line.matches(mark).count(),
-        };
-        let field = |place: usize| match &quoted {
-            Some(all) => all.get(place).map(|f| f.trim()),
-            None => line.split(mark).nth(place).map(str::trim),
-        };
+        let all = fields(line, mark);
+        let (count, field) = (all.len(), |place: usize| all.get(place).map(AsRef::as_ref));
         let (drive, signal) = match places {
             None => match (count + 1 - self.signals(), only) {
                 (2, _) => (field(0), field(1)?),

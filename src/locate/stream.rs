@@ -327,7 +327,7 @@ pub(super) fn number(out: &mut Vec<u8>, x: f64) {
     if x.is_finite() {
         let mut buffer = ryu::Buffer::new();
         let text = buffer.format_finite(x);
-        out.extend(text.strip_suffix(".0").unwrap_or(text).bytes());
+        out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
     }
     out.push(b',');
 }

@@ -51,10 +51,10 @@ pub fn plain(x: f64) -> String {
 
 /// The mark of decimals in a number: a point, a comma, or none.
 fn mark(field: &str) -> Option<char> {
-    let mut marks = field.chars().filter(|c| matches!(c, '.' | ','));
+    let mut marks = field.bytes().filter(|c| matches!(c, b'.' | b','));
     let first = marks.next()?;
     // Two marks are thousands: no number.
-    marks.next().is_none().then_some(first)
+    marks.next().is_none().then_some(char::from(first))
 }
 
 /// What to say of a number that [`Decimals::refuses`].

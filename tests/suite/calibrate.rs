@@ -274,6 +274,32 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
 }
 
 #[test]
+fn at_every_drive_a_distance_is_the_farthest_that_the_model_expects_its_reading_from() {
+    for spec in [prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]), sharp("[0.5, 2, 4, 6, 8, 10]", "")]
+    {
+        let located = locator(&calibrated(&table(&spec, &noisy()), &spec, &[]), Some(EXACT));
+        let mut found = 0;
+        // No drive comes twice in a row.
+        for (a, k) in (0..28).flat_map(|i| (0..40).map(move |k| (21.0 + f64::from(i), k))) {
+            let drive = 0.5 + 9.5 * f64::from(k) / 39.0;
+            let reading = located.expected(a, drive, 1.0);
+            if !reading.is_finite() {
+                continue;
+            }
+            let at = located.locate(drive, reading);
+            let again = located.expected(at.distance, drive, 1.0);
+            assert!((again / reading - 1.0).abs() < 1e-9, "{a} mm, {drive}°: {at:?}, {again} of {reading}");
+            assert!(at.distance > a * (1.0 - 1e-9), "{a} mm, {drive}°: {at:?}");
+            // Between it and the apex nothing is as large.
+            let beyond = located.expected(at.distance + 0.5, drive, 1.0);
+            assert!(beyond.is_nan() || beyond < reading, "{a} mm, {drive}°: {at:?}");
+            found += 1;
+        }
+        assert!(found > 500, "{found}");
+    }
+}
+
+#[test]
 fn without_its_model_a_whisker_is_calibrated_on_its_data() {
     // What was measured is a stout whisker, what the spec says one that follows hardly any of its taps.
     let theta = "[30, 40, 50, 60, 70]";

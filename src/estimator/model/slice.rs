@@ -1,19 +1,38 @@
 //! The curve of a surface at one drive, and its roots.
 
+use std::sync::LazyLock;
+
 use super::surface::NODES;
-use crate::physics::chebyshev::{scaled, series};
+use crate::physics::chebyshev::{basis, placed, scaled, series, transpose};
 use crate::physics::linear::StrainCurve;
 use crate::physics::root::bracketed;
 
-/// Points of a piece between which roots are looked for.
-const LOOKS: usize = 12;
+/// Steps of a piece between whose ends roots are looked for.
+pub(super) const LOOKS: usize = 12;
+/// T_i at the looks of a piece: row i, column of the look.
+static AT_LOOKS: LazyLock<Vec<Vec<f64>>> = LazyLock::new(|| {
+    let at = |k| basis(NODES[0], look([-1.0, 1.0], k));
+    transpose(&(0..=LOOKS).map(at).collect::<Vec<_>>())
+});
+
+/// Look `k` of a piece over `range`.
+pub(super) fn look(range: [f64; 2], k: usize) -> f64 {
+    placed(range, 2.0 * k as f64 / LOOKS as f64 - 1.0)
+}
+
+/// A piece of a surface at one drive: the ratio to linear theory over an interval of u.
+#[derive(Debug, Clone)]
+pub(super) struct Cut {
+    pub(super) u: [f64; 2],
+    pub(super) coefficients: [f64; NODES[0]],
+}
 
 /// |ε| over a at one drive.
 #[derive(Debug, Clone)]
 pub struct Slice {
     curve: StrainCurve,
     amount: f64,
-    pieces: Vec<([f64; 2], [f64; NODES[0]])>,
+    pieces: Vec<Cut>,
     /// Smallest u with a solution; 0 where nothing was cut off.
     end: f64,
     /// (u, ε) at points between which there is at most one extremum.
@@ -21,31 +40,33 @@ pub struct Slice {
 }
 
 impl Slice {
-    pub(super) fn new(
+    /// Of `cuts`, ascending in u, each with f at its looks.
+    pub(super) fn new<'a>(
         curve: StrainCurve,
         amount: f64,
-        pieces: Vec<([f64; 2], [f64; NODES[0]])>,
+        cuts: impl ExactSizeIterator<Item = (Cut, &'a [f64; LOOKS + 1])>,
         end: f64,
     ) -> Self {
-        let mut slice = Self { curve, amount, pieces, end, looks: Vec::new() };
-        let mut looks = Vec::with_capacity(LOOKS * slice.pieces.len() + 1);
-        for (i, (u, _)) in slice.pieces.iter().enumerate() {
-            let from = usize::from(i > 0);
-            looks.extend((from..=LOOKS).map(|k| {
-                let u = u[0] + (u[1] - u[0]) * (k as f64 / LOOKS as f64);
-                (u, slice.at(u).0)
-            }));
+        let mut pieces = Vec::with_capacity(cuts.len());
+        let mut looks = Vec::with_capacity(LOOKS * cuts.len() + 1);
+        for (cut, f) in cuts {
+            let mut ratios = [0.0; LOOKS + 1];
+            for (c, row) in cut.coefficients.iter().zip(AT_LOOKS.iter()) {
+                ratios.iter_mut().zip(row).for_each(|(sum, t)| *sum += c * t);
+            }
+            let from = usize::from(!pieces.is_empty());
+            looks.extend((from..=LOOKS).map(|k| (look(cut.u, k), amount * f[k] * ratios[k])));
+            pieces.push(cut);
         }
-        slice.looks = looks;
-        slice
+        Self { curve, amount, pieces, end, looks }
     }
 
     /// ε and dε/du.
     fn at(&self, u: f64) -> (f64, f64) {
-        let piece = self.pieces.iter().find(|(range, _)| u <= range[1]).or(self.pieces.last());
-        let Some((range, c)) = piece else { return (f64::NAN, f64::NAN) };
-        let (r, dr) = series(c, scaled(*range, u));
-        let dr = dr * 2.0 / (range[1] - range[0]);
+        let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
+        let Some(Cut { u: [lo, hi], coefficients }) = piece else { return (f64::NAN, f64::NAN) };
+        let (r, dr) = series(coefficients, scaled([*lo, *hi], u));
+        let dr = dr * 2.0 / (hi - lo);
         let (f, df) = self.curve.at_inverse(u);
         (self.amount * f * r, self.amount * (df * r + f * dr))
     }
@@ -70,9 +91,19 @@ impl Slice {
     pub fn roots(&self, strain: f64) -> Option<(f64, Option<f64>)> {
         let mut found = [None; 2];
         let mut next = 0;
-        let mut take = |lo: f64, hi: f64| {
+        // What is known of the ends is not asked again: summed another way it could lie on the other side of `strain`.
+        let mut take = |(lo, e): (f64, f64), (hi, f): (f64, f64)| {
             if next < 2 {
-                found[next] = Some(1.0 / bracketed(|u| self.at(u).0 - strain, lo, hi));
+                let at = |u| {
+                    if u == lo {
+                        e
+                    } else if u == hi {
+                        f
+                    } else {
+                        self.at(u).0
+                    }
+                };
+                found[next] = Some(1.0 / bracketed(|u| at(u) - strain, lo, hi));
                 next += 1;
             }
         };
@@ -82,15 +113,16 @@ impl Slice {
                 continue;
             }
             if (e <= strain) != (f <= strain) {
-                take(lo, hi);
+                take(w[0], w[1]);
             } else if e < strain && self.may_peak(i) {
                 // Both ends lie below; the peak between them may lie above.
                 let (slope_lo, slope_hi) = (self.at(lo).1, self.at(hi).1);
                 if slope_lo > 0.0 && slope_hi < 0.0 {
                     let peak = bracketed(|u| self.at(u).1, lo, hi);
-                    if self.at(peak).0 >= strain {
-                        take(lo, peak);
-                        take(peak, hi);
+                    let top = (peak, self.at(peak).0);
+                    if top.1 >= strain {
+                        take(w[0], top);
+                        take(top, w[1]);
                     }
                 }
             }

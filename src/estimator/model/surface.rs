@@ -6,12 +6,12 @@
 
 use super::error::ModelError;
 use super::exact::Extent;
-use super::slice::Slice;
+use super::slice::{Cut, LOOKS, Slice, look};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
-use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
+use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series, transpose};
 use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
 
@@ -51,9 +51,11 @@ struct Strip {
 #[derive(Debug, Clone)]
 struct Piece {
     u: [f64; 2],
-    /// Rows over u, columns over the drive.
-    coefficients: Vec<Vec<f64>>,
-    /// Size of the last two rows and of the last two columns.
+    /// One for each order over the drive: all orders over u lie together, so that their sums over the drive go on side by side.
+    columns: Vec<[f64; NODES[0]]>,
+    /// f at the looks of a slice: it is the same at all drives.
+    looks: [f64; LOOKS + 1],
+    /// Size of the last two orders over u and over the drive.
     tails: [f64; 2],
 }
 
@@ -122,9 +124,7 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(drive));
         let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
         let Some(piece) = piece.filter(|_| u >= strip.end) else { return f64::NAN };
-        let y = scaled(strip.drives, drive);
-        let mut c = [0.0; NODES[0]];
-        c.iter_mut().zip(&piece.coefficients).for_each(|(c, row)| *c = series(row, y).0);
+        let c = piece.at(scaled(strip.drives, drive));
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
@@ -144,19 +144,24 @@ impl Surface {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
         let y = scaled(strip.drives, drive);
-        let contract = |p: &Piece| {
-            let mut c = [0.0; NODES[0]];
-            for (c, row) in c.iter_mut().zip(&p.coefficients) {
-                *c = series(row, y).0;
-            }
-            (p.u, c)
-        };
-        let pieces = strip.pieces.iter().map(contract).collect();
-        Slice::new(self.curve, amount(self.kind, drive), pieces, strip.end)
+        let cuts = strip.pieces.iter().map(|p| (Cut { u: p.u, coefficients: p.at(y) }, &p.looks));
+        Slice::new(self.curve, amount(self.kind, drive), cuts, strip.end)
     }
 }
 
 impl Piece {
+    /// Coefficients over u at the place y of the drive, −1 … 1.
+    fn at(&self, y: f64) -> [f64; NODES[0]] {
+        let mut sums = [0.0; NODES[0]];
+        // T₋₁ = T₁.
+        let (mut before, mut t) = (y, 1.0);
+        for column in &self.columns {
+            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += t * c);
+            (before, t) = (t, 2.0 * y * t - before);
+        }
+        sums
+    }
+
     fn is_fine(&self, along: usize) -> bool {
         self.tails[along] <= FINE
     }
@@ -249,15 +254,14 @@ impl Solve<'_> {
             .collect();
         let piece = |(u, ratios): (&[f64; 2], &[f64])| {
             let rows: Vec<Vec<f64>> = ratios.chunks(columns).map(<[f64]>::to_vec).collect();
-            let c = coefficients2(&rows);
-            let size = |x: f64| x.abs();
-            let rows: f64 = c[NODES[0] - 2..].iter().flatten().copied().map(size).sum();
-            let last = |row: &Vec<f64>| {
-                row[columns.saturating_sub(2).max(1)..].iter().copied().map(size).sum::<f64>()
-            };
-            let columns = c.iter().map(last).sum::<f64>();
+            let c = transpose(&coefficients2(&rows));
+            let size = |x: &f64| x.abs();
+            let along: f64 = c.iter().flat_map(|column| &column[NODES[0] - 2..]).map(size).sum();
+            let across: f64 = c[columns.saturating_sub(2).max(1)..].iter().flatten().map(size).sum();
             let scale = c[0][0].abs();
-            Piece { u: *u, tails: [rows / scale, columns / scale], coefficients: c }
+            let columns = c.iter().map(|column| std::array::from_fn(|i| column[i])).collect();
+            let looks = std::array::from_fn(|k| self.curve.at_inverse(look(*u, k)).0);
+            Piece { u: *u, columns, looks, tails: [along / scale, across / scale] }
         };
         Ok(us.iter().zip(ratios.chunks(NODES[0] * columns)).map(piece).collect())
     }
