@@ -21,6 +21,7 @@ pub mod bench;
 pub mod calibrate;
 pub mod chart;
 pub mod contour;
+pub mod curve;
 pub mod estimator;
 pub mod evaluate;
 pub mod explain;
@@ -39,7 +40,6 @@ pub mod optimise;
 #[cfg(feature = "report")]
 pub mod page;
 pub mod plan;
-pub mod profile;
 pub mod progress;
 #[cfg(feature = "files")]
 pub mod reference;

@@ -4,10 +4,10 @@
 //! Two passes over the taps of a design, in any order: [`Reduction::count`] gathers K, [`Reduction::calibrate`] gives every row its K̄, and
 //! [`Reduction::estimate`] gathers the errors of the distances estimated with it, or with the model's own curve.
 
+use crate::curve::{Curve, both::Both};
 use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
-use crate::profile::{Profile, both::Both};
 use crate::reduce::{Errors, Largest, Spread};
 use crate::scene::{Direction, Drive, RankBy, Setup};
 use crate::status::Status;
@@ -177,24 +177,24 @@ pub enum Told<'p> {
     /// The closed form of a theory and K̄.
     Formula,
     /// The model's own curve of this very whisker at this drive, where there is one.
-    Own(Option<&'p Profile>),
+    Own(Option<&'p Curve>),
     /// The curve of another whisker.
-    Other(&'p Profile),
+    Other(&'p Curve),
     /// What the model takes the strains of two gauges for, if it finds it.
     Both(Option<&'p Both>),
 }
 
 impl<'p> Told<'p> {
-    /// By place `k` of `profiles`, which are empty where distances are told by a formula.
-    pub fn by(profiles: &'p [Option<Profile>], k: usize) -> Self {
-        profiles.get(k).map_or(Self::Formula, |profile| Self::Own(profile.as_ref()))
+    /// By place `k` of `curves`, which are empty where distances are told by a formula.
+    pub fn by(curves: &'p [Option<Curve>], k: usize) -> Self {
+        curves.get(k).map_or(Self::Formula, |curve| Self::Own(curve.as_ref()))
     }
 
     /// The same of a tap at a pole of this direction: nobody knows that it is not upright, so that the model's own curve, that of upright
     /// poles, is the curve of another tap.
     pub fn towards(self, direction: Direction) -> Self {
         match self {
-            Self::Own(Some(profile)) if !direction.is_upright() => Self::Other(profile),
+            Self::Own(Some(curve)) if !direction.is_upright() => Self::Other(curve),
             told => told,
         }
     }
@@ -297,8 +297,8 @@ impl<'a> Reduction<'a> {
                 let told = e.estimate(k, strain / cos, amount(self.kind, drive));
                 Estimated { sigma: told.sigma / (cos * cos), ..told }
             }),
-            Told::Own(profile) => profile.map(|p| p.estimate(e, Some(a), strain)),
-            Told::Other(profile) => Some(profile.estimate(e, None, strain)),
+            Told::Own(curve) => curve.map(|p| p.estimate(e, Some(a), strain)),
+            Told::Other(curve) => Some(curve.estimate(e, None, strain)),
             Told::Both(found) => {
                 Some(found.map_or(Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING }, |both| {
                     both.estimate(e)

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Reason, SideResult};
+use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Extent, Opener};
@@ -12,7 +13,6 @@ use crate::estimator::taps::{Tap, ZeroReading};
 use crate::locate::calibration::Second;
 use crate::measure::zero::Zero;
 use crate::measure::{Data, Rig};
-use crate::profile::both;
 
 /// Rounds in which the strain of the centreline, which goes with the factor, is put right.
 const ROUNDS: usize = 8;

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use vibrissa::backend::{Backend, Choice};
+use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
 use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
-use vibrissa::profile::both::TAPS;
 use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;

@@ -8,13 +8,13 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::{Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, normal};
+use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Parameter, Values, spec_values};
-use crate::estimator::model::slice::Slice;
 use crate::measure::Rig;
 use crate::scene::{Contact, Drive};
 use crate::status::Status;
@@ -196,26 +196,26 @@ fn step_without(side: &Measured<'_>, fit: &Fit, g: usize) -> Option<DVector<f64>
 /// The model, and its curve at the drive that was asked for last: a stream mostly stays at one.
 struct Inverted {
     exact: Exact,
-    last: Mutex<Option<(f64, Arc<Slice>)>>,
+    last: Mutex<Option<(f64, Arc<Curve>)>>,
 }
 
 impl Inverted {
     /// The curve at `drive`. Nobody waits for it: where another thread is looking too, it is made again.
-    fn slice(&self, drive: f64) -> Arc<Slice> {
-        let Ok(mut last) = self.last.try_lock() else { return Arc::new(self.exact.slice(drive)) };
+    fn curve(&self, drive: f64) -> Arc<Curve> {
+        let Ok(mut last) = self.last.try_lock() else { return Arc::new(self.exact.at(drive)) };
         match last.as_ref() {
-            Some((at, slice)) if *at == drive => Arc::clone(slice),
-            _ => Arc::clone(&last.insert((drive, Arc::new(self.exact.slice(drive)))).1),
+            Some((at, curve)) if *at == drive => Arc::clone(curve),
+            _ => Arc::clone(&last.insert((drive, Arc::new(self.exact.at(drive)))).1),
         }
     }
 }
 
 impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
-        let slice = self.slice(drive);
-        let beyond = || reading < self.exact.weakest(&slice);
+        let curve = self.curve(drive);
+        let beyond = || reading < self.exact.weakest(&curve);
         self.exact
-            .find_in(&slice, drive, reading)
+            .find_in(&curve, drive, reading)
             .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
     }
 

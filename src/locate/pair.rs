@@ -4,6 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator, Opened};
+use crate::curve::both::inverse;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
 use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer};
@@ -12,7 +13,6 @@ use crate::estimator::{EXACT, Estimator, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
-use crate::profile::both::inverse;
 use crate::status::Status;
 
 /// Two readings of one tap, above their zeros.

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::{DOUBT, rows::Row};
 use crate::backend::Choice;
+use crate::curve::{self, Ask, Reach, both};
 use crate::design::{Design, amount};
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Outcome, Task, doubts};
-use crate::profile::{self, Ask, Reach, both};
 use crate::scene::{Setup, Tuple};
 use crate::statistics::{Reduction, Told};
 use crate::status::Status;
@@ -50,7 +50,7 @@ impl Said {
             reach: Reach::of(row.point.direction(), row.reach),
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
-        let (own, _) = profile::solve(setup, &mut evaluator, &designs, &asks, None)?;
+        let (own, _) = curve::solve(setup, &mut evaluator, &designs, &asks, None)?;
         let reach: Vec<[f64; 2]> = rows.iter().flat_map(|row| vec![row.reach; row.distances.len()]).collect();
         let ask = |i: usize| both::Ask::own(setup, tasks[i], &outcomes[i], reach[i]);
         let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();

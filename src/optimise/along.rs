@@ -2,11 +2,11 @@
 
 use super::evaluate::Scorer;
 use super::score::Score;
+use crate::curve::{self, Ask, Curve, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::kernel::drives::DriveAxis;
-use crate::profile::{self, Ask, Profile, Reach, both};
 use crate::scene::Tuple;
 use crate::statistics::{DriveRow, Told};
 
@@ -71,10 +71,10 @@ impl Scorer<'_> {
         design: &[Design],
         drives: &[f64],
         reach: Option<Reach>,
-    ) -> Result<Vec<Option<Profile>>, Error> {
+    ) -> Result<Vec<Option<Curve>>, Error> {
         let Some(reach) = reach else { return Ok(Vec::new()) };
         let asks: Vec<Ask> = drives.iter().map(|&drive| Ask { design: 0, drive, reach }).collect();
         let axis = Some(drives).filter(|_| DriveAxis::pays(drives.len() as u64));
-        Ok(profile::solve(self.judge.setup, &mut self.evaluator, design, &asks, axis)?.0)
+        Ok(curve::solve(self.judge.setup, &mut self.evaluator, design, &asks, axis)?.0)
     }
 }

@@ -13,11 +13,11 @@ use crate::chart::{
     reader::Reader,
     rows::RowReader,
 };
+use crate::curve::{self, Ask, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
-use crate::profile::{self, Ask, Reach, both};
 use crate::scene::search::Search;
 use crate::scene::{Direction, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Told};
@@ -172,7 +172,7 @@ impl<'a> Scorer<'a> {
             reach: Reach::of(p.direction(), judge.reach),
         };
         let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
-        let (own, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let (own, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
         let ask = |t: usize| both::Ask::own(judge.setup, tasks[t], &taps[t], judge.reach);
         let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
         let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
@@ -236,7 +236,7 @@ impl<'a> Scorer<'a> {
             Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
-        let (curves, _) = profile::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let (curves, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
         let mut own = vec![None; if asks.is_empty() { 0 } else { designs.len() }];
         asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
         let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);

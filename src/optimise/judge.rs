@@ -4,14 +4,14 @@ use super::samples;
 use super::score::{Limit, Score};
 use super::whisker::{self, Read, Seen, continued, over};
 use crate::chart::lanes::Figures;
+use crate::curve::{
+    Curve, Reach,
+    both::{self, Both},
+};
 use crate::design::Design;
 use crate::estimate::Estimator;
 use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
-use crate::profile::{
-    Profile, Reach,
-    both::{self, Both},
-};
 use crate::reduce::Spread;
 use crate::scene::search::{Calibrated, Robust, Search};
 use crate::scene::{COLUMNS, Column, Direction, Setup, Theory, Tuple};
@@ -91,7 +91,7 @@ impl Judge<'_> {
         &self,
         designs: &[Design],
         (taps, upright): (&[Outcome], &[Outcome]),
-        (own, both): (&[Option<Profile>], &[Option<Both>]),
+        (own, both): (&[Option<Curve>], &[Option<Both>]),
     ) -> Score {
         let n = self.distances.len();
         let both = |w: usize| both.get(w * n..(w + 1) * n).unwrap_or_default();
@@ -101,14 +101,14 @@ impl Judge<'_> {
         };
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
-                let profile = own.first().and_then(Option::as_ref);
+                let curve = own.first().and_then(Option::as_ref);
                 let estimator = Estimator::new(self.setup, shared, self.reach);
-                let known = nominal.k.is_some() || profile.is_some();
+                let known = nominal.k.is_some() || curve.is_some();
                 known.then_some(Calibration {
                     estimator,
                     k: nominal.k,
                     drive: designs[0].tuple.drive,
-                    profile,
+                    curve,
                     upright: None,
                 })
             }
@@ -132,7 +132,7 @@ impl Judge<'_> {
         &self,
         design: &'d Design,
         upright: &[Outcome],
-        profile: Option<&'d Profile>,
+        curve: Option<&'d Curve>,
     ) -> Option<Calibration<'d>> {
         let estimator = Estimator::new(self.setup, design.shared.as_ref()?, self.reach);
         let row = self.reduce(design, (&continued(upright), &[]), Told::Formula, None);
@@ -140,7 +140,7 @@ impl Judge<'_> {
             estimator,
             k: row.k,
             drive: design.tuple.drive,
-            profile,
+            curve,
             upright: Some(row.deviation),
         })
     }
@@ -227,7 +227,7 @@ impl Judge<'_> {
             None => Reduction::new(self.setup, design, self.reach, n),
         };
         taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
-        let told = given.and_then(|other| other.profile).map_or(own, Told::Other);
+        let told = given.and_then(|other| other.curve).map_or(own, Told::Other);
         let told = told.towards(design.tuple.direction());
         let drive = match given {
             Some(other) => {
@@ -254,7 +254,7 @@ pub(super) struct Calibration<'a> {
     k: Option<f64>,
     pub drive: f64,
     /// The model's curve, where it stands in for f.
-    pub profile: Option<&'a Profile>,
+    pub curve: Option<&'a Curve>,
     /// K − 1 of the taps that it was made of, where these are other taps of the same whisker.
     pub upright: Option<Spread>,
 }

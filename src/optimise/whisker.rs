@@ -2,10 +2,10 @@
 
 use super::judge::{Calibration, Judge};
 use super::score::{Limit, Score};
+use crate::curve::both::Both;
 use crate::design::{Design, amount};
 use crate::estimate::Estimator;
 use crate::evaluate::Outcome;
-use crate::profile::both::Both;
 use crate::scene::{Convention, Tuple};
 use crate::statistics::{DriveRow, Told};
 use crate::status::Status;
@@ -57,15 +57,15 @@ impl Read {
         let near = |t: (&Outcome, &f64)| if t.0.arc.is_finite() { t.1.min(t.0.arc) } else { *t.1 };
         let nearest = taps.iter().zip(&judge.distances).map(near).fold(f64::INFINITY, f64::min);
         let (estimator, drive) = other.map_or((&own, drive), |other| (&other.estimator, other.drive));
-        let highest = match (told, other.and_then(|other| other.profile)) {
+        let highest = match (told, other.and_then(|other| other.curve)) {
             _ if !both.is_empty() => None,
-            (_, Some(profile)) => Some((1.0, profile.peak().1)),
+            (_, Some(curve)) => Some((1.0, curve.peak().1)),
             (Told::Formula, None) => row.k.map(|k| (k, estimator.peak() * amount(setup.drive, drive))),
             // What a whisker reads of its own tap has a distance.
             (Told::Own(_) | Told::Other(_) | Told::Both(_), None) => None,
         };
         let peak = match told {
-            Told::Own(Some(profile)) => profile.peak().0,
+            Told::Own(Some(curve)) => curve.peak().0,
             _ => shared.theory.peak().0,
         };
         judge.limits(

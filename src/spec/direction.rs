@@ -2,7 +2,7 @@
 
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use crate::profile::both;
+use crate::curve::both;
 use crate::scene::{Estimate, Gauge, Model, Theory};
 
 /// Refuses contacts for which there is no model at the poles that tilt, and lean, where `leaning` says.

@@ -1,10 +1,10 @@
 //! One design: two passes over its taps, then its rows.
 
 use super::select::Kept;
+use crate::curve::{Curve, both::Both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Outcome;
-use crate::profile::{Profile, both::Both};
 use crate::scene::{Direction, Per, Study, Tuple};
 use crate::sink::{
     rows::{Form, Rows},
@@ -50,7 +50,7 @@ pub(super) struct Axes<'a> {
     pub distance: &'a (dyn Fn(usize) -> (f64, Direction) + Sync),
     pub stroke: &'a (dyn Fn(usize) -> Tuple + Sync),
     /// The model's own curve at each drive, where distances are told by it.
-    pub profiles: &'a [Option<Profile>],
+    pub curves: &'a [Option<Curve>],
 }
 
 /// Reduces and renders design `k`; `taps` goes through its taps in row order, `tuples` takes text of tuple rows.
@@ -82,7 +82,7 @@ pub(super) fn render(
     let write_tuples = (wanted.tables)(Table::Tuples);
     taps(&mut |(i, j), tap, both| {
         let ((a, direction), drive) = ((axes.distance)(i), (axes.stroke)(j).drive);
-        let told = Told::by(axes.profiles, j).towards(direction).or_both(both);
+        let told = Told::by(axes.curves, j).towards(direction).or_both(both);
         let estimated = reduced.estimate_by((i, j), (a, drive), tap, told);
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);

@@ -8,11 +8,11 @@ use super::parted::Place;
 use super::select::{Best, Kept};
 use super::{CHUNK, KEEP, Run, charted, rows};
 use crate::chart::lanes::Found;
+use crate::curve::{Curve, both::Both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
-use crate::profile::{Profile, both::Both};
 use crate::scene::{Direction, Tuple};
 use crate::sink::{pack::Packed, rows::Rows, table::Table};
 
@@ -210,7 +210,7 @@ pub(super) fn small(
         None => run.read(&designs, &tasks)?,
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
-    let profiles = run.profiles(&designs, rows, drives_of_all.as_deref())?;
+    let curves = run.curves(&designs, rows, drives_of_all.as_deref())?;
     let both = run.both(&designs, (&tasks, &outcomes), |_| layout.reach())?;
     let (n_drives, form) = (layout.n_drives as usize, run.writers.form);
     let one = |d: usize| {
@@ -218,8 +218,8 @@ pub(super) fn small(
         let both = both.get(d * block..(d + 1) * block).unwrap_or_default();
         let kept = drives(k);
         let mut texts = Vec::new();
-        let profiles = profiles.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
-        let rendered = with_axes(layout, &designs[d], profiles, |axes| {
+        let curves = curves.get(d * n_drives..(d + 1) * n_drives).unwrap_or_default();
+        let rendered = with_axes(layout, &designs[d], curves, |axes| {
             let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
             let mut go = |f: &mut Visit<'_>| {
                 taps.iter().enumerate().try_for_each(|(t, tap)| f(layout.place(t as u64), tap, both.get(t)))
@@ -245,12 +245,12 @@ fn large(
     let study = run.study;
     let design = [Design::new(&study.setup, layout.design(k))];
     let (kept, block) = (drives(k), layout.block());
-    let (profiles, form) = (run.profiles(&design, rows(layout, &design[0], 0), None)?, run.writers.form);
+    let (curves, form) = (run.curves(&design, rows(layout, &design[0], 0), None)?, run.writers.form);
     // Text waits in a cell because evaluating and writing both need the run.
     let run = std::cell::RefCell::new(run);
     let (mut memory, mut known): (Vec<Outcome>, Vec<Option<Both>>) = Default::default();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
-    with_axes(layout, &design[0], &profiles, |axes| {
+    with_axes(layout, &design[0], &curves, |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };
         let mut go = |f: &mut Visit<'_>| {
             if memory.len() as u64 == block {
@@ -304,11 +304,11 @@ fn rows<'a>(
 fn with_axes<R>(
     layout: &Layout,
     design: &Design,
-    profiles: &[Option<Profile>],
+    curves: &[Option<Curve>],
     f: impl FnOnce(&Axes<'_>) -> R,
 ) -> R {
     f(&Axes {
-        profiles,
+        curves,
         n: ((layout.n_distances * layout.n_directions) as usize, layout.n_drives as usize),
         reach: layout.reach(),
         distance: &|i| {

@@ -92,7 +92,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let mut estimates = vec![None; tuples.len()];
     let mut all = Vec::with_capacity(groups.len());
     let mut best_rows = study.output.top.map(Best::new);
-    let (mut profiles, mut first) = (Vec::new(), 0);
+    let (mut curves, mut first) = (Vec::new(), 0);
     for (place, (design, group)) in designs.iter().zip(&groups).enumerate() {
         if place % TOGETHER == 0 {
             let these = (place as u32..).zip(&groups[place..]).take(TOGETHER);
@@ -100,7 +100,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
                 let reach = reach(&group.distances.values);
                 group.drives.values.iter().map(move |(drive, direction)| (d, *direction, *drive, reach))
             });
-            (profiles, first) = (run.profiles(&designs, rows, None)?, 0);
+            (curves, first) = (run.curves(&designs, rows, None)?, 0);
         }
         let n = (group.distances.values.len(), group.drives.values.len());
         let mut reduced = Reduction::new(&study.setup, design, reach(&group.distances.values), n);
@@ -110,7 +110,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
             let t = &tuples[row];
-            let told = Told::by(&profiles, first + j).towards(t.direction()).or_both(both.get(row));
+            let told = Told::by(&curves, first + j).towards(t.direction()).or_both(both.get(row));
             estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));
         }
         first += n.1;

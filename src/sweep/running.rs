@@ -10,14 +10,14 @@ use super::keep::{self, Keeper};
 use super::parted::Place;
 use super::select::Best;
 use super::writers::Writers;
+use crate::curve::{
+    self, Ask, Curve, Reach,
+    both::{self, Both},
+};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
-use crate::profile::{
-    self, Ask, Profile, Reach,
-    both::{self, Both},
-};
 use crate::progress::Progress;
 use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
@@ -127,12 +127,12 @@ impl<'a> Run<'a> {
 
     /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
     /// are told by the model. With `drives` the rows of a design are all of them; `Err` when asked to stop.
-    pub fn profiles(
+    pub fn curves(
         &mut self,
         designs: &[Design],
         rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
         drives: Option<&[f64]>,
-    ) -> Result<Vec<Option<Profile>>, Error> {
+    ) -> Result<Vec<Option<Curve>>, Error> {
         if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
         }
@@ -140,12 +140,11 @@ impl<'a> Run<'a> {
         let start = Instant::now();
         let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
         let asks: Vec<Ask> = rows.map(ask).collect();
-        let (profiles, solved) =
-            profile::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
+        let (curves, solved) = curve::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
         self.solve += start.elapsed();
         self.counts.solved += solved;
         self.counts.sweeps.merge(&self.evaluator.take_sweeps());
-        Ok(profiles)
+        Ok(curves)
     }
 
     /// What the model takes the two strains of each tap for, of which `reach` says the smallest and the largest distance asked of its design.

@@ -15,11 +15,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::backend::{Backend, Choice};
+use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::needed::Needed;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Limit, Score};
-use crate::profile::both;
 use crate::progress::NEVER;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
 use crate::scene::{BackendChoice, Contact, RunOptions, Setup, Spec, Study, Theory};

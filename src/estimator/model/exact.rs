@@ -5,8 +5,8 @@
 use super::Found;
 use super::error::ModelError;
 pub use super::parameter::{Parameter, Values, scene_with, spec_values};
-use super::slice::Slice;
 use super::surface::Surface;
+use crate::curve::Curve;
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::measure::Rig;
@@ -110,8 +110,8 @@ impl Exact {
     }
 
     /// The curve at one drive.
-    pub fn slice(&self, drive: f64) -> Slice {
-        self.surface.slice(drive + self.values[1])
+    pub fn at(&self, drive: f64) -> Curve {
+        self.surface.at(drive + self.values[1])
     }
 
     /// Reading expected at a, mm.
@@ -122,7 +122,7 @@ impl Exact {
 
     /// d reading/da, 1/mm.
     pub fn slope(&self, a: f64, drive: f64) -> f64 {
-        self.values[0] * self.slice(drive).slope(a + self.values[2])
+        self.values[0] * self.at(drive).slope(a + self.values[2])
     }
 
     /// d reading/dp for the fitted parameters.
@@ -154,23 +154,23 @@ impl Exact {
         g.iter().zip(&self.covariance).map(row).sum::<f64>().max(0.0)
     }
 
-    /// Distance at which the model gives `reading` > 0 at `drive`, whose [`Self::slice`] is `slice`.
-    pub fn find_in(&self, slice: &Slice, drive: f64, reading: f64) -> Option<Found> {
-        let (far, near) = slice.roots(reading / self.values[0])?;
+    /// Distance at which the model gives `reading` > 0 at `drive`, whose [`Self::at`] is `curve`.
+    pub fn find_in(&self, curve: &Curve, drive: f64, reading: f64) -> Option<Found> {
+        let (far, near) = curve.roots(reading / self.values[0])?;
         let a = far - self.values[2];
-        let slope = self.values[0] * slice.slope(far);
+        let slope = self.values[0] * curve.slope(far);
         let near = near.map(|n| n - self.values[2]);
         Some(Found { a, near, slope, variance: self.variance(a, drive) })
     }
 
     /// As [`Self::find_in`].
     pub fn find(&self, drive: f64, reading: f64) -> Option<Found> {
-        self.find_in(&self.slice(drive), drive, reading)
+        self.find_in(&self.at(drive), drive, reading)
     }
 
     /// Smallest reading within reach beyond the peak: a smaller one comes from farther out.
-    pub fn weakest(&self, slice: &Slice) -> f64 {
-        self.values[0] * slice.weakest(self.surface.reach[1])
+    pub fn weakest(&self, curve: &Curve) -> f64 {
+        self.values[0] * curve.weakest(self.surface.reach[1])
     }
 
     /// Distances covered, mm, as labelled.

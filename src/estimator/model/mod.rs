@@ -7,7 +7,6 @@ pub mod pair;
 pub mod paper;
 pub mod parameter;
 pub mod polynomial;
-pub mod slice;
 pub mod surface;
 pub mod table;
 

@@ -5,11 +5,11 @@
 use super::error::ModelError;
 use super::exact::{Extent, Values, scene_with};
 use super::surface::continued;
+use crate::curve::both::{self, Inverter, Reading};
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
-use crate::profile::both::{self, Inverter, Reading};
 use crate::scene::{Direction, Setup};
 
 /// A tap as it is labelled.

@@ -6,7 +6,7 @@
 
 use super::error::ModelError;
 use super::exact::Extent;
-use super::slice::{Cut, LOOKS, Slice, look};
+use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
@@ -16,7 +16,7 @@ use crate::physics::linear::StrainCurve;
 use crate::scene::{Drive, Setup, Tuple};
 
 /// Chebyshev points of a piece over u and over the drive.
-pub(super) const NODES: [usize; 2] = [16, 10];
+const NODES: [usize; 2] = [curve::NODES, 10];
 /// Relative size of the last coefficients below which a piece is fine enough.
 const FINE: f64 = 1e-8;
 /// Most halvings of u and of the drive: a boundary between sticking and sliding is no polynomial anywhere.
@@ -53,7 +53,7 @@ struct Piece {
     u: [f64; 2],
     /// One for each order over the drive: all orders over u lie together, so that their sums over the drive go on side by side.
     columns: Vec<[f64; NODES[0]]>,
-    /// f at the looks of a slice: it is the same at all drives.
+    /// f at the looks of a curve: it is the same at all drives.
     looks: [f64; LOOKS + 1],
     /// Size of the last two orders over u and over the drive.
     tails: [f64; 2],
@@ -140,12 +140,13 @@ impl Surface {
     }
 
     /// The curve over a at one drive, which is clamped to [`Self::drives`].
-    pub fn slice(&self, drive: f64) -> Slice {
+    pub fn at(&self, drive: f64) -> Curve {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
         let y = scaled(strip.drives, drive);
-        let cuts = strip.pieces.iter().map(|p| (Cut { u: p.u, coefficients: p.at(y) }, &p.looks));
-        Slice::new(self.curve, amount(self.kind, drive), cuts, strip.end)
+        let cuts =
+            strip.pieces.iter().map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y)) }, &p.looks));
+        Curve::new(self.curve, amount(self.kind, drive), cuts, strip.end)
     }
 }
 

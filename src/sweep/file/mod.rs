@@ -9,9 +9,9 @@ mod write;
 
 use super::select::Kept;
 use super::{KEEP, Run};
+use crate::curve::Curve;
 use crate::design::Design;
 use crate::error::Error;
-use crate::profile::Profile;
 use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::pack::{Packed, Packer, Unpacker};
@@ -135,17 +135,17 @@ fn reduce_all(
 }
 
 /// The model's own curves of the designs rows of these taps, where distances are told by it.
-fn profiles<'t>(
+fn curves<'t>(
     run: &mut Run<'_>,
     groups: &Groups,
     designs: &[Design],
     taps: impl Iterator<Item = &'t Tap>,
-) -> Result<Vec<Option<Profile>>, Error> {
+) -> Result<Vec<Option<Curve>>, Error> {
     let row = |tap: &Tap| {
         let reach = groups.reach[groups.designs[tap.row as usize] as usize];
         (tap.design, tap.direction, tap.drive, reach)
     };
-    run.profiles(designs, taps.map(row), None)
+    run.curves(designs, taps.map(row), None)
 }
 
 /// The reduction of one designs row of design `number`.

@@ -5,10 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::super::Run;
+use crate::curve::both::Both;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
-use crate::profile::both::Both;
 use crate::scene::listed::{Groups, Listed, Rows};
 use crate::scene::{Direction, Tuple};
 

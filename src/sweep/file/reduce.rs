@@ -7,7 +7,7 @@ use super::super::grid::write_kept;
 use super::super::parted::Place;
 use super::super::select::{Best, Kept};
 use super::read::Tap;
-use super::{profiles, reduction};
+use super::{curves, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::listed::Groups;
@@ -128,12 +128,12 @@ impl Reduced {
             batch.chunk_by(|p, q| groups.drives[p.row as usize] == groups.drives[q.row as usize]).collect();
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
-        let profiles = profiles(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
+        let curves = curves(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
         let form = run.writers.form;
         let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
             let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
-                let told = Told::by(&profiles, k).towards(taps[0].direction);
+                let told = Told::by(&curves, k).towards(taps[0].direction);
                 part.take(study, groups, designs, (taps, told), (tuples, !ranked))?;
             }
             Ok(part)

@@ -8,7 +8,7 @@ use super::super::Run;
 use super::super::select::Kept;
 use super::read::{Reader, Tap, is_own, solve};
 use super::reduce::Reduced;
-use super::{pack_written, profiles, reduction};
+use super::{curves, pack_written, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::Convention;
@@ -48,7 +48,7 @@ pub(super) fn write_tuples(
                 firsts.len() - 1
             });
         }
-        let profiles = profiles(run, groups, &designs, firsts.into_iter())?;
+        let curves = curves(run, groups, &designs, firsts.into_iter())?;
         let form = run.writers.form;
         let text = |taps: &[Tap]| -> Result<Rows, Error> {
             let (mut text, mut values) = (Rows::new(form), Vec::new());
@@ -57,7 +57,7 @@ pub(super) fn write_tuples(
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
                 let Tap { a, direction, drive, outcome, both, .. } = tap;
-                let told = Told::by(&profiles, places[&groups.drives[row]]).towards(*direction);
+                let told = Told::by(&curves, places[&groups.drives[row]]).towards(*direction);
                 let told = told.or_both(both.as_ref());
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;

@@ -12,12 +12,13 @@ use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
 use crate::physics::chebyshev::{matrix, placed, points};
+use crate::physics::linear::StrainCurve;
 use crate::scene::{Direction, Geometry, Setup, Theory};
 
-use super::{Piece, Profile, Ratio};
+use super::{Curve, LOOKS, Piece, Ratio, look};
 
 /// Tolerance from which a piece has fewer points, and how many it has.
-const NODES: (f64, [usize; 2]) = (1e-6, [12, 16]);
+const NODES: (f64, [usize; 2]) = (1e-6, [12, super::NODES]);
 /// From values at so many points to coefficients.
 static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
 /// Size of the last coefficients, relative to the first, that a smooth piece has at most: so small, or a share of the tolerance.
@@ -74,7 +75,7 @@ pub fn solve(
     designs: &[Design],
     asks: &[Ask],
     drives: Option<&[f64]>,
-) -> Result<(Vec<Option<Profile>>, u64), SolveError> {
+) -> Result<(Vec<Option<Curve>>, u64), SolveError> {
     if setup.estimate.theory != Theory::Exact || setup.gauge.second {
         return Ok((Vec::new(), 0));
     }
@@ -88,14 +89,14 @@ fn curves(
     designs: &[Design],
     asks: &[Ask],
     drives: Option<&[f64]>,
-) -> Result<(Vec<Option<Profile>>, u64), SolveError> {
+) -> Result<(Vec<Option<Curve>>, u64), SolveError> {
     let run = drives.map_or(1, <[f64]>::len).max(1);
     let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
     for asks in asks.chunks((TOGETHER / run).max(1) * run) {
         let mut work = Work::new(setup, evaluator, designs, asks);
         work.run(drives)?;
         taps += work.taps;
-        all.extend(work.profiles());
+        all.extend(work.curves());
     }
     Ok((all, taps))
 }
@@ -140,13 +141,13 @@ impl<'w, 'a> Work<'w, 'a> {
         self.fill(beyond, None)
     }
 
-    fn profiles(self) -> Vec<Option<Profile>> {
+    fn curves(self) -> Vec<Option<Curve>> {
         let Self { setup, designs, asks, pieces, .. } = self;
-        let profile = |(ask, pieces): (&Ask, Vec<Piece>)| {
+        let made = |(ask, pieces): (&Ask, Vec<Piece>)| {
             let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
-            Some(Profile::new(shared.model, amount(setup.drive, ask.drive), pieces))
+            Some(curve(shared.model, amount(setup.drive, ask.drive), pieces))
         };
-        asks.par_iter().zip(pieces).map(profile).collect()
+        asks.par_iter().zip(pieces).map(made).collect()
     }
 
     /// Where an ask begins.
@@ -181,7 +182,7 @@ impl<'w, 'a> Work<'w, 'a> {
     fn fill(&mut self, mut open: Vec<Open>, drives: Option<&[f64]>) -> Result<(), SolveError> {
         if self.setup.model.geometry == Geometry::Linear {
             // The closed form is the curve.
-            open.drain(..).for_each(|o| self.put(&o, Ratio::Smooth(vec![1.0])));
+            open.drain(..).for_each(|o| self.put(&o, Ratio::smooth(&[1.0])));
         }
         let mut drives = drives;
         while !open.is_empty() {
@@ -192,7 +193,7 @@ impl<'w, 'a> Work<'w, 'a> {
                 ratios.par_chunks(n).map(|ratios| smooth(transform, tolerance, ratios)).collect();
             for ((o, ratios), fit) in open.iter().zip(ratios.chunks(n)).zip(fits) {
                 match fit {
-                    Some(c) => self.put(o, Ratio::Smooth(c)),
+                    Some(c) => self.put(o, Ratio::smooth(&c)),
                     None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
                         let (mid, depth) = (0.5 * (o.u[0] + o.u[1]), o.depth + 1);
                         next.extend([[o.u[0], mid], [mid, o.u[1]]].map(|u| Open { u, depth, ..*o }));
@@ -297,4 +298,12 @@ fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
     }
     ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
     ends
+}
+
+/// Of `pieces` in any order, where f is `of`.
+fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
+    pieces.sort_by(|p, q| p.u[0].total_cmp(&q.u[0]));
+    let f: Vec<[f64; LOOKS + 1]> =
+        pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
+    Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
 }
