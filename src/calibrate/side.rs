@@ -113,7 +113,7 @@ impl KTable {
 
 /// A cell as a tap of a sweep: forces and arc are not measured.
 fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
-    let limit = ask.rig.setup.gauge.strain_limit;
+    let limit = ask.rig.strain_limit();
     let beyond = ask.data.unit.is_strain() && c.signal > limit;
     Outcome {
         strain: ask.sign * c.signal,

@@ -13,6 +13,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
+    solid::Held,
     taper::Taper,
 };
 use crate::reduce::Sweeps;
@@ -103,5 +104,16 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
         ..Tuple::default()
     };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
-    Design { tuple, shared: Some(Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory }) }
+    Design {
+        tuple,
+        shared: Some(Shared {
+            taper,
+            gauge,
+            model: curve(0.0),
+            peak: bare.peak().1,
+            theory,
+            foil: None,
+            start: Held::new(&setup.model).start(&taper),
+        }),
+    }
 }

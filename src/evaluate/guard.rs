@@ -55,10 +55,12 @@ pub fn doubts(
     margin: f64,
 ) -> bool {
     let near = |x: f64, edge: f64| (x - edge).abs() <= margin * edge;
-    let start = design.shared.as_ref().map_or(0.0, |shared| shared.gauge[0]);
+    let shared = design.shared.as_ref();
+    let start = shared.map_or(0.0, |shared| shared.gauge[0]);
+    let limit = shared.map_or(setup.gauge.strain_limit, |shared| shared.strain_limit(&setup.gauge));
     status.has(Status::NOT_CONVERGED)
         || status.has(Status::MATERIAL_LIMIT)
-        || near(strain.abs(), setup.gauge.strain_limit)
+        || near(strain.abs(), limit)
         || near(arc, design.tuple.L_a)
         || near(arc, start)
 }

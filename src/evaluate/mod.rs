@@ -3,6 +3,7 @@
 mod guard;
 mod outcome;
 mod over_drives;
+mod solid;
 mod solve;
 mod source;
 mod strains;

@@ -21,7 +21,7 @@ pub(super) fn fast(
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some(Solved { frame, solution, grip, interpolated, plane, .. }) =
+    let Some(Solved { frame, solution, grip, interpolated, plane, seen, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
@@ -33,7 +33,10 @@ pub(super) fn fast(
     let ratio = linear / frame.tap().strain - 1.0;
     let planar = (ratio - response.deviation) / (1.0 + response.deviation);
     let (strain, deviation, beside) = match plane {
-        None => (response.strain, planar, None),
+        None => match seen {
+            Some(strain) => (*strain, linear / strain - 1.0, None),
+            None => (response.strain, planar, None),
+        },
         Some(plane) => {
             // Positive as on the contact side, as is the strain.
             let axial = sign(setup) * response.axial;
@@ -137,6 +140,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         hub: setup.hub,
         drive: setup.drive,
         amount,
+        foil: shared.foil,
         model: &setup.model,
     };
     let solved = if task.is_spatial(setup) {
@@ -282,7 +286,7 @@ fn outcome(
     let axial = found.beside.as_ref().map_or(f64::NAN, |beside| if no_strain { 0.0 } else { beside.axial });
     let second = found.beside.as_ref().filter(|_| setup.gauge.second);
     let strain_2 = second.map(|beside| if no_strain { 0.0 } else { beside.strain_2 });
-    if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > setup.gauge.strain_limit {
+    if strain_2.map_or(strain.abs(), |strain_2| strain.hypot(strain_2)) > shared.strain_limit(&setup.gauge) {
         status |= Status::STRAIN_LIMIT;
     }
     let plane =

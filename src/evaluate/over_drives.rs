@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::solve::Solved;
-use super::{Evaluator, Outcome, Task, frame};
+use super::{Evaluator, Outcome, Task, frame, solid};
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::drives::DriveAxis;
@@ -19,7 +19,7 @@ impl Evaluator<'_> {
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
         let setup = self.setup;
-        if self.needs_no_kernel() || tasks.iter().any(|task| task.is_spatial(setup)) {
+        if self.needs_no_kernel() || solid::asked(setup) || tasks.iter().any(|task| task.is_spatial(setup)) {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
         let ways = DriveAxis::ways(drives);
@@ -79,7 +79,7 @@ fn over_drives(
     let solutions = way.spread(&nodes?, tolerance)?;
     let one = |(task, solution)| {
         let frame = frame(setup, &designs[tasks[0].design as usize], task, grip)?;
-        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true, plane: None })
+        Some(Solved { frame, solution, grip, sweeps: 0.0, interpolated: true, plane: None, seen: None })
     };
     tasks.iter().zip(solutions).map(one).collect()
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Evaluator, Method, Task};
+use super::{Evaluator, Method, Task, solid};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::{
@@ -39,6 +39,23 @@ pub(super) struct Solved {
     pub interpolated: bool,
     /// The plane in which the rod bends, where it is asked for.
     pub plane: Option<Plane>,
+    /// What the gauge reads where that is not the strain of the rod, positive as on the contact side.
+    pub seen: Option<f64>,
+}
+
+impl Solved {
+    /// A frictionless tap, framed by `frame`, of which nothing is known.
+    pub fn lost(frame: Frame) -> Self {
+        Self {
+            frame,
+            solution: Solution::UNWRITTEN,
+            grip: Grip::Slide(0.0),
+            sweeps: 0.0,
+            interpolated: false,
+            plane: None,
+            seen: None,
+        }
+    }
 }
 
 /// The plane in which the rod bends.
@@ -58,6 +75,7 @@ impl Evaluator<'_> {
         tasks: &[Task],
     ) -> Result<Vec<Option<Solved>>, SolveError> {
         let solved = match self.setup.model.contact {
+            Contact::Frictionless if solid::asked(self.setup) => return self.solid(designs, tasks),
             Contact::Frictionless | Contact::Coulomb(0.0) => {
                 self.solve(designs, tasks, &|_| Grip::Slide(0.0))
             }
@@ -101,7 +119,7 @@ impl Evaluator<'_> {
         let solved = |(i, frame): (usize, &Option<Frame>)| {
             let (frame, solution) = ((*frame)?, *solutions.next()?);
             let (grip, sweeps) = (grip(i), solution.sweeps);
-            Some(Solved { frame, solution, grip, sweeps, interpolated: false, plane })
+            Some(Solved { frame, solution, grip, sweeps, interpolated: false, plane, seen: None })
         };
         Ok(frames.iter().enumerate().map(solved).collect())
     }
@@ -218,11 +236,12 @@ pub(super) fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> 
     let ask = Ask {
         model: &setup.model,
         side: setup.gauge.side,
-        curve: &shared.model,
+        curve: &shared.rod(),
         peak: shared.peak,
-        a: task.a,
+        a: task.a - shared.start,
         amount: amount(setup.drive, task.drive),
         grip,
+        start: shared.start,
     };
     Frame::new(&ask)
 }

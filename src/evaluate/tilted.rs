@@ -69,11 +69,16 @@ enum Turn {
 impl<'a> Trial<'a> {
     /// The plane that the first-order solutions give; `None` where they give none.
     fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
-        let (taper, model) = (shared.taper, &setup.model);
+        let (rod, model) = (shared.rod(), &setup.model);
+        let (taper, hub) = (rod.taper, setup.hub + shared.start);
         let amount = amount(setup.drive, task.drive);
         let direction = radians(task.direction);
-        let pole =
-            Pole::new(&Rig { taper, hub: setup.hub, drive: setup.drive, model }, direction, task.a, amount);
+        let pole = Pole::new(
+            &Rig { taper, hub, drive: setup.drive, model },
+            direction,
+            task.a - shared.start,
+            amount,
+        );
         let alpha = if model.surface { taper.tan_alpha.atan() } else { 0.0 };
         let strained = task.a > shared.gauge[0];
         let mut one =
@@ -97,8 +102,9 @@ impl<'a> Trial<'a> {
     /// The tap in a plane of bending, in its own units; `None` at the apex.
     fn frame(&self, planar: &Planar) -> Option<Frame> {
         let Self { setup, shared, .. } = self;
-        let hub = if setup.drive == Drive::Angle { setup.hub } else { 0.0 };
-        let curve = StrainCurve::new(shared.taper, shared.gauge, hub, Drive::Angle, shared.model.shear);
+        let rod = shared.rod();
+        let hub = if setup.drive == Drive::Angle { rod.hub } else { 0.0 };
+        let curve = StrainCurve::new(rod.taper, rod.gauge, hub, Drive::Angle, rod.shear);
         Frame::new(&Ask {
             model: &setup.model,
             side: setup.gauge.side,
@@ -108,12 +114,14 @@ impl<'a> Trial<'a> {
             a: planar.distance,
             amount: planar.angle,
             grip: Grip::Slide(0.0),
+            start: shared.start,
         })
     }
 
     /// The frame in the plane of azimuth `phi`, and λ there; none where its strain means nothing: the contact begins at or inside the gauge's near end.
     fn at(&self, phi: f64) -> Option<(Frame, f64)> {
-        let told = |planar: &Planar| planar.distance > self.shared.gauge[0] || !self.strained;
+        let told =
+            |planar: &Planar| planar.distance > self.shared.gauge[0] - self.shared.start || !self.strained;
         let planar = self.pole.planar(phi).filter(told)?;
         Some((self.frame(&planar)?, planar.slide))
     }
@@ -190,14 +198,7 @@ impl Evaluator<'_> {
             // Where nothing else is found the reference is asked.
             let upright =
                 frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
-            let lost = Solved {
-                frame: upright,
-                solution: Solution::UNWRITTEN,
-                grip: Grip::Slide(0.0),
-                sweeps: 0.0,
-                interpolated: false,
-                plane: Some(Plane::default()),
-            };
+            let lost = Solved { plane: Some(Plane::default()), ..Solved::lost(upright) };
             Some((lost, design.shared.as_ref().and_then(|shared| Trial::new(setup, shared, task))))
         };
         let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =

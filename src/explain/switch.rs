@@ -218,6 +218,7 @@ impl Effect {
             Self::Term(term) => match (term.get)(m) {
                 Amount::Flag(on) => on.to_string(),
                 Amount::Number(x) => format!("{x} {}", term.unit).trim_end().into(),
+                Amount::Word(word) => word.into(),
             },
             Self::Hub => format!("{} mm", s.hub),
             Self::Coulomb | Self::Stick => match m.contact {

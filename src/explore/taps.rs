@@ -12,6 +12,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
+    solid::Held,
     taper::Taper,
 };
 use crate::scene::{Drive, Precision, Setup, Side, Tuple};
@@ -111,7 +112,15 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
     };
     let tuple =
         Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN, ..Tuple::default() };
-    let shared = Shared { taper, gauge, model: curve(0.0), peak: bare.peak().1, theory };
+    let shared = Shared {
+        taper,
+        gauge,
+        model: curve(0.0),
+        peak: bare.peak().1,
+        theory,
+        foil: None,
+        start: Held::new(&setup.model).start(&taper),
+    };
     let drive = match setup.drive {
         Drive::Angle => q[DRIVE].to_degrees(),
         Drive::Displacement => q[DRIVE] * a,

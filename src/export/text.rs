@@ -71,7 +71,7 @@ impl Export<'_> {
 
     /// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.
     pub(super) fn limit(&self, factor: f64) -> f64 {
-        let limit = self.locator.rig.setup.gauge.strain_limit;
+        let limit = self.locator.rig.strain_limit();
         let limit = if self.locator.unit.is_strain() { limit } else { limit * factor.abs() };
         if limit.is_nan() { f64::INFINITY } else { limit }
     }

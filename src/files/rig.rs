@@ -61,6 +61,11 @@ impl Rig {
             ("factor", s.gauge.factor.into()),
         ];
         gauge.extend(s.gauge.second.then_some(("second", true.into())));
+        gauge.extend(s.gauge.foil.map(|foil| {
+            let numbers = [("stiffness", foil.stiffness), ("length", foil.length), ("width", foil.width)];
+            let limit = foil.strain_limit.map(|limit| ("strain_limit", limit));
+            ("foil", table(numbers.into_iter().chain(limit).map(|(key, x)| (key, x.into())).collect()))
+        }));
         gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
@@ -76,6 +81,7 @@ impl Rig {
         let terms = TERMS.iter().map(|term| match (term.get)(m) {
             Amount::Flag(on) => (term.key, on.into()),
             Amount::Number(x) => (term.key, x.into()),
+            Amount::Word(of) => (term.key, word(of)),
         });
         let rest = [("nu", m.nu.into()), ("contact", contact), ("material", table(vec![material]))];
         let model = [("geometry", geometry)].into_iter().chain(terms).chain(rest).collect();

@@ -239,7 +239,7 @@ impl Locator {
         }
         let strains =
             if self.unit.is_strain() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
-        let beyond = strains[0].hypot(strains[1]) > self.rig.setup.gauge.strain_limit;
+        let beyond = strains[0].hypot(strains[1]) > self.rig.strain_limit();
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
         // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.
         if signs[0] <= 0.0 || !side.admits(drive) {

@@ -104,6 +104,11 @@ impl Rig {
         StrainCurve::new(shared.taper, shared.gauge, hub, self.setup.drive, shear)
     }
 
+    /// Largest |strain| that the gauge reads without harm.
+    pub fn strain_limit(&self) -> f64 {
+        self.shared().strain_limit(&self.setup.gauge)
+    }
+
     /// Curves of the whisker.
     pub fn shared(&self) -> &crate::design::Shared {
         self.design.shared.as_ref().expect("checked when the rig was made")

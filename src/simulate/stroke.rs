@@ -66,7 +66,7 @@ pub struct Stroker<'a> {
 impl<'a> Stroker<'a> {
     /// Of `rig`, whose pole the object takes the place of.
     pub fn new(rig: &'a Rig, object: &Object, sense: f64) -> Self {
-        let model = Model { pole_radius: 0.0, ..rig.setup.model };
+        let model = Model { pole_radius: 0.0, indentation: false, ..rig.setup.model };
         let mut plain = rig.clone();
         plain.setup.model = model;
         let skin = Skin::new(&plain, None);
@@ -148,6 +148,7 @@ impl<'a> Stroker<'a> {
             hub: self.rig.setup.hub,
             drive: Drive::Angle,
             amount: turn,
+            foil: shared.foil,
             model: &self.model,
         };
         let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;

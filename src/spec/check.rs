@@ -102,6 +102,13 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
             return Err((key, why.into(), format!("{instead}, or geometry = \"exact\"")));
         }
     }
+    for term in TERMS.iter().filter(on) {
+        let Some((other, why)) = term.needs else { continue };
+        if TERMS.iter().filter(|term| term.key == other).any(|term| !(term.get)(model).is_on()) {
+            let why = format!("{} needs {other}: {why}", term.key);
+            return Err((term.key, why, format!("{}, or {other} in [model]", term.off())));
+        }
+    }
     if rubs && !model.extension {
         let why =
             "friction needs extension = true: an inextensible whisker held at its own arc length cannot bend";

@@ -15,6 +15,7 @@ mod part;
 mod reader;
 mod schema;
 mod sections;
+mod solid;
 mod space;
 mod table;
 mod tap;
@@ -53,7 +54,7 @@ pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults("");
+    let defaults = schema::defaults("", user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     of_sections(label, text, &sections, base, space::listed)
 }
@@ -80,7 +81,7 @@ pub(crate) fn of_table(
     fallback: &str,
 ) -> Result<Spec> {
     let document = Document { file: label, text };
-    let defaults = schema::defaults(fallback);
+    let defaults = schema::defaults(fallback, user);
     let sections = Sections::new(&document, user, &defaults)?;
     of_sections(label, text, &sections, base, |sections, drive| space::read(sections, drive, base))
 }
@@ -112,29 +113,30 @@ fn of_sections<'a>(
     let space::Read { space, directions, leaning, mut warnings } = taps(sections, drive)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
+    let tilts = leaning.iter().any(Option::is_some);
     direction::told(sections, &gauge, &estimate, &model.model)?;
     if leaning.iter().all(Option::is_none) {
         sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
+    let setup = Setup { hub, drive, gauge, model: model.model, estimate, directions };
+    solid::allowed(sections, &setup, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: text.to_owned(),
-        study: Study {
-            setup: Setup { hub, drive, gauge, model: model.model, estimate, directions },
-            space,
-            output,
-        },
+        study: Study { setup, space, output },
         material_fit: model.fit,
         run,
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
         warnings,
     };
+    solid::fits(sections, &spec)?;
     let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);
+    spec.warnings.extend(solid::doubts(&spec));
     Ok(spec)
 }
 
@@ -151,7 +153,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(optimise::DEFAULTS);
+    let defaults = schema::defaults(optimise::DEFAULTS, user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let mut search = optimise::read(&sections)?;
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
@@ -177,7 +179,7 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(tap::FALLBACK);
+    let defaults = schema::defaults(tap::FALLBACK, user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let ends = tap::check(&sections, &spec, noisy)?;
     Ok((spec, ends))
@@ -188,7 +190,7 @@ pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
     let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
     let document = Document { file: &file, text: &spec.text };
     let user = DeTable::parse(&spec.text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults("");
+    let defaults = schema::defaults("", user.get_ref());
     sections::model_error(&Sections::new(&document, user.get_ref(), &defaults)?.section("run"))
 }
 

@@ -20,12 +20,19 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
     let (material, fit, warning) = material(&section.get("material")?, base)?;
     let mut model = Model { geometry: section.get("geometry")?.word(&geometries)?, material, ..Model::PLAIN };
+    section.get("solid")?.flag()?;
     for term in &TERMS {
         let item = section.get(term.key)?;
         let (allowed, holds) = term.allowed;
         let value = match term.trial {
             Amount::Flag(_) => Amount::Flag(item.flag()?),
-            Amount::Number(_) => Amount::Number(item.within(&check::domain(allowed, holds))?),
+            Amount::Word(_) if item.value.as_str().is_some() || term.words.len() == 2 => {
+                let words: Vec<(&str, &'static str)> = term.words.iter().map(|word| (*word, *word)).collect();
+                Amount::Word(item.word(&words).map_err(|e| e.allowed(allowed))?)
+            }
+            Amount::Number(_) | Amount::Word(_) => {
+                Amount::Number(item.within(&check::domain(allowed, holds))?)
+            }
         };
         (term.set)(&mut model, value);
     }

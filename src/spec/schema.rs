@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::keys::SECTIONS;
 use super::part::Section;
 use super::reader::{Document, Item, Result};
+use super::solid;
 use crate::scene::{Amount, TERMS, Term};
 
 /// Highest `format` that can be read.
@@ -30,6 +31,7 @@ tilt = 0.0
 lean = 0.0
 [model]
 geometry = "exact"
+solid = false
 nu = 0.5
 contact = "frictionless"
 material = { hooke = 3.2 }
@@ -51,15 +53,17 @@ static TERMS_OFF: LazyLock<String> = LazyLock::new(|| {
     let off = |term: &Term| match term.trial {
         Amount::Flag(_) => format!("{} = false\n", term.key),
         Amount::Number(_) => format!("{} = 0.0\n", term.key),
+        Amount::Word(_) => format!("{} = {}\n", term.key, term.off()),
     };
     format!("[model]\n{}", TERMS.iter().map(off).collect::<String>())
 });
 
-/// The defaults, and beside them the values of `more`, which is TOML like them.
-pub(super) fn defaults(more: &str) -> DeTable<'_> {
+/// The defaults of what the `user` wrote, and beside them the values of `more`, which is TOML like them.
+pub(super) fn defaults<'m>(more: &'m str, user: &DeTable<'_>) -> DeTable<'m> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
     let mut all = table(DEFAULTS);
-    for (name, section) in table(&TERMS_OFF).into_iter().chain(table(more)) {
+    let solid = if solid::is_asked(user) { solid::ALL } else { "" };
+    for (name, section) in table(&TERMS_OFF).into_iter().chain(table(solid)).chain(table(more)) {
         match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.into_inner()) {
             (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added),
             (_, added) => panic!("no section of defaults takes {added:?}"),

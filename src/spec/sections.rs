@@ -6,6 +6,7 @@ use super::check::{LENGTH, MODEL_ERROR, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE
 use super::part::Section;
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use super::solid;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
     Written,
@@ -20,6 +21,7 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
         strain_limit: section.get("strain_limit")?.within(&STRAIN_LIMIT)?,
         factor: section.get("factor")?.within(&POSITIVE)?,
         second: section.get("second")?.flag()?,
+        foil: section.optional("foil", solid::foil)?,
     })
 }
 

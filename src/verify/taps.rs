@@ -156,6 +156,7 @@ fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
         hub: setup.hub,
         drive: setup.drive,
         amount: amount(setup.drive, tuple.drive),
+        foil: shared.foil,
         model: &model,
     };
     problem.solve()

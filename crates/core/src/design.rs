@@ -3,9 +3,10 @@
 use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
+    solid::{Bonded, Held},
     taper::Taper,
 };
-use crate::scene::{Convention, Direction, Drive, Geometry, Setup, Theory, Tuple};
+use crate::scene::{Convention, Direction, Drive, Gauge, Geometry, Setup, Theory, Tuple};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -19,7 +20,7 @@ pub const MOST: f64 = 1e12;
 pub struct Design {
     /// D, d, L_a, x_ss, l; distance and drive are not its own.
     pub tuple: Tuple,
-    /// What its taps share; `None` where the numbers are no whisker with a gauge on it.
+    /// What its taps share; `None` where the numbers are no whisker with a gauge, and its foil, on it beyond where its clamp holds it.
     pub shared: Option<Shared>,
 }
 
@@ -36,6 +37,27 @@ pub struct Shared {
     pub peak: f64,
     /// The estimator's curve and its inverse.
     pub theory: Inverse,
+    /// A foil that stiffens the rod.
+    pub foil: Option<Bonded>,
+    /// Where the rod begins, mm from the face of its clamp.
+    pub start: f64,
+}
+
+impl Shared {
+    /// Largest |reading| of the gauge: what the skin bears, seen through the foil, and what the foil bears itself.
+    pub fn strain_limit(&self, gauge: &Gauge) -> f64 {
+        let skin = self.foil.map_or(1.0, |foil| foil.transfer) * gauge.strain_limit;
+        gauge.foil.and_then(|foil| foil.strain_limit).map_or(skin, |limit| skin.min(limit))
+    }
+
+    /// The strain curve of the rod from where its clamp holds it, in lengths from there.
+    pub fn rod(&self) -> StrainCurve {
+        let StrainCurve { taper, gauge, hub, drive, shear, .. } = self.model;
+        match self.start {
+            0.0 => self.model,
+            start => StrainCurve::new(taper.from(start), gauge.map(|x| x - start), hub + start, drive, shear),
+        }
+    }
 }
 
 /// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0 and at most [`MOST`], x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are
@@ -49,9 +71,14 @@ impl Design {
     /// The design of `tuple` in `setup`.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
-        let shared = is_whisker(&tuple).then(|| {
-            let taper = Taper::new(D, d, L_a);
-            let gauge = taper.gauge(x_ss, l);
+        let held = Held::new(&setup.model).c0 * D <= x_ss;
+        let taper = Taper::new(D, d, L_a);
+        let gauge = taper.gauge(x_ss, l);
+        let bonded = |foil| Bonded::new(&foil, &taper, gauge, setup.model.material.e0());
+        let foil = setup.gauge.foil.map(bonded);
+        let carried =
+            |foil: &Bonded| foil.span[0] >= -ROUNDING * L_a && foil.span[1] <= L_a * (1.0 + ROUNDING);
+        let shared = (is_whisker(&tuple) && held && foil.as_ref().is_none_or(carried)).then(|| {
             let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
             let shear = shear_length2(&taper, setup.model.nu);
             let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
@@ -60,7 +87,7 @@ impl Design {
             let of_model = Inverse::new(model);
             let peak = of_model.peak().1;
             let theory = if theory == model { of_model } else { Inverse::new(theory) };
-            Shared { taper, gauge, model, peak, theory }
+            Shared { taper, gauge, model, peak, theory, foil, start: Held::new(&setup.model).start(&taper) }
         });
         Self { tuple, shared }
     }
@@ -79,7 +106,9 @@ impl Design {
             Drive::Angle => drive > 0.0 && drive < 90.0,
             Drive::Displacement => drive > 0.0 && drive <= MOST,
         };
-        self.shared.is_some() && drive_ok && a > 0.0 && a <= self.tuple.L_a * (1.0 + ROUNDING)
+        self.shared.as_ref().is_some_and(|shared| a > shared.start.max(0.0))
+            && drive_ok
+            && a <= self.tuple.L_a * (1.0 + ROUNDING)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
 use vibrissa_core::physics::{onset::Grip, taper::Taper};
-use vibrissa_core::scene::{Contact, Drive, Geometry, Model, Setup, Side};
+use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 
 /// Taps that go through the same arithmetic.
 const LANES: usize = 4;
@@ -60,7 +60,8 @@ impl Framing {
             Contact::Stick => Grip::Stick,
             Contact::Coulomb(_) => return None,
         };
-        let known = model.geometry == Geometry::Exact && !setup.gauge.second && hub < SIZES[1];
+        let solid = model.is_solid() || model.clamp != Clamp::Rigid || setup.gauge.foil.is_some();
+        let known = model.geometry == Geometry::Exact && !solid && !setup.gauge.second && hub < SIZES[1];
         known.then_some(Self { model, side: setup.gauge.side, drive, hub, grip })
     }
 

@@ -175,6 +175,10 @@ impl Solution<f64> {
     /// A tap whose answer a device has not written, or not as it should be; the reference is asked.
     pub const UNWRITTEN: Self = Self { error: f64::MAX, ..Self::FAILED };
 
+    /// That of the first-order solution itself.
+    pub const UNLOADED: Self =
+        Self { force: 0.0, along: 0.0, arc: 0.0, strain: 0.0, error: 0.0, ..Self::FAILED };
+
     /// A tap that has no solution.
     pub const FAILED: Self = Self {
         force: f64::NAN,
@@ -201,6 +205,8 @@ pub struct Frame {
     direction: (f64, f64),
     /// T/P of a sliding contact.
     friction: Option<f64>,
+    /// Where the rod begins, mm from the face of its clamp.
+    start: f64,
 }
 
 /// Strain, forces and arc of one tap.
@@ -237,12 +243,14 @@ pub struct Ask<'a> {
     pub amount: f64,
     /// What holds the contact.
     pub grip: Grip,
+    /// Where the rod begins, mm from the face of its clamp: the contact distance and `curve` are measured from there.
+    pub start: f64,
 }
 
 impl Frame {
     /// The tap `ask`; `None` where the contact would be at or beyond the virtual apex.
     pub fn new(ask: &Ask<'_>) -> Option<Self> {
-        let Ask { model, side, curve, peak, a, amount, grip } = *ask;
+        let Ask { model, side, curve, peak, a, amount, grip, start } = *ask;
         let StrainCurve { taper, gauge, hub, drive, .. } = *curve;
         let (tap, touch) = Pose { model, side, drive, hub, taper, gauge, a, amount, grip }.tap();
         if tap.rest <= 0.0 {
@@ -257,7 +265,7 @@ impl Frame {
             Grip::Stick => None,
         };
         let tap = Tap { weight, ..tap };
-        Some(Self { tap, a, unit: stiffness / (a * a), direction: touch.direction, friction })
+        Some(Self { tap, a, unit: stiffness / (a * a), direction: touch.direction, friction, start })
     }
 
     /// The dimensionless tap.
@@ -276,7 +284,7 @@ impl Frame {
             deviation: s.strain,
             normal,
             tangential: self.friction.map_or((w * sin + h * cos) * self.unit, |friction| friction * normal),
-            arc: self.a * (1.0 + self.moved(s)),
+            arc: self.start + self.a * (1.0 + self.moved(s)),
             axial: t.strain * s.axial,
         }
     }

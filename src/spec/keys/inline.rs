@@ -37,6 +37,25 @@ pub const CONTACT: Section = inline(
     &[key("coulomb", "", "coefficient of friction μ", "")],
 );
 
+/// `foil` in `[gauge]`.
+pub const FOIL: Section = inline(
+    "gauge.foil",
+    "A foil that is stiffer than the skin it is bonded to (model §8), centred on the grid.",
+    &[
+        "{ stiffness = 100, length = 6.3, width = 2.8 }",
+        "{ thickness = 0.033, modulus = 3000, length = 6.3, width = 2.8 }",
+        "\"KFGS-2-120\"",
+    ],
+    &[
+        key("stiffness", "N/mm", "modulus times thickness", "").absent("required, or thickness and modulus"),
+        key("thickness", "mm", "thickness", "").absent("required, or stiffness"),
+        key("modulus", "MPa", "modulus", "").absent("required, or stiffness"),
+        key("length", "mm", "length of the base along the whisker", ""),
+        key("width", "mm", "width of the base", ""),
+        key("strain_limit", "", "largest |strain| that it bears itself: of what it reads", "").absent("none"),
+    ],
+);
+
 /// `material` in `[model]`.
 pub const MATERIAL: Section = inline(
     "model.material",

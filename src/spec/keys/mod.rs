@@ -5,7 +5,7 @@ mod inline;
 mod sections;
 
 use super::{optimise, schema};
-pub use inline::{AXIS, BUDGET, CONTACT, LIMITS, MATERIAL, ROBUST, VARIABLES, WEIGHTS};
+pub use inline::{AXIS, BUDGET, CONTACT, FOIL, LIMITS, MATERIAL, ROBUST, VARIABLES, WEIGHTS};
 pub use sections::{ESTIMATE, GAUGE, MODEL, OPTIMISE, OUTPUT, RUN, TAP, TUPLES, WHISKER};
 
 /// Unit, and range, of the ends of an axis.
@@ -88,7 +88,7 @@ pub const FORMAT: Key =
 pub const SECTIONS: [Section; 9] = [WHISKER, GAUGE, TAP, TUPLES, MODEL, ESTIMATE, OPTIMISE, OUTPUT, RUN];
 
 /// Inline tables, by the key that takes them. `axis` is taken by D, d, L_a, x_ss, l, a, theta and delta.
-pub const INLINE: [Section; 8] = [AXIS, CONTACT, MATERIAL, WEIGHTS, BUDGET, VARIABLES, LIMITS, ROBUST];
+pub const INLINE: [Section; 9] = [AXIS, CONTACT, MATERIAL, FOIL, WEIGHTS, BUDGET, VARIABLES, LIMITS, ROBUST];
 
 /// Unit of every key under its dotted name, `axis.from` for that of an axis; empty where it has none.
 pub fn units() -> impl Iterator<Item = (String, &'static str)> {
@@ -103,7 +103,7 @@ pub fn units() -> impl Iterator<Item = (String, &'static str)> {
 
 /// What stands for `key` of `section` where the user says nothing, as TOML.
 pub fn default(section: &str, key: &str) -> Option<String> {
-    let all = schema::defaults(optimise::DEFAULTS);
+    let all = schema::defaults(optimise::DEFAULTS, &toml::de::DeTable::new());
     let table = if section.is_empty() { &all } else { all.get(section)?.get_ref().as_table()? };
     Some(schema::toml_text(table.get(key)?.get_ref()))
 }

@@ -33,6 +33,9 @@ pub const GAUGE: Section = section(
             .note("Used for bridge_mV_per_V by calibrate, locate and simulate"),
         key("second", "", "a second, equal gauge 90° round the whisker", "true")
             .note("It tells the tilt of the object's edge (model §6): columns strain_2, bending_azimuth_deg, slide_mm"),
+        key("foil", "", "a foil that is stiffer than the skin (model §8)", "{ stiffness = 100, length = 6.3, width = 2.8 }")
+            .absent("none: the bare strain of the skin")
+            .note("strain is then what the foil reads, some twentieth of that of the bare skin, and K is that much larger; strain_limit stays that of the skin"),
     ],
 );
 
@@ -75,9 +78,12 @@ const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb =
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
     .note("Strain, K and distances do not depend on a common factor of the moduli; forces do");
 
+const SOLID: Key = key("solid", "", "all that a rubber rod of three dimensions has (model §8)", "true")
+    .note("surface, shear, extension, clamp = \"bonded\", indentation, section = \"distorting\"; what is written beside it wins; needs pole_radius > 0");
+
 /// Those of the model: its effects between the geometry and what they need.
-const MODEL_KEYS: [Key; TERMS.len() + 4] = {
-    let mut keys = [GEOMETRY; TERMS.len() + 4];
+const MODEL_KEYS: [Key; TERMS.len() + 5] = {
+    let mut keys = [GEOMETRY; TERMS.len() + 5];
     let mut i = 0;
     while i < TERMS.len() {
         keys[i + 1] = key(TERMS[i].key, TERMS[i].unit, TERMS[i].what, TERMS[i].example);
@@ -86,6 +92,7 @@ const MODEL_KEYS: [Key; TERMS.len() + 4] = {
     keys[i + 1] = NU;
     keys[i + 2] = FRICTION;
     keys[i + 3] = LAW;
+    keys[i + 4] = SOLID;
     keys
 };
 

@@ -10,4 +10,5 @@ pub mod pole;
 pub mod rod;
 pub mod root;
 pub mod section;
+pub mod solid;
 pub mod taper;

@@ -31,6 +31,13 @@ impl<T: Number> Taper<T> {
         T::of(0.5) * self.D * (T::of(1.0) - self.tau * s)
     }
 
+    /// The same whisker seen from `s`: a clamp there, the cone continued where that is behind it.
+    #[inline]
+    pub fn from(&self, s: T) -> Self {
+        let rest = T::of(1.0) - self.tau * s;
+        Self { D: self.D * rest, tau: self.tau / rest, tan_alpha: self.tan_alpha }
+    }
+
     /// cos α.
     #[inline(always)]
     pub fn cos_alpha(&self) -> T {

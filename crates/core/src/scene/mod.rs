@@ -20,7 +20,9 @@ pub use axis::Axis;
 pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
-pub use model::{Contact, Convention, Drive, Estimate, Gauge, Geometry, Model, Side, TERMS, Theory};
+pub use model::{
+    Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
+};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};

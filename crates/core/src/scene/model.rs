@@ -56,6 +56,36 @@ pub enum Contact {
     Coulomb(f64),
 }
 
+/// How the base of the whisker is held (model §8).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Clamp {
+    /// At its face, as a rod theory has it.
+    #[default]
+    Rigid,
+    /// Its face is bonded to what is rigid.
+    Bonded,
+    /// Glued into a socket.
+    Glued,
+    /// In a smooth socket, not glued.
+    Socket,
+    /// So many base diameters outside of its face, or where that is negative behind it.
+    At(f64),
+}
+
+impl Clamp {
+    /// All that have a name.
+    pub const WORDS: [(&'static str, Self); 4] =
+        [("rigid", Self::Rigid), ("bonded", Self::Bonded), ("glued", Self::Glued), ("socket", Self::Socket)];
+
+    /// Its name, or its number.
+    pub fn amount(self) -> Amount {
+        match (self, Self::WORDS.iter().find(|(_, clamp)| *clamp == self)) {
+            (Self::At(c0), _) => Amount::Number(c0),
+            (_, word) => Amount::Word(word.map_or("rigid", |(word, _)| word)),
+        }
+    }
+}
+
 /// Which effects are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
@@ -75,6 +105,12 @@ pub struct Model {
     pub contact: Contact,
     /// Constitutive law.
     pub material: Material,
+    /// How the base is held.
+    pub clamp: Clamp,
+    /// The skin gives way under the contact (Hertz); needs a pole radius.
+    pub indentation: bool,
+    /// Sections distort: the strain of the skin next to the clamp, and of both sides.
+    pub distorting: bool,
 }
 
 impl Model {
@@ -88,11 +124,14 @@ impl Model {
         nu: 0.5,
         contact: Contact::Frictionless,
         material: Material::Hooke(3.2),
+        clamp: Clamp::Rigid,
+        indentation: false,
+        distorting: false,
     };
 }
 
 /// Every such effect, in the order of the spec's keys.
-pub const TERMS: [Term; 4] = [
+pub const TERMS: [Term; 7] = [
     Term {
         linear: true,
         ..flag(
@@ -112,29 +151,96 @@ pub const TERMS: [Term; 4] = [
         |m, to| m.surface = to.is_on(),
     ),
     Term {
-        key: "pole_radius",
-        name: "pole radius",
         unit: "mm",
-        what: "radius of the object",
         example: "3.0",
         allowed: ("≥ 0 mm", |v| v >= 0.0),
         trial: Amount::Number(2.0),
-        linear: false,
         frictionless: Some("it is defined for a thin edge only"),
-        get: |m| Amount::Number(m.pole_radius),
-        set: |m, to| m.pole_radius = if let Amount::Number(radius) = to { radius } else { 0.0 },
+        ..flag(
+            ("pole_radius", "pole radius", "radius of the object"),
+            |m| Amount::Number(m.pole_radius),
+            |m, to| m.pole_radius = if let Amount::Number(radius) = to { radius } else { 0.0 },
+        )
+    },
+    Term {
+        words: &["rigid", "bonded", "glued", "socket"],
+        example: "\"bonded\"",
+        allowed: ("\"rigid\", \"bonded\", \"glued\", \"socket\", or -1 … 0.2 (base diameters)", |v| {
+            (-1.0..=0.2).contains(&v)
+        }),
+        trial: Amount::Word("bonded"),
+        ..flag(
+            (
+                "clamp",
+                "clamp",
+                "how the base is held: where the rod begins, in base diameters from the face of the clamp",
+            ),
+            |m| m.clamp.amount(),
+            |m, to| {
+                let named = |word| Clamp::WORDS.iter().find(|(name, _)| *name == word);
+                m.clamp = match to {
+                    Amount::Number(c0) => Clamp::At(c0),
+                    Amount::Word(word) => named(word).map_or(Clamp::Rigid, |(_, clamp)| *clamp),
+                    Amount::Flag(_) => Clamp::Rigid,
+                };
+            },
+        )
+    },
+    Term {
+        frictionless: Some("how a skin that gives way rubs is not known"),
+        upright: Some("a skin that gives way has been computed for an upright edge and one gauge only"),
+        needs: Some(("pole_radius", "an edge (pole_radius = 0) sinks into the skin without bound")),
+        ..flag(
+            ("indentation", "indentation", "the skin gives way under the contact (Hertz)"),
+            |m| Amount::Flag(m.indentation),
+            |m, to| m.indentation = to.is_on(),
+        )
+    },
+    Term {
+        words: &["rigid", "distorting"],
+        example: "\"distorting\"",
+        allowed: ("\"rigid\" or \"distorting\"", |_| false),
+        trial: Amount::Word("distorting"),
+        frictionless: Some("strains next to a clamp have been computed without friction only"),
+        upright: Some("sections that distort have been computed for an upright edge and one gauge only"),
+        ..flag(
+            (
+                "section",
+                "distorting sections",
+                "the strain of the skin next to the clamp, and the difference of the sides",
+            ),
+            |m| Amount::Word(if m.distorting { "distorting" } else { "rigid" }),
+            |m, to| m.distorting = to.is_on(),
+        )
     },
 ];
 
 impl Model {
-    /// With the effect of `key` at its trial value.
+    /// With the effect of `key` at its trial value, and what it needs.
     pub fn with(mut self, key: &str) -> Self {
-        TERMS.iter().filter(|term| term.key == key).for_each(|term| (term.set)(&mut self, term.trial));
+        for term in TERMS.iter().filter(|term| term.key == key) {
+            if let Some((other, _)) = term.needs {
+                self = self.with(other);
+            }
+            (term.set)(&mut self, term.trial);
+        }
         self
+    }
+
+    /// Whether a tap is more than one of a rod: the contact gives way, or the strain of the skin is not the rod's.
+    pub fn is_solid(&self) -> bool {
+        let four = self.clamp == Clamp::Bonded && self.shear && self.contact == Contact::Frictionless;
+        self.indentation || self.distorting || four
     }
 
     /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
     pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
+        if tilt || lean {
+            let on = |term: &&Term| (term.get)(self).is_on();
+            if let Some(why) = TERMS.iter().filter(on).find_map(|term| term.upright) {
+                return Some(why);
+            }
+        }
         match self.contact {
             Contact::Coulomb(_) if tilt || lean => Some(
                 "with contact = { coulomb = … } the object's edge must be upright: the contact slides along the whisker and along the edge, \
@@ -168,12 +274,34 @@ pub struct Gauge {
     pub factor: f64,
     /// A second, equal gauge 90° round the whisker.
     pub second: bool,
+    /// The foil that carries the grid, where it is stiff.
+    pub foil: Option<Foil>,
+}
+
+/// A foil that is stiffer than the skin it is bonded to (model §8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foil {
+    /// Modulus times thickness, N/mm.
+    pub stiffness: f64,
+    /// Length of the base along the whisker, mm, centred on the grid.
+    pub length: f64,
+    /// Width of the base, mm.
+    pub width: f64,
+    /// Largest |strain| that it bears itself: of its reading.
+    pub strain_limit: Option<f64>,
 }
 
 impl Default for Gauge {
     /// On the contact side, up to 5 %, gauge factor 2.21, its noise not said.
     fn default() -> Self {
-        Self { side: Side::Contact, noise_strain: None, strain_limit: 0.05, factor: 2.21, second: false }
+        Self {
+            side: Side::Contact,
+            noise_strain: None,
+            strain_limit: 0.05,
+            factor: 2.21,
+            second: false,
+            foil: None,
+        }
     }
 }
 

@@ -9,7 +9,12 @@ pub enum Amount {
     Flag(bool),
     /// 0 is off.
     Number(f64),
+    /// One of a few; "rigid" is off.
+    Word(&'static str),
 }
+
+/// The word that is off.
+const OFF: &str = "rigid";
 
 impl Amount {
     /// Whether the effect is there.
@@ -17,6 +22,7 @@ impl Amount {
         match self {
             Self::Flag(on) => on,
             Self::Number(x) => x != 0.0,
+            Self::Word(word) => word != OFF,
         }
     }
 
@@ -25,6 +31,7 @@ impl Amount {
         match self {
             Self::Flag(_) => Self::Flag(false),
             Self::Number(_) => Self::Number(0.0),
+            Self::Word(_) => Self::Word(OFF),
         }
     }
 }
@@ -42,6 +49,8 @@ pub struct Term {
     pub what: &'static str,
     /// A value, as TOML.
     pub example: &'static str,
+    /// Words that it may have; none of a flag or a number.
+    pub words: &'static [&'static str],
     /// Numbers that it may have, in words and as a check.
     pub allowed: (&'static str, fn(f64) -> bool),
     /// The value with which it is compared where the spec has none.
@@ -50,6 +59,10 @@ pub struct Term {
     pub linear: bool,
     /// Why it asks for a frictionless contact, if it does.
     pub frictionless: Option<&'static str>,
+    /// Why it asks for an upright edge and one gauge, if it does.
+    pub upright: Option<&'static str>,
+    /// Another that must be on beside it, and why.
+    pub needs: Option<(&'static str, &'static str)>,
     /// Its value in a model.
     pub get: fn(&Model) -> Amount,
     /// Gives it a value.
@@ -62,6 +75,7 @@ impl Term {
         match self.trial {
             Amount::Flag(_) => "false",
             Amount::Number(_) => "0",
+            Amount::Word(_) => "\"rigid\"",
         }
     }
 }
@@ -74,5 +88,20 @@ pub(super) const fn flag(
 ) -> Term {
     let (unit, example, trial) = ("", "true", Amount::Flag(true));
     let allowed: (_, fn(f64) -> bool) = ("true or false", |_| false);
-    Term { key, name, unit, what, example, allowed, trial, linear: false, frictionless: None, get, set }
+    Term {
+        key,
+        name,
+        unit,
+        what,
+        example,
+        words: &[],
+        allowed,
+        trial,
+        linear: false,
+        frictionless: None,
+        upright: None,
+        needs: None,
+        get,
+        set,
+    }
 }

@@ -66,6 +66,7 @@ fn known_taps(effects: &Effects) -> Vec<Tap<f64>> {
             } else {
                 Grip::Slide(if effects.offset { friction } else { 0.0 })
             },
+            start: 0.0,
         };
         Frame::new(&ask).map(|frame| *frame.tap())
     };

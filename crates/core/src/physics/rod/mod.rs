@@ -13,6 +13,7 @@ mod tilted;
 use glam::DVec2;
 use thiserror::Error;
 
+use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
 use ode::Ended;
@@ -65,12 +66,14 @@ pub struct RodProblem<'a> {
     pub side: Side,
     /// Distance a > 0 of the object along the undeformed whisker.
     pub distance: f64,
-    /// Distance r₀ ≥ 0 of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
+    /// Distance r₀ of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
     pub hub: f64,
     /// What moves.
     pub drive: Drive,
     /// How far it moves, ≥ 0: θ in radians, or δ in mm.
     pub amount: f64,
+    /// A foil that stiffens the rod under the gauge.
+    pub foil: Option<Bonded>,
     /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
     /// [`Contact::Coulomb`] need `extension` and no `pole_radius`.
     pub model: &'a Model,
@@ -82,6 +85,30 @@ impl RodProblem<'_> {
     /// # Errors
     /// [`RodError`] says when there is none.
     pub fn solve(&self) -> Result<RodTap, RodError> {
+        let (held, start) = self.held();
+        held.tap().map(|tap| RodTap { contact_arc: tap.contact_arc + start, ..tap })
+    }
+
+    /// The rod from where its clamp holds it, and that place, mm from the face of the clamp.
+    fn held(&self) -> (Self, f64) {
+        let start = Held::new(self.model).start(&self.taper);
+        if start == 0.0 {
+            return (*self, 0.0);
+        }
+        let foil = self.foil.map(|foil| Bonded { span: foil.span.map(|x| x - start), ..foil });
+        let held = Self {
+            taper: self.taper.from(start),
+            gauge: self.gauge.map(|x| x - start),
+            distance: self.distance - start,
+            hub: self.hub + start,
+            foil,
+            ..*self
+        };
+        (held, start)
+    }
+
+    /// The same of a rod that begins at its clamp.
+    fn tap(&self) -> Result<RodTap, RodError> {
         if self.amount == 0.0 {
             return Ok(RodTap {
                 strain: 0.0,
@@ -129,7 +156,7 @@ impl RodProblem<'_> {
         }
         let [x1, x2] = self.gauge;
         Ok(RodTap {
-            strain: shot.bent.elongation / (x2 - x1),
+            strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
             normal_force: shot.normal,
             tangential_force: shot.tangential,
             contact_arc: shot.load.arc,

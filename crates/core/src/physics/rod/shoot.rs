@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use glam::{DMat2, DVec2};
 
 use super::ode::Ended;
-use super::statics::{Bent, EndLoad, Whisker};
+use super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{RANGE_PARTS, RodError, RodProblem, RodTap};
 use crate::physics::section::SectionLaw;
+use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
 
 /// Size of the Newton step, relative to the unknowns, at which a shot hits.
@@ -93,6 +94,16 @@ pub(super) struct Shooter<'a> {
     unit: f64,
     /// P of linear theory at that amount, N.
     force: f64,
+    /// A contact that gives way.
+    soft: Option<Soft>,
+    /// From what the base turns about, or the clamp where the object moves, to the object, mm.
+    lever: f64,
+}
+
+/// The contact of `problem`, whose rod begins where its clamp holds it.
+fn soft(problem: &RodProblem<'_>) -> Option<Soft> {
+    let whole = Skin::whisker(problem);
+    Soft::new(problem.model, &whole.0, problem.distance + whole.1)
 }
 
 impl<'a> Shooter<'a> {
@@ -100,7 +111,7 @@ impl<'a> Shooter<'a> {
         let RodProblem { taper, model, distance: a, .. } = *problem;
         let e0 = model.material.e0();
         let shear_compliance = if model.shear {
-            let k = 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
+            let k = Held::new(model).shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
             2.0 * (1.0 + model.nu) / (k * e0)
         } else {
             0.0
@@ -120,7 +131,11 @@ impl<'a> Shooter<'a> {
                 extension: model.extension,
                 shear_compliance,
                 side: problem.side,
+                foil: problem.foil,
+                skin: Skin::new(problem),
             },
+            soft: soft(problem),
+            lever: deflection,
             tilt: if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y },
             hub,
             unit,
@@ -143,7 +158,7 @@ impl<'a> Shooter<'a> {
             let next = amount.min(at.0 + stride);
             let begins = at.0 == 0.0;
             let guess = if begins {
-                DVec2::new(next / self.unit, 0.0)
+                DVec2::new(self.first(next / self.unit), 0.0)
             } else {
                 at.1 + (at.1 - before.1) * ((next - at.0) / (at.0 - before.0))
             };
@@ -184,6 +199,12 @@ impl<'a> Shooter<'a> {
                 }
             }
         }
+    }
+
+    /// P of linear theory over [`Self::force`] at an amount in units.
+    fn first(&self, amount: f64) -> f64 {
+        let stiffness = self.force / self.lever;
+        self.soft.map_or(amount, |soft| soft.force(stiffness, amount * self.lever) / self.force)
     }
 
     /// Newton's method with Broyden's updates, damped by the natural monotonicity test (Deuflhard 1974).
@@ -265,7 +286,8 @@ impl<'a> Shooter<'a> {
         };
         let load = self.load(arc, height, [normal, tangential]);
         let bent = load.bend(&self.whisker, gauge)?;
-        let miss = self.miss(amount, slid, widening, start, &bent);
+        let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
+        let miss = self.miss(amount, slid, widening, start, &bent) - depth * self.tilt;
         let shot = Shot { normal, tangential, load, bent, miss };
         if miss.is_finite() { Ok(shot) } else { Err(Missed::Stalled) }
     }

@@ -2,10 +2,12 @@
 
 use glam::DVec2;
 
+use super::RodProblem;
 use super::ode::{self, Ended, Slope};
 use crate::physics::section::{SectionLaw, SectionStrain};
+use crate::physics::solid::{Bonded, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
-use crate::scene::model::Side;
+use crate::scene::model::{Material, Side};
 
 /// A force on the end s = c of a rod, in the contact frame: origin at that end, d1 along it.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +39,11 @@ pub(super) struct Deformation {
 /// What a section does under axial force N, shear force Q (N) and moment M (N mm); `None` if it cannot bear them.
 pub(super) trait Response {
     fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation>;
+
+    /// Places at which they change suddenly.
+    fn edges(&self) -> Option<[f64; 2]> {
+        None
+    }
 }
 
 /// A whisker's sections.
@@ -47,6 +54,52 @@ pub(super) struct Whisker {
     /// 1/(kG), 1/MPa; 0 without shear.
     pub shear_compliance: f64,
     pub side: Side,
+    /// A foil under the gauge.
+    pub foil: Option<Bonded>,
+    /// Where sections distort.
+    pub skin: Option<Skin>,
+}
+
+/// The skin of a whisker whose sections distort.
+pub(super) struct Skin {
+    /// The whisker from the face of its clamp.
+    pub taper: Taper,
+    /// Where its rod begins, mm.
+    pub start: f64,
+    /// E, MPa.
+    pub modulus: f64,
+    /// What both sides lose, in (κR)².
+    pub halved: f64,
+}
+
+impl Skin {
+    /// Of the rod `problem`, which begins where its clamp holds it.
+    pub fn new(problem: &RodProblem<'_>) -> Option<Self> {
+        let model = problem.model;
+        let (taper, start) = Self::whisker(problem);
+        model.distorting.then(|| Self {
+            taper,
+            start,
+            modulus: model.material.e0(),
+            halved: if matches!(model.material, Material::NeoHookean(_)) { HALVED } else { 0.0 },
+        })
+    }
+
+    /// The whisker from the face of its clamp, and where its rod, that of `problem`, begins, mm from there.
+    pub fn whisker(problem: &RodProblem<'_>) -> (Taper, f64) {
+        let (c0, taper) = (Held::new(problem.model).c0, problem.taper);
+        // D' = D − 2 tan α c₀ D.
+        let start = c0 * taper.D / (1.0 - 2.0 * taper.tan_alpha * c0);
+        (taper.from(-start), start)
+    }
+
+    /// Strain of the skin on the side `sign` (1: of the contact) at `s` of the rod, under its axial and bending strain and its shear force, N.
+    fn strain(&self, s: f64, strain: SectionStrain, shear: f64, sign: f64) -> f64 {
+        let [bending, by_shear] = distorted(&self.taper, self.modulus, s + self.start);
+        strain.axial
+            - sign * (strain.bending * bending + shear * by_shear)
+            - self.halved * strain.bending * strain.bending
+    }
 }
 
 impl Whisker {
@@ -61,17 +114,24 @@ impl Response for Whisker {
     fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation> {
         let r = self.taper.radius(s);
         let strain = self.strain(s, axial, moment)?;
+        let stiff = self.foil.filter(|foil| (foil.span[0]..=foil.span[1]).contains(&s));
+        let sign = if self.side == Side::Far { -1.0 } else { 1.0 };
+        let fibre = match &self.skin {
+            Some(skin) => skin.strain(s, strain, shear, sign),
+            None => strain.axial - sign * strain.bending,
+        };
         Some(Deformation {
             stretch: if self.extension { strain.axial } else { 0.0 },
-            curvature: strain.bending / r,
+            curvature: strain.bending / r * stiff.map_or(1.0, |foil| 1.0 - foil.stiffening),
             shear: shear * self.shear_compliance / (std::f64::consts::PI * r * r),
-            fibre: match self.side {
-                Side::Contact => strain.axial - strain.bending,
-                Side::Far => strain.axial + strain.bending,
-            },
+            fibre,
             size: strain.axial.abs() + strain.bending.abs(),
             radius: r,
         })
+    }
+
+    fn edges(&self) -> Option<[f64; 2]> {
+        self.foil.map(|foil| foil.span)
     }
 }
 
@@ -163,8 +223,16 @@ impl EndLoad {
         length: f64,
     ) -> Result<Bent, Ended> {
         let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length), sigma, y);
-        ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), from.into(), start, length)
-            .map(Bent::from)
+        let end = start + length;
+        let inside = |sigma: &f64| start < *sigma && *sigma < end;
+        let [far, near] = rod.edges().map_or([start; 2], |[near, far]| [self.arc - far, self.arc - near]);
+        let places = [far, near].into_iter().filter(inside).chain([end]);
+        let (mut y, mut at) = (from.into(), start);
+        for place in places {
+            y = ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), y, at, place - at)?;
+            at = place;
+        }
+        Ok(Bent::from(y))
     }
 
     /// The clamped end of the rod, with the gauge over [x1, x2].

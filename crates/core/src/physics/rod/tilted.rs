@@ -34,9 +34,16 @@ impl RodProblem<'_> {
     /// # Errors
     /// As [`Self::solve`]; [`RodError::NotConverged`] too where no plane is found.
     pub fn solve_tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
+        let (held, start) = self.held();
+        let one = held.tilted(direction)?;
+        Ok(TiltedTap { tap: RodTap { contact_arc: one.tap.contact_arc + start, ..one.tap }, ..one })
+    }
+
+    /// The same of a rod that begins at its clamp.
+    fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
         let upright = direction == [0.0; 2];
         if upright || self.model.contact == Contact::Stick || self.amount == 0.0 {
-            let tap = self.solve()?;
+            let tap = self.tap()?;
             return Ok(self.beside(tap, 0.0, 0.0));
         }
         if !matches!(self.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
@@ -48,7 +55,7 @@ impl RodProblem<'_> {
         let at = |phi: f64| {
             let planar = pole.planar(phi).ok_or(RodError::NotConverged)?;
             let problem = self.in_plane(&planar);
-            let tap = problem.solve()?;
+            let tap = problem.tap()?;
             let next = pole.azimuth(tap.base_angle + alpha).ok_or(RodError::NotConverged)?;
             Ok::<_, RodError>((next - phi, planar, problem, tap))
         };

@@ -1,0 +1,261 @@
+//! Taps of a solid (model §8) as taps of a rod: what gives way is moved over to where the object is.
+//!
+//! A contact that gives way by δ along its normal is a stiff one against a pole of radius ρ − δ; a rod that bends less under a foil is one without
+//! whose base stands elsewhere. In both the object's centre, seen from the base, is that of an ordinary tap at another distance and angle. Forces tell δ
+//! and the base, so that each tap is solved two or three times, on any backend. What the skin shows next to the clamp follows from the force and its line
+//! of action.
+
+use rayon::prelude::*;
+
+use super::solve::Solved;
+use super::{Evaluator, Method, Task};
+use crate::design::{Design, Shared, amount};
+use crate::error::SolveError;
+use crate::kernel::tap::{Ask, Frame};
+use crate::kernel::{Chart, Solution};
+use crate::physics::linear::StrainCurve;
+use crate::physics::onset::Grip;
+use crate::physics::root::bracketed;
+use crate::physics::solid::Soft;
+use crate::scene::{Drive, Model, Setup};
+
+mod base;
+
+use base::{Base, Seen};
+
+/// Share of the tolerance that what is left of the angle may make of the strain.
+const SHARE: f64 = 0.1;
+
+/// Rounds at most; the reference is asked of taps that need more.
+const ROUNDS: usize = 8;
+
+/// A tap of the rod that is sought.
+struct Trial<'a> {
+    setup: &'a Setup,
+    shared: &'a Shared,
+    /// The rod from where its clamp holds it.
+    rod: StrainCurve,
+    soft: Option<Soft>,
+    /// The object's centre, mm, from where the rod begins, x along the clamped whisker, y towards the object.
+    pole: [f64; 2],
+    /// sin α and cos α at the contact.
+    tilt: [f64; 2],
+    /// Drive of the tap, rad or mm.
+    amount: f64,
+    /// The tap of the rod: a, mm, θ, rad, and how far the contact gives way, mm.
+    at: [f64; 3],
+    /// θ and P of the tap solved last.
+    last: Option<[f64; 2]>,
+}
+
+impl<'a> Trial<'a> {
+    /// Beginning with what linear theory says of the force; `None` where the rod has no such tap.
+    fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
+        let (model, rod) = (&setup.model, shared.rod());
+        let amount = amount(setup.drive, task.drive);
+        let soft = Soft::new(model, &shared.taper, task.a);
+        let (tilt, radius) = match model.surface {
+            true => ([rod.taper.sin_alpha(), rod.taper.cos_alpha()], rod.taper.radius(task.a - shared.start)),
+            false => ([0.0, 1.0], 0.0),
+        };
+        let from_axis = [
+            task.a - shared.start + rod.hub + model.pole_radius * tilt[0],
+            radius + model.pole_radius * tilt[1],
+        ];
+        let pole = match setup.drive {
+            Drive::Angle => {
+                let (sin, cos) = amount.sin_cos();
+                let [x, y] = from_axis;
+                [x * cos + y * sin - rod.hub, y * cos - x * sin]
+            }
+            Drive::Displacement => [from_axis[0], from_axis[1] - amount],
+        };
+        let mut one = Self { setup, shared, rod, soft, pole, tilt, amount, at: [0.0; 3], last: None };
+        one.at = one.planar(0.0, &Base::UNMOVED, 1.0)?;
+        let force = one.frame()?.response(&Solution::UNLOADED).normal;
+        one.at = one.next(force, &Base::UNMOVED, 1.0)?.0;
+        Some(one)
+    }
+
+    /// The tap of the rod whose contact gives way by `depth` and whose base stands at `base`, its motion times `share`.
+    fn planar(&self, depth: f64, base: &Base, share: f64) -> Option<[f64; 3]> {
+        let [x, y] = base.seen(self.pole, share);
+        let [sin, cos] = self.tilt;
+        let surface = self.setup.model.surface;
+        let (slope, start) =
+            if surface { (self.rod.taper.tan_alpha, 0.5 * self.rod.taper.D) } else { (0.0, 0.0) };
+        let radius = self.setup.model.pole_radius - depth;
+        // (a + ρ' sin α)² + (R₀ − a tan α + ρ' cos α)² is the squared distance of the centre.
+        let (along, across) = (radius * sin, start + radius * cos);
+        let (square, half) = (1.0 + slope * slope, along - slope * across);
+        let rest = along * along + across * across - x * x - y * y;
+        let a = (-half + (half * half - square * rest).sqrt()) / square;
+        let angle = (across - slope * a).atan2(a + along) - y.atan2(x);
+        (a > 0.0 && angle > 0.0).then_some([a, angle, depth])
+    }
+
+    /// The tap whose force follows from its own, where a tap at the angle tried last has the force P, N, and the base moves by `base`; forces go
+    /// as the angle to the power `power`. Also how much larger its angle is.
+    fn next(&self, force: f64, base: &Base, power: f64) -> Option<([f64; 3], f64)> {
+        let depth = |share: f64| self.soft.map_or(0.0, |soft| soft.depth(force * share));
+        let angle = self.at[1];
+        let lack = |g: f64| {
+            let share = g.powf(power);
+            self.planar(depth(share), base, share).map_or(-1.0, |at| at[1] / angle - g)
+        };
+        let mut most = 1.0;
+        for _ in 0..8 {
+            if lack(most) <= 0.0 {
+                break;
+            }
+            most *= 2.0;
+        }
+        let g = bracketed(lack, 0.0, most);
+        let share = g.powf(power);
+        Some((self.planar(depth(share), base, share)?, g))
+    }
+
+    /// The tap of the rod in its own units; none where its strain means nothing: the contact begins at or inside the gauge's near end.
+    fn frame(&self) -> Option<Frame> {
+        let Self { setup, shared, rod, .. } = self;
+        let [a, angle, depth] = self.at;
+        let curve = StrainCurve::new(rod.taper, rod.gauge, 0.0, Drive::Angle, rod.shear);
+        let model = Model { pole_radius: setup.model.pole_radius - depth, ..setup.model };
+        Frame::new(&Ask {
+            model: &model,
+            side: setup.gauge.side,
+            curve: &curve,
+            // Errors stay relative to what the drive, not the angle of the rod, would make of the peak.
+            peak: shared.peak * self.amount / angle,
+            a,
+            amount: angle,
+            grip: Grip::Slide(0.0),
+            start: shared.start,
+        })
+    }
+
+    /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
+    fn turn(
+        &mut self,
+        here: &Frame,
+        solution: &Solution<f64>,
+        (chart, tolerance): (Option<&Chart>, f64),
+    ) -> Turn {
+        let response = here.response(solution);
+        let force = response.normal;
+        let seen = Base::reached(self.setup, self.shared, chart, [force, solution.base], self.pole_of_rod());
+        let Some((base, mean)) = seen else { return Turn::Lost };
+        let [_, angle, _] = self.at;
+        let power = self.last.map_or(1.0, |[before, then]| (force / then).ln() / (angle / before).ln());
+        let power = if power.is_finite() { power.clamp(0.5, 2.0) } else { 1.0 };
+        let Some((at, g)) = self.next(force, &base, power) else { return Turn::Lost };
+        self.last = Some([angle, force]);
+        self.at = at;
+        let rough = at[1] * at[1] + solution.strain.abs();
+        if (g - 1.0).abs() * rough > SHARE * tolerance {
+            return Turn::Next;
+        }
+        let Some(frame) = self.frame() else { return Turn::Lost };
+        // The deviation from the first-order solution is taken as it was.
+        let grown = frame.tap().strain / here.tap().strain;
+        Turn::Found(frame, mean.map(|strain| strain * grown))
+    }
+
+    /// The object's centre from the base of the rod.
+    fn pole_of_rod(&self) -> [f64; 2] {
+        let [a, angle, depth] = self.at;
+        let [sin, cos] = self.tilt;
+        let radius = self.setup.model.pole_radius - depth;
+        let height = if self.setup.model.surface { self.rod.taper.radius(a) } else { 0.0 };
+        let [x, y] = [a + radius * sin, height + radius * cos];
+        let (s, c) = angle.sin_cos();
+        [x * c + y * s, y * c - x * s]
+    }
+}
+
+/// What a solved tap says.
+#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
+enum Turn {
+    /// It is the one that is sought, as far as the tolerance asks: its frame, and what the skin shows where that is not the rod's strain.
+    Found(Frame, Seen),
+    /// The next to be tried.
+    Next,
+    /// There is none.
+    Lost,
+}
+
+/// Whether taps of `setup` are more than those of its rod.
+pub(super) fn asked(setup: &Setup) -> bool {
+    setup.model.is_solid() || setup.gauge.foil.is_some()
+}
+
+/// Whether the strain of the skin is not that of the rod.
+fn skinned(setup: &Setup) -> bool {
+    setup.model.distorting || setup.gauge.foil.is_some()
+}
+
+impl Evaluator<'_> {
+    /// Frames and solutions of frictionless taps of a solid; `None` outside the domain.
+    pub(super) fn solid(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+    ) -> Result<Vec<Option<Solved>>, SolveError> {
+        let (setup, tolerance) = (self.setup, self.tolerance());
+        let begin = |task: &Task| {
+            let design = &designs[task.design as usize];
+            let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))?;
+            // Where nothing else is found the reference is asked.
+            let lost = Solved::lost(super::solve::frame(setup, design, task, Grip::Slide(0.0))?);
+            Some((lost, Trial::new(setup, shared, task)))
+        };
+        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
+            tasks.par_iter().with_min_len(64).map(begin).collect();
+        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
+        let mut open: Vec<(usize, Trial<'_>)> =
+            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
+        let chart = match &self.method {
+            Method::Fast { rungs, .. } => rungs.last().and_then(|rung| rung.chart().cloned()),
+            Method::Reference => None,
+        };
+        let told = (chart.as_ref(), tolerance);
+        self.spatial = skinned(setup);
+        for _ in 0..ROUNDS {
+            if open.is_empty() {
+                break;
+            }
+            let frames: Vec<Option<Frame>> =
+                open.par_iter().with_min_len(256).map(|(_, trial)| trial.frame()).collect();
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
+            let turned: Vec<_> = open
+                .into_par_iter()
+                .zip(solved)
+                .with_min_len(64)
+                .filter_map(|((i, mut trial), s)| {
+                    let s = s?;
+                    let within = s.solution.within(tolerance);
+                    let turn = within.then(|| trial.turn(&s.frame, &s.solution, told));
+                    Some((i, trial, s, turn))
+                })
+                .collect();
+            open = Vec::new();
+            for (i, trial, s, turn) in turned {
+                let Some(one) = &mut all[i] else { continue };
+                let sweeps = one.sweeps + s.sweeps;
+                one.sweeps = sweeps;
+                match turn {
+                    // As of a rod: the material ends, or a kernel cannot tell.
+                    None => *one = Solved { sweeps, plane: None, ..s },
+                    Some(Turn::Found(frame, seen)) => {
+                        *one = Solved { frame, seen, sweeps, plane: None, ..s };
+                    }
+                    Some(Turn::Next) => open.push((i, trial)),
+                    Some(Turn::Lost) => {}
+                }
+            }
+        }
+        self.spatial = false;
+        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
+        Ok(all)
+    }
+}

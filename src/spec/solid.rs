@@ -1,0 +1,168 @@
+//! `[model] solid` and `[gauge] foil`, what they ask of the rest of the spec, and where their numbers have not been tested (model §8).
+
+use super::check::{LENGTH, STRAIN_LIMIT, domain};
+use super::keys;
+use super::reader::{Item, Result};
+use super::schema::Sections;
+use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Setup, Spec, TERMS, Term};
+
+/// Defaults of `[model]` with `solid = true`.
+pub(super) const ALL: &str = r#"[model]
+shear = true
+extension = true
+surface = true
+clamp = "bonded"
+indentation = true
+section = "distorting"
+"#;
+
+/// Foils whose base is on their data sheet: name, base length and width, mm. Their stiffness is that of some 33 µm of polyimide, 3 GPa.
+const NAMED: [(&str, Foil); 1] =
+    [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
+
+const SHAPE: &str = "{ stiffness = 100, length = 6.3, width = 2.8 } (N/mm, mm, mm), { thickness, modulus, length, width } (mm, MPa, mm, mm), or \
+                     \"KFGS-2-120\"";
+const STIFFNESS: super::check::Domain =
+    domain("0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)", |v| {
+        v > 0.0 && v < 5e4
+    });
+const THICKNESS: super::check::Domain = domain("0 < thickness ≤ 2 mm", |v| v > 0.0 && v <= 2.0);
+const MODULUS: super::check::Domain =
+    domain("0 < modulus < 1000000 MPa (polyimide has 3000)", |v| v > 0.0 && v < 1e6);
+
+/// `[gauge] foil`.
+pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
+    if item.value.as_str().is_some() {
+        return item.word(&NAMED).map_err(|e| e.allowed(SHAPE));
+    }
+    if !item.value.is_table() {
+        return Err(item.error("this is no foil").allowed(SHAPE));
+    }
+    item.only(&keys::FOIL.names(), SHAPE)?;
+    let length = item.needs("length", SHAPE)?.within(&LENGTH)?;
+    let width = item.needs("width", SHAPE)?.within(&LENGTH)?;
+    let strain_limit = item.child("strain_limit").map(|v| v.within(&STRAIN_LIMIT)).transpose()?;
+    let stiffness = match (item.child("stiffness"), item.child("thickness"), item.child("modulus")) {
+        (Some(stiffness), None, None) => stiffness.within(&STIFFNESS)?,
+        (None, Some(thickness), Some(modulus)) => {
+            let stiffness = thickness.within(&THICKNESS)? * modulus.within(&MODULUS)?;
+            if !(STIFFNESS.holds)(stiffness) {
+                let message = format!("thickness times modulus is {stiffness} N/mm");
+                return Err(modulus.error(message).allowed(STIFFNESS.allowed));
+            }
+            stiffness
+        }
+        (Some(stiffness), ..) => {
+            let message = "a foil has a stiffness, or a thickness and a modulus, not both";
+            return Err(stiffness.error(message).allowed(SHAPE));
+        }
+        _ => return Err(item.error("a foil needs a stiffness, or a thickness and a modulus").allowed(SHAPE)),
+    };
+    Ok(Foil { stiffness, length, width, strain_limit })
+}
+
+/// Whether the user's spec asks for all that a solid has.
+pub(super) fn is_asked(user: &toml::de::DeTable<'_>) -> bool {
+    let model = user.get("model").and_then(|model| model.get_ref().as_table());
+    model.and_then(|model| model.get("solid")).and_then(|solid| solid.get_ref().as_bool()) == Some(true)
+}
+
+/// Refuses what has not been computed for a solid: a second gauge, a foil with tilt, friction or linear theory, or one that does not fit.
+pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
+    let (model, gauge) = (&setup.model, &setup.gauge);
+    let on = |term: &&Term| (term.get)(model).is_on();
+    if gauge.second
+        && let Some((term, why)) = TERMS.iter().filter(on).find_map(|term| Some((term, term.upright?)))
+    {
+        let item = sections.section("model").get(term.key)?;
+        return Err(item.error(why).allowed(format!("{}, or second = false in [gauge]", term.off())));
+    }
+    if gauge.foil.is_none() {
+        return Ok(());
+    }
+    let item = sections.section("gauge").get("foil")?;
+    let why = match () {
+        () if model.geometry == Geometry::Linear => {
+            ("linear theory has no foil", "geometry = \"exact\" in [model]")
+        }
+        () if model.contact != Contact::Frictionless => {
+            ("a foil has been computed without friction only", "contact = \"frictionless\" in [model]")
+        }
+        () if gauge.second => ("a foil has been computed for one gauge only", "second = false"),
+        () if tilts => ("a foil has been computed for upright edges only", "no tilt and no lean in [tap]"),
+        () => return Ok(()),
+    };
+    Err(item.error(why.0).allowed(format!("no foil, or {}", why.1)))
+}
+
+/// Smallest and largest value of a column; `None` of listed tuples.
+fn ends(spec: &Spec, column: Column) -> Option<[f64; 2]> {
+    spec.study.space.axis(column).map(|axis| [axis.min(), axis.max()])
+}
+
+/// Refuses a foil that no whisker of the spec can carry: over its clamp, or beyond its tip.
+pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
+    let Some(foil) = spec.study.setup.gauge.foil else { return Ok(()) };
+    let columns = [Column::Length, Column::GaugePosition, Column::GridLength];
+    let [Some(length), Some(place), Some(grid)] = columns.map(|column| ends(spec, column)) else {
+        return Ok(());
+    };
+    let half = 0.5 * foil.length;
+    let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
+    let item = sections.section("gauge").get("foil")?;
+    let wrong = match () {
+        () if farthest < half => format!(
+            "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
+            foil.length
+        ),
+        () if nearest + half > length[1] => format!(
+            "the foil ends beyond the whisker: its middle is at least {nearest} mm from the clamp, it is {} mm long, and the largest L_a is {} mm",
+            foil.length, length[1]
+        ),
+        () => return Ok(()),
+    };
+    Err(item.error(wrong).allowed("a foil between the clamp and the tip, centred on the grid"))
+}
+
+/// Where the numbers of a solid have not been tested.
+pub(super) fn doubts(spec: &Spec) -> Vec<String> {
+    let Setup { model, gauge, .. } = &spec.study.setup;
+    let columns = [Column::BaseDiameter, Column::TipDiameter, Column::GaugePosition, Column::Distance];
+    let [Some(base), Some(tip), Some(place), Some(a)] = columns.map(|column| ends(spec, column)) else {
+        return Vec::new();
+    };
+    let mut all = Vec::new();
+    let held = model.clamp != Clamp::Rigid;
+    let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/solid.md)")));
+    let near = a[0] < 1.8 * base[1];
+    say(
+        held && near,
+        "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
+    );
+    let slender = tip[0] < 0.2 * base[1] || tip[1] > 1.05 * base[0];
+    say(held && slender, "[model] clamp has been tested for d/D of 0.2 … 1.2");
+    say(
+        held && !model.shear,
+        "[model] clamp was fitted to a rod with shear = true: without it θ per newton is some percent off",
+    );
+    say(
+        model.distorting && model.clamp != Clamp::Bonded,
+        "[model] section = \"distorting\" has been fitted to a bonded clamp only",
+    );
+    say(
+        model.distorting && place[0] < 0.24 * base[1],
+        "[model] section = \"distorting\" has been tested for gauges that begin at least 0.24 D from the clamp",
+    );
+    if let Some(foil) = &gauge.foil {
+        let relative = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
+        say(
+            relative(foil.width, [0.22, 0.34]),
+            "[gauge] foil has been fitted to a width of 0.28 D: half of that reads up to 36 % more, twice of that up to 33 % less",
+        );
+        say(relative(foil.length, [0.4, 1.0]), "[gauge] foil has been fitted to lengths of 0.4 … 1 D");
+        let share = foil.stiffness / model.material.e0();
+        let stiff = share / base[1] < 3e-4 || share / base[0] > 6.3;
+        say(stiff, "[gauge] foil has been fitted to stiffnesses of 3e-4 … 6 E D");
+    }
+    all
+}
