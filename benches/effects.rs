@@ -107,7 +107,7 @@ fn batches(setup: &Setup) -> Vec<(Effects, Vec<Tap<f64>>)> {
         let shared = Design::new(setup, t).shared?;
         let amount = amount(setup.drive, t.drive);
         let (curve, peak) = (&shared.model, shared.peak);
-        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip })
+        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
     };
     let taps = |grip: Grip, which: &[u32]| {
         which.par_iter().filter_map(|index| framed(*index, grip).map(|f| *f.tap())).collect()

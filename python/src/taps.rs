@@ -273,7 +273,8 @@ impl Taps {
             let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
             let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
             let amount = amount(setup.drive, t.drive);
-            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip }).map(|frame| *frame.tap())
+            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
+                .map(|frame| *frame.tap())
         };
         let taps: Vec<_> = (0..n).into_par_iter().filter_map(framed).collect();
         let effects = Effects::new(&setup.model, setup.gauge.side, false);

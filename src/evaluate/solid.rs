@@ -16,7 +16,7 @@ use crate::kernel::{Chart, Solution};
 use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
 use crate::physics::root::bracketed;
-use crate::physics::solid::Soft;
+use crate::physics::solid::{Soft, is_solid};
 use crate::scene::{Drive, Model, Setup};
 
 mod base;
@@ -135,15 +135,10 @@ impl<'a> Trial<'a> {
     }
 
     /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
-    fn turn(
-        &mut self,
-        here: &Frame,
-        solution: &Solution<f64>,
-        (chart, tolerance): (Option<&Chart>, f64),
-    ) -> Turn {
+    fn turn(&mut self, here: &Frame, solution: &Solution<f64>, told: (Option<&Chart>, f64)) -> Turn {
         let response = here.response(solution);
         let force = response.normal;
-        let seen = Base::reached(self.setup, self.shared, chart, [force, solution.base], self.pole_of_rod());
+        let seen = Base::reached(self.setup, self.shared, told, [force, solution.base], self.pole_of_rod());
         let Some((base, mean)) = seen else { return Turn::Lost };
         let [_, angle, _] = self.at;
         let power = self.last.map_or(1.0, |[before, then]| (force / then).ln() / (angle / before).ln());
@@ -151,8 +146,8 @@ impl<'a> Trial<'a> {
         let Some((at, g)) = self.next(force, &base, power) else { return Turn::Lost };
         self.last = Some([angle, force]);
         self.at = at;
-        let rough = at[1] * at[1] + solution.strain.abs();
-        if (g - 1.0).abs() * rough > SHARE * tolerance {
+        let rough = at[1] * at[1] + solution.strain.abs() + base.turned().abs() / angle;
+        if (g - 1.0).abs() * rough > SHARE * told.1 {
             return Turn::Next;
         }
         let Some(frame) = self.frame() else { return Turn::Lost };
@@ -186,7 +181,7 @@ enum Turn {
 
 /// Whether taps of `setup` are more than those of its rod.
 pub(super) fn asked(setup: &Setup) -> bool {
-    setup.model.is_solid() || setup.gauge.foil.is_some()
+    is_solid(&setup.model) || setup.gauge.foil.is_some()
 }
 
 /// Whether the strain of the skin is not that of the rod.

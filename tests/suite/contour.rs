@@ -159,6 +159,7 @@ fn a_round_object_is_a_pole_of_its_radius() {
                 hub: 0.0,
                 drive: Drive::Angle,
                 amount: *angle,
+                foil: None,
                 model: &model,
             };
             let tap = problem.solve().unwrap();

@@ -100,7 +100,8 @@ fn alone(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
     let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
     let grip = if model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
-    let ask = Ask { model, side, curve, peak, a: t.a, amount: amount(setup.drive, t.drive), grip };
+    let ask =
+        Ask { model, side, curve, peak, a: t.a, amount: amount(setup.drive, t.drive), grip, start: 0.0 };
     Frame::new(&ask).map(|frame| *frame.tap())
 }
 

@@ -297,7 +297,8 @@ fn honest_answers_are_finite() {
         let shared = Design::new(&setup, *t).shared?;
         let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
         let (side, grip) = (setup.gauge.side, Grip::Slide(0.0));
-        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip }).map(|f| *f.tap())
+        Frame::new(&Ask { model: &setup.model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
+            .map(|f| *f.tap())
     };
     let asked: Vec<Tap<f64>> = tuples.iter().filter_map(frame).collect();
     let mut astray = 0;

@@ -63,6 +63,7 @@ mod shares;
 mod signals;
 mod sizes;
 mod smooth_axis;
+mod solid;
 mod spec_errors;
 mod spec_tuples;
 mod statuses;

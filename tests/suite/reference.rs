@@ -38,6 +38,7 @@ fn solve(row: &Row) -> RodTap {
         hub: number(row, "hub_mm").unwrap_or(0.0),
         drive,
         amount,
+        foil: None,
         model: &model,
     }
     .solve()

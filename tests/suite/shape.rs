@@ -102,6 +102,7 @@ fn strain_along_the_whisker_is_the_gauges() {
             hub: 0.0,
             drive: Drive::Angle,
             amount: 6f64.to_radians(),
+            foil: None,
             model: &model,
         };
         let tap = problem.solve().unwrap();

@@ -83,6 +83,7 @@ fn reference(case: &Case, direction: Direction) -> TiltedTap {
         hub: case.setup.hub,
         drive: case.setup.drive,
         amount: amount(case.setup.drive, drive),
+        foil: None,
         model: &case.setup.model,
     };
     problem.solve_tilted(radians(direction)).expect("it converges")

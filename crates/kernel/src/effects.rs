@@ -1,5 +1,6 @@
 //! Which effects a kernel computes; kernels are specialised on it.
 
+use vibrissa_core::physics::solid::is_solid;
 use vibrissa_core::scene::{Contact, Material, Model, Side};
 
 /// Effects of the exact rod.
@@ -9,7 +10,7 @@ pub struct Effects {
     pub shear: bool,
     /// Stretch of the centreline.
     pub extension: bool,
-    /// The force does not act on the centreline across it: surface contact, pole radius or friction.
+    /// The force does not act on the centreline across it: surface contact, pole radius, friction, or one that gives way.
     pub offset: bool,
     /// The contact stays at its arc length.
     pub stick: bool,
@@ -28,7 +29,7 @@ impl Effects {
         let effects = Self {
             shear: model.shear,
             extension: model.extension,
-            offset: model.surface || model.pole_radius > 0.0 || stick || friction,
+            offset: model.surface || model.pole_radius > 0.0 || stick || friction || is_solid(model),
             stick,
             law: !matches!(model.material, Material::Hooke(_)),
             far: false,

@@ -7,7 +7,7 @@ use crate::cpu::Pack;
 use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
-use vibrissa_core::physics::{onset::Grip, taper::Taper};
+use vibrissa_core::physics::{onset::Grip, solid::is_solid, taper::Taper};
 use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 
 /// Taps that go through the same arithmetic.
@@ -60,7 +60,7 @@ impl Framing {
             Contact::Stick => Grip::Stick,
             Contact::Coulomb(_) => return None,
         };
-        let solid = model.is_solid() || model.clamp != Clamp::Rigid || setup.gauge.foil.is_some();
+        let solid = is_solid(&model) || model.clamp != Clamp::Rigid || setup.gauge.foil.is_some();
         let known = model.geometry == Geometry::Exact && !solid && !setup.gauge.second && hub < SIZES[1];
         known.then_some(Self { model, side: setup.gauge.side, drive, hub, grip })
     }

@@ -7,8 +7,9 @@ use crate::physics::solid::{HALVED, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::{Material, Setup, Side};
 
-/// Longest steps of the integration, over D: under the gauge, and elsewhere.
-const STEPS: [f64; 2] = [1.0 / 30.0, 0.1];
+/// Longest steps of the integration, over D: under the gauge, and elsewhere; at tolerances from [`COARSE`] on twice as long.
+const STEPS: [f64; 2] = [1.0 / 60.0, 0.05];
+const COARSE: f64 = 1e-6;
 
 /// Mean strain under the gauge as it is read, positive as on the contact side; none where that is the rod's own.
 pub(super) type Seen = Option<f64>;
@@ -40,11 +41,17 @@ struct Loaded<'a> {
     through: [f64; 2],
     side: f64,
     halved: f64,
+    steps: [f64; 2],
 }
 
 impl Base {
     /// Without a foil.
     pub(super) const UNMOVED: Self = Self { angle: 0.0, place: [0.0; 2] };
+
+    /// How far the real base is turned, rad.
+    pub(super) fn turned(&self) -> f64 {
+        self.angle
+    }
 
     /// `point`, seen from the real base, from that of the rod without a foil; its motion times `share`.
     pub(super) fn seen(&self, [x, y]: [f64; 2], share: f64) -> [f64; 2] {
@@ -57,7 +64,7 @@ impl Base {
     pub(super) fn reached(
         setup: &Setup,
         shared: &Shared,
-        chart: Option<&Chart>,
+        (chart, tolerance): (Option<&Chart>, f64),
         [force, angle]: [f64; 2],
         through: [f64; 2],
     ) -> Option<(Self, Seen)> {
@@ -79,6 +86,7 @@ impl Base {
             through,
             side: if setup.gauge.side == Side::Far { -1.0 } else { 1.0 },
             halved: if neo && model.distorting { HALVED } else { 0.0 },
+            steps: STEPS.map(|step| step * if tolerance >= COARSE { 2.0 } else { 1.0 }),
         };
         let gauge = shared.gauge.map(|x| x - shared.start);
         let Some(foil) = foil else {
@@ -114,7 +122,7 @@ impl Loaded<'_> {
             let over = |[near, far]: [f64; 2]| near < middle && middle < far;
             let under = over(gauge) && (foil.is_some() || places.len() > 2);
             let bends = foil.filter(|(span, _)| over(*span)).map_or(1.0, |(_, less)| 1.0 - less);
-            let step = STEPS[usize::from(!under)] * self.whole.D;
+            let step = self.steps[usize::from(!under)] * self.whole.D;
             let n = (length.abs() / step).ceil();
             let h = length / n;
             for k in 0..n as usize {

@@ -15,20 +15,11 @@ pub mod world;
 
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;
-use vibrissa::scene::model::{Contact, Drive, Geometry, Material, Model, Side};
+use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 
 /// Every effect off.
 pub fn model(material: Material) -> Model {
-    Model {
-        geometry: Geometry::Exact,
-        shear: false,
-        extension: false,
-        surface: false,
-        pole_radius: 0.0,
-        nu: 0.5,
-        contact: Contact::Frictionless,
-        material,
-    }
+    Model { material, ..Model::PLAIN }
 }
 
 /// Surface, shear and extension on.
@@ -66,6 +57,7 @@ pub fn tap<'a>(model: &'a Model, d: f64, distance: f64, degrees: f64) -> RodProb
         hub: 0.0,
         drive: Drive::Angle,
         amount: degrees.to_radians(),
+        foil: None,
         model,
     }
 }

@@ -13,15 +13,15 @@ use crate::scene::{Clamp, Contact, Foil, Model};
 /// Shear coefficient k of ν = 0.5 that the rod has without a clamp: 6 (1 + ν)/(7 + 6 ν).
 const TIMOSHENKO: f64 = 0.9;
 
-/// A bonded clamp in four numbers: where the rod begins, c₀ (in D); k; where its shear begins, b (in D); a compliance next to the contact, c
-/// (of 1/(E R)). θ per newton within 0.13 % for a ≥ 1.8 D, d/D 0.4 … 1.
-const BONDED: (f64, f64, f64, f64) = (0.0532, 1.1157, -0.7278, -0.6836);
+/// A clamp in four numbers: where the rod begins, c₀ (in D); k; where its shear begins, b (in D); a compliance next to the contact, c (of 1/(E R)).
+/// Bonded: θ per newton within 0.13 % for a ≥ 1.8 D, d/D 0.4 … 1, and 0.33 % for d/D 0.2 … 1.2.
+const BONDED: [f64; 4] = [0.0532, 1.1157, -0.7278, -0.6836];
+/// Glued into a socket of 1 D: 0.15 % for a ≥ 2.1 D, d/D 0.4 and 1 (one number: 0.6 %).
+const GLUED: [f64; 4] = [-0.028, 1.1157, -0.18, -0.25];
 
 /// k with one number c₀, and c₀ of each clamp: θ within 0.7, 0.8 and 2 % for a ≥ 2.1 D.
 const ONE: f64 = 1.011;
-const BONDED_ONE: f64 = 0.054;
-const GLUED: f64 = -0.021;
-const SOCKET: f64 = -0.37;
+const ONES: [f64; 3] = [0.054, -0.021, -0.358];
 
 /// What of the indentation the shape of the section takes away, in P/(E R(a)).
 const STIFFER: f64 = 0.185;
@@ -38,19 +38,20 @@ pub struct Held {
 }
 
 impl Held {
-    /// The clamp of `model`. Its four numbers need shear, and a contact without friction; without shear it keeps c₀ alone.
+    /// The clamp of `model`. Four numbers need shear, and a contact without friction; without shear they keep c₀ alone.
     pub fn new(model: &Model) -> Self {
-        let four = model.shear && model.contact == Contact::Frictionless;
         let one = |c0| Self { c0, shear: ONE / TIMOSHENKO, rest: None };
+        let free = model.contact == Contact::Frictionless;
+        let four = |[c0, k, b, c]: [f64; 4], alone: f64| match (model.shear, free) {
+            (true, true) => Self { c0, shear: k / TIMOSHENKO, rest: Some([b, c]) },
+            (true, false) => one(alone),
+            (false, _) => Self { c0, shear: 1.0, rest: None },
+        };
         match model.clamp {
             Clamp::Rigid | Clamp::At(0.0) => Self { c0: 0.0, shear: 1.0, rest: None },
-            Clamp::Bonded if four || !model.shear => {
-                let (c0, k, b, c) = BONDED;
-                Self { c0, shear: k / TIMOSHENKO, rest: four.then_some([b, c]) }
-            }
-            Clamp::Bonded => one(BONDED_ONE),
-            Clamp::Glued => one(GLUED),
-            Clamp::Socket => one(SOCKET),
+            Clamp::Bonded => four(BONDED, ONES[0]),
+            Clamp::Glued => four(GLUED, ONES[1]),
+            Clamp::Socket => one(ONES[2]),
             Clamp::At(c0) => one(c0),
         }
     }
@@ -72,6 +73,11 @@ impl Held {
         let cos = taper.cos_alpha();
         cos * cos * slack / (k * g) + c / (e * taper.radius(a))
     }
+}
+
+/// Whether taps of `model` are more than those of a rod: the contact gives way, or the strain of the skin is not the rod's.
+pub fn is_solid(model: &Model) -> bool {
+    model.indentation || model.distorting || Held::new(model).rest.is_some()
 }
 
 /// A contact that gives way along its normal: δ(P), mm.

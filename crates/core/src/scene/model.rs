@@ -227,12 +227,6 @@ impl Model {
         self
     }
 
-    /// Whether a tap is more than one of a rod: the contact gives way, or the strain of the skin is not the rod's.
-    pub fn is_solid(&self) -> bool {
-        let four = self.clamp == Clamp::Bonded && self.shear && self.contact == Contact::Frictionless;
-        self.indentation || self.distorting || four
-    }
-
     /// Why there is no model of taps at poles that tilt, or lean; `None` where there is one (model §6).
     pub fn forbids(&self, [tilt, lean]: [bool; 2]) -> Option<&'static str> {
         if tilt || lean {

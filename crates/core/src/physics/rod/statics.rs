@@ -44,6 +44,11 @@ pub(super) trait Response {
     fn edges(&self) -> Option<[f64; 2]> {
         None
     }
+
+    /// How much a section between two of these places bends, where it is not as it deforms.
+    fn bends(&self, _s: f64) -> f64 {
+        1.0
+    }
 }
 
 /// A whisker's sections.
@@ -114,7 +119,6 @@ impl Response for Whisker {
     fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation> {
         let r = self.taper.radius(s);
         let strain = self.strain(s, axial, moment)?;
-        let stiff = self.foil.filter(|foil| (foil.span[0]..=foil.span[1]).contains(&s));
         let sign = if self.side == Side::Far { -1.0 } else { 1.0 };
         let fibre = match &self.skin {
             Some(skin) => skin.strain(s, strain, shear, sign),
@@ -122,7 +126,7 @@ impl Response for Whisker {
         };
         Some(Deformation {
             stretch: if self.extension { strain.axial } else { 0.0 },
-            curvature: strain.bending / r * stiff.map_or(1.0, |foil| 1.0 - foil.stiffening),
+            curvature: strain.bending / r,
             shear: shear * self.shear_compliance / (std::f64::consts::PI * r * r),
             fibre,
             size: strain.axial.abs() + strain.bending.abs(),
@@ -132,6 +136,11 @@ impl Response for Whisker {
 
     fn edges(&self) -> Option<[f64; 2]> {
         self.foil.map(|foil| foil.span)
+    }
+
+    fn bends(&self, s: f64) -> f64 {
+        let under = self.foil.filter(|foil| foil.span[0] < s && s < foil.span[1]);
+        under.map_or(1.0, |foil| 1.0 - foil.stiffening)
     }
 }
 
@@ -184,7 +193,7 @@ impl EndLoad {
     fn slope(
         &self,
         rod: &impl Response,
-        (over_gauge, length): (bool, f64),
+        (over_gauge, length, bends): (bool, f64, f64),
         sigma: f64,
         y: &[f64; 4],
     ) -> Option<Slope<4>> {
@@ -200,7 +209,7 @@ impl EndLoad {
         let slide = section.shear.abs();
         Some(Slope {
             rate: [
-                -section.curvature,
+                -section.curvature * bends,
                 2.0 * half * half - section.stretch * cos + section.shear * sin,
                 -(1.0 + section.stretch) * sin - section.shear * cos,
                 over * section.fibre,
@@ -222,13 +231,14 @@ impl EndLoad {
         start: f64,
         length: f64,
     ) -> Result<Bent, Ended> {
-        let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length), sigma, y);
         let end = start + length;
         let inside = |sigma: &f64| start < *sigma && *sigma < end;
         let [far, near] = rod.edges().map_or([start; 2], |[near, far]| [self.arc - far, self.arc - near]);
         let places = [far, near].into_iter().filter(inside).chain([end]);
         let (mut y, mut at) = (from.into(), start);
         for place in places {
+            let bends = rod.bends(self.arc - 0.5 * (at + place));
+            let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length, bends), sigma, y);
             y = ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), y, at, place - at)?;
             at = place;
         }

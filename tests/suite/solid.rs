@@ -1,0 +1,242 @@
+//! The rod with clamp, indentation, distorting sections and foil against three-dimensional finite elements (model §8, tests/data/solid), and its
+//! kernels against the reference.
+
+use std::collections::HashMap;
+
+use crate::common::program::Desk;
+use vibrissa::physics::rod::{RodProblem, RodTap};
+use vibrissa::physics::solid::Bonded;
+use vibrissa::physics::taper::Taper;
+use vibrissa::scene::{Clamp, Drive, Foil, Material, Model, Side};
+
+const E: f64 = 3.2;
+/// θ of the linear cases, rad.
+const SMALL: f64 = 1e-5;
+
+const ROD: Model =
+    Model { surface: true, shear: true, extension: true, material: Material::Hooke(E), ..Model::PLAIN };
+
+type Row = HashMap<String, String>;
+
+fn rows(file: &str) -> Vec<Row> {
+    let path = format!("{}/tests/data/solid/{file}.csv", env!("CARGO_MANIFEST_DIR"));
+    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
+    reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
+}
+
+fn number(row: &Row, column: &str) -> f64 {
+    let text = &row[column];
+    if text.is_empty() { f64::NAN } else { text.parse().expect("a number") }
+}
+
+/// The tap of a `row` by `amount` rad.
+fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Option<Foil>) -> RodTap {
+    let get = |column| number(row, column);
+    let taper = Taper::new(get("D_mm"), get("d_mm"), 50.0);
+    let gauge = taper.gauge(x_ss, get("l_mm"));
+    let foil = foil.map(|foil| Bonded::new(&foil, &taper, gauge, E));
+    let distance = get("a_mm");
+    RodProblem { taper, gauge, side, distance, hub: 0.0, drive: Drive::Angle, amount, foil, model }
+        .solve()
+        .unwrap_or_else(|error| panic!("{row:?}: {error}"))
+}
+
+/// Largest |found/expected − 1| of some numbers, printed.
+fn worst(what: &str, pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let errors: Vec<f64> = pairs.map(|(found, expected)| found / expected - 1.0).collect();
+    let (least, most) = errors.iter().fold((f64::MAX, f64::MIN), |(l, m), e| (l.min(*e), m.max(*e)));
+    println!("{what}: {least:+.2e} … {most:+.2e} of {} cases", errors.len());
+    assert!(errors.iter().all(|e| e.is_finite()), "{what}: {errors:?}");
+    assert!(!errors.is_empty());
+    most.max(-least)
+}
+
+#[test]
+fn a_bonded_clamp_is_that_of_three_dimensions() {
+    let model = Model { clamp: Clamp::Bonded, distorting: true, ..ROD };
+    let rigid = Model { clamp: Clamp::Rigid, ..ROD };
+    let cases = rows("solid_linear");
+    let near = |row: &&Row| number(row, "a_mm") >= 18.0;
+    let at = |row: &Row, model: &Model| tap(row, model, number(row, "x_ss_mm"), SMALL, Side::Contact, None);
+    let angle = |model: Model| {
+        let pair = move |row: &Row| (SMALL / at(row, &model).normal_force, number(row, "theta_rad_per_N"));
+        cases.iter().filter(near).map(pair)
+    };
+    assert!(worst("θ per newton, bonded", angle(model)) < 1.6e-3);
+    assert!(worst("θ per newton, rigid", angle(rigid)) > 0.05);
+    let clear = |row: &&Row| number(row, "a_mm") - number(row, "x_ss_mm") >= 14.0;
+    // The cases leave out what the force along a taper adds to all fibres.
+    let strain = |row: &Row| {
+        let of = |side| tap(row, &model, number(row, "x_ss_mm"), SMALL, side, None);
+        let [near, far] = [Side::Contact, Side::Far].map(of);
+        (0.5 * (near.strain - far.strain) / near.normal_force, number(row, "strain_per_N"))
+    };
+    assert!(worst("strain per newton", cases.iter().filter(near).filter(clear).map(strain)) < 5e-3);
+}
+
+#[test]
+fn other_clamps_are_those_of_three_dimensions() {
+    for (name, clamp, bound) in [
+        ("glued sleeve", Clamp::Glued, 2e-3),
+        ("smooth sleeve", Clamp::Socket, 0.02),
+        ("bonded face", Clamp::Bonded, 4e-3),
+    ] {
+        let model = Model { clamp, ..ROD };
+        let of = |row: &&Row| row["clamp"].starts_with(name) && number(row, "a_mm") >= 21.0;
+        let cases = rows("solid_clamps");
+        let pair = |row: &Row| {
+            let tap = tap(row, &model, number(row, "x_ss_mm"), SMALL, Side::Contact, None);
+            (SMALL / tap.normal_force, number(row, "theta_rad_per_N"))
+        };
+        assert!(worst(&format!("θ per newton, {name}"), cases.iter().filter(of).map(pair)) < bound);
+    }
+}
+
+#[test]
+fn taps_at_finite_angles_are_those_of_three_dimensions() {
+    for row in rows("solid_finite") {
+        let model = Model {
+            clamp: Clamp::Bonded,
+            distorting: true,
+            indentation: true,
+            pole_radius: number(&row, "pole_radius_mm"),
+            material: Material::NeoHookean(E),
+            ..ROD
+        };
+        let theta = number(&row, "theta_deg").to_radians();
+        let [near, far] = [Side::Contact, Side::Far]
+            .map(|side| tap(&row, &model, number(&row, "x_ss_mm"), theta, side, None));
+        let bound = if row["mesh"] == "coarse" { 0.01 } else { 5e-3 };
+        let pairs = [
+            (near.strain, number(&row, "strain_contact")),
+            (far.strain, number(&row, "strain_far")),
+            (near.normal_force, number(&row, "normal_force_N")),
+        ];
+        assert!(
+            worst(&format!("{} {} {}", row["a_mm"], row["theta_deg"], row["mesh"]), pairs.into_iter())
+                < bound
+        );
+    }
+}
+
+#[test]
+fn a_foil_reads_and_stiffens_as_in_three_dimensions() {
+    let model = Model { clamp: Clamp::Bonded, distorting: true, ..ROD };
+    let cases = rows("solid_foil");
+    let mut all = [Vec::new(), Vec::new()];
+    for row in cases.iter().filter(|row| row["mesh"] == "fine") {
+        let get = |column| number(row, column);
+        let foil = Foil {
+            stiffness: get("foil_stiffness_N_per_mm"),
+            length: get("foil_length_mm"),
+            width: get("foil_width_mm"),
+            strain_limit: None,
+        };
+        let place = get("x_centre_mm") - 0.5 * get("l_mm");
+        let [bare, with] = [None, Some(foil)].map(|foil| tap(row, &model, place, SMALL, Side::Contact, foil));
+        all[0].push((with.strain / with.normal_force, get("gauge_strain_per_N")));
+        all[1].push((bare.normal_force / with.normal_force, 1.0 + get("theta_change_relative")));
+    }
+    let [reading, angle] = all;
+    assert!(worst("reading per newton", reading.into_iter()) < 0.045);
+    assert!(worst("θ per newton", angle.into_iter()) < 0.01);
+}
+
+const SPEC: &str = "[whisker]\nD = 10\nd = [4, 10]\nL_a = 50\nhub = HUB\n[gauge]\nx_ss = [5, 8]\nl = 2\nside = \"SIDE\"\nFOIL\n[tap]\nDRIVE\na = [21, 33, 48]\nMODEL\n";
+
+fn spec(hub: &str, side: &str, foil: &str, drive: &str, model: &str) -> String {
+    let spec = SPEC.replace("HUB", hub).replace("SIDE", side).replace("FOIL", foil);
+    spec.replace("DRIVE", drive).replace("MODEL", model)
+}
+
+#[test]
+fn kernels_are_the_reference() {
+    let angle = "theta = [0.05, 0.5, 5, 12]";
+    let moved = "drive = \"displacement\"\ndelta = [0.02, 0.3, 3]";
+    let foil = "foil = { stiffness = 100, length = 6.3, width = 2.8 }";
+    let solid = "[model]\nsolid = true\npole_radius = 3\nmaterial = { neo-hookean = 3.2 }";
+    let hooke = "[model]\nclamp = \"bonded\"\nshear = true";
+    let skin = "[model]\nsection = \"distorting\"\nsurface = true";
+    let soft = "[model]\nindentation = true\npole_radius = 1";
+    let rubs = "[model]\nclamp = \"glued\"\nshear = true\nextension = true\nsurface = true\ncontact = { coulomb = 0.3 }";
+    for (hub, side, foil, drive, model) in [
+        ("0", "contact", "", angle, solid),
+        ("7", "far", "", angle, solid),
+        ("7", "contact", foil, angle, solid),
+        ("0", "far", foil, moved, solid),
+        ("0", "contact", foil, angle, "[model]"),
+        ("0", "contact", "", angle, hooke),
+        ("3", "contact", "", angle, skin),
+        ("0", "contact", "", moved, soft),
+        ("5", "contact", "", angle, rubs),
+        ("0", "contact", "", angle, "[model]\nclamp = -0.9\nsurface = true"),
+        ("2", "contact", "", "theta = [1, 5]\ntilt = [0, 30]", "[model]\nclamp = \"socket\"\nsurface = true"),
+    ] {
+        let desk = Desk::new(&spec(hub, side, foil, drive, model));
+        let table = |name: &str, more: &[&str]| {
+            let arguments = [&["sweep", "spec.toml", "--out", name, "--quiet"], more].concat();
+            desk.run(&arguments).exits(0);
+            let text = desk.read(&format!("{name}/tuples.csv"));
+            let mut reader = csv::Reader::from_reader(text.as_bytes());
+            reader.deserialize().collect::<Result<Vec<Row>, _>>().unwrap()
+        };
+        let reference = table("reference", &["--backend", "reference"]);
+        for (precision, bound) in [("f32", 1e-5), ("f64", 2e-8)] {
+            let fast = table(precision, &["--backend", "cpu", "--precision", precision]);
+            for (column, share) in [("strain", 1.0), ("normal_force_N", 3.0), ("contact_arc_mm", 1.0)] {
+                let pair = |(f, r): (&Row, &Row)| (number(f, column), number(r, column));
+                let there = |(f, r): &(f64, f64)| !f.is_nan() || !r.is_nan();
+                let what = format!("{model} {drive} {precision} {column}");
+                assert!(
+                    worst(&what, fast.iter().zip(&reference).map(pair).filter(there)) < share * bound,
+                    "{what}"
+                );
+            }
+            let words = |rows: &[Row]| rows.iter().map(|row| row["status"].clone()).collect::<Vec<_>>();
+            assert_eq!(words(&fast), words(&reference));
+        }
+    }
+}
+
+#[test]
+fn what_no_solid_can_have_is_refused() {
+    let foil = "foil = { stiffness = 100, length = 6.3, width = 2.8 }";
+    let angle = "theta = 5";
+    for (foil, drive, model, words) in [
+        ("", angle, "[model]\nindentation = true", vec!["indentation", "pole_radius", "without bound"]),
+        ("", angle, "[model]\nsolid = true", vec!["indentation", "pole_radius"]),
+        ("", angle, "[model]\nclamp = 2", vec!["clamp", "2", "base diameters"]),
+        ("", angle, "[model]\nclamp = \"bonde\"", vec!["clamp", "bonde", "socket"]),
+        ("", angle, "[model]\nsection = 1", vec!["section", "distorting"]),
+        (
+            "",
+            angle,
+            "[model]\nindentation = true\npole_radius = 2\nextension = true\ncontact = \"stick\"",
+            vec!["friction needs"],
+        ),
+        (
+            "",
+            angle,
+            "[model]\nsection = \"distorting\"\nextension = true\ncontact = \"stick\"",
+            vec!["friction needs section"],
+        ),
+        ("", angle, "[model]\ngeometry = \"linear\"\nclamp = \"bonded\"", vec!["linear", "clamp"]),
+        (foil, angle, "[model]\ngeometry = \"linear\"", vec!["gauge.foil", "linear"]),
+        (foil, "theta = 5\ntilt = 10", "", vec!["gauge.foil", "upright"]),
+        (foil, angle, "[model]\nextension = true\ncontact = \"stick\"", vec!["gauge.foil", "friction"]),
+        ("foil = { stiffness = 0, length = 6.3, width = 2.8 }", angle, "", vec!["foil.stiffness", "N/mm"]),
+        ("foil = { stiffness = 3e9, length = 6.3, width = 2.8 }", angle, "", vec!["foil.stiffness", "N/mm"]),
+        ("foil = { stiffness = 100, length = 63, width = 2.8 }", angle, "", vec!["over the clamp"]),
+        ("foil = { stiffness = 100, width = 2.8 }", angle, "", vec!["length"]),
+        ("foil = \"KFGX\"", angle, "", vec!["KFGX", "KFGS-2-120"]),
+        ("foil = { thickness = 0.03, length = 6.3, width = 2.8 }", angle, "", vec!["modulus"]),
+        ("second = true", angle, "[model]\nsection = \"distorting\"", vec!["second", "one gauge"]),
+        ("", "theta = 5\nlean = 10", "[model]\nindentation = true\npole_radius = 2", vec!["upright"]),
+    ] {
+        let desk = Desk::new(&spec("0", "contact", foil, drive, model));
+        let told = desk.run(&["sweep", "spec.toml", "--out", "o"]).exits(2).stderr;
+        for word in words.iter().chain(&["spec.toml"]) {
+            assert!(told.contains(word), "{foil} {model}: {word} is not in\n{told}");
+        }
+    }
+}
