@@ -7,7 +7,7 @@ export type FunctionName = "contact" | "far" | "arc" | "force";
 
 export interface BakedAxis {
   readonly name: string;
-  readonly variable: "linear" | "square" | "root" | "inverse";
+  readonly variable: "linear" | "square" | "root" | "inverse" | "fourth";
   readonly range: Range;
 }
 

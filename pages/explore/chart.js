@@ -17,6 +17,8 @@ function variable(axis, q) {
             return 1 / Math.sqrt(1 - q);
         case "inverse":
             return 1 / (1 - q);
+        case "fourth":
+            return Math.sqrt(Math.sqrt(Math.max(q, 0)));
     }
 }
 /** T_0(x) … T_{n−1}(x). */

@@ -40,6 +40,8 @@ function variable(axis: BakedAxis, q: number): number {
       return 1 / Math.sqrt(1 - q);
     case "inverse":
       return 1 / (1 - q);
+    case "fourth":
+      return Math.sqrt(Math.sqrt(Math.max(q, 0)));
   }
 }
 

@@ -13,6 +13,12 @@ fn powered(drive: f32) -> f32 {
     return 1.0;
 }
 
+// The variable over which series over the drive are smooth.
+fn variable(drive: f32) -> f32 {
+    if FOURTH { return sqrt(sqrt(drive)); }
+    return select(drive, drive * drive, POWER == 2u);
+}
+
 // The place in [−1, 1] of the variable `y` on an axis of distance `n`, whose scale and shift begin at `axis`.
 fn placed(n: u32, axis: u32, y: f32) -> f32 {
     return fma(y, of_distance(n, axis), of_distance(n, axis + 1u));
@@ -201,8 +207,7 @@ fn read_tap(w: Design, n: u32) -> f32 {
     if OWN {
         var own = w.drive;
         if DISPLACED { own = w.drive * inverse; }
-        if POWER == 2u { own = own * own; }
-        let x = placed(n, DRIVE_AXIS, own);
+        let x = placed(n, DRIVE_AXIS, variable(own));
         over[0] = 1.0;
         over[1] = x;
         for (var k = 2u; k < ORDERS; k++) { over[k] = fma(x + x, over[k - 1u], -over[k - 2u]); }

@@ -25,7 +25,7 @@ fn drive_at(j: u32) -> f32 { return number(DRIVES_AT + j); }
 
 // Place of a drive in [−1, 1] among those that designs share.
 fn common_place(drive: f32) -> f32 {
-    return fma(select(drive, drive * drive, POWER == 2u), COMMON_SCALE, COMMON_SHIFT);
+    return fma(variable(drive), COMMON_SCALE, COMMON_SHIFT);
 }
 
 // Drive `j`, its polynomials to `basis`.

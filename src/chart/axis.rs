@@ -51,6 +51,8 @@ pub enum Map {
     Root,
     /// 1/(1 − q).
     Inverse,
+    /// q^(1/4): over a drive under which the skin gives way K − 1 has a part that goes as q^(−1/3).
+    Fourth,
 }
 
 impl Map {
@@ -61,16 +63,18 @@ impl Map {
             Self::Square => q * q,
             Self::Root => 1.0 / (1.0 - q).sqrt(),
             Self::Inverse => 1.0 / (1.0 - q),
+            Self::Fourth => q.max(0.0).sqrt().sqrt(),
         }
     }
 
     /// q(y); of squares the one that is not negative.
-    fn back(self, y: f64) -> f64 {
+    pub fn back(self, y: f64) -> f64 {
         match self {
             Self::Linear => y,
             Self::Square => y.max(0.0).sqrt(),
             Self::Root => 1.0 - 1.0 / (y * y),
             Self::Inverse => 1.0 - 1.0 / y,
+            Self::Fourth => y.powi(4),
         }
     }
 }

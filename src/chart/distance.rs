@@ -8,7 +8,7 @@ use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
 use super::beside;
 use super::build::{Built, build, check_points};
 pub use super::function::{FUNCTIONS, Function, linear_force, power, room, solved};
-use super::function::{SHARE, bounds, functions};
+use super::function::{SHARE, bounds, functions, over_drives};
 use super::gauge::Rule;
 use super::ranges::holds;
 use super::taps::Taps;
@@ -81,7 +81,7 @@ impl DistanceChart {
             Some(chart)
         };
         let maps = [
-            if power == 2 { Map::Square } else { Map::Linear },
+            over_drives(setup, power),
             Map::Linear,
             Map::Linear,
             if power == 2 { Map::Inverse } else { Map::Root },

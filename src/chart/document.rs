@@ -25,7 +25,7 @@ pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
         "drive": drive,
         "hub_mm": setup.hub,
         "functions": ["strain_over_theory_less_1_times_1_less_x_over_a", "arc_over_a_less_1", "force_over_linear_less_1"],
-        "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)" },
+        "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)", "fourth": "q^(1/4)" },
         "charts": charts.iter().map(|chart| one(chart, upright)).collect::<Vec<_>>(),
     });
     if setup.gauge.second {

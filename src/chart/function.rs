@@ -1,11 +1,11 @@
 //! What a chart holds of a tap, how it vanishes with the drive, and how exact it must be.
 
-use super::axis::{AXES, Quantity};
+use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
 use crate::design::radians;
 use crate::evaluate::Outcome;
-use crate::physics::{linear::shear_length2, taper::Taper};
-use crate::scene::{Contact, Direction, Drive, Material, Setup, Theory};
+use crate::physics::{linear::shear_length2, solid::is_solid, taper::Taper};
+use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
 /// What a chart holds of a tap.
@@ -39,13 +39,23 @@ pub fn power(setup: &Setup) -> i32 {
     let model = &setup.model;
     let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
     let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
-    let limit = frictionless && !model.surface && theory;
+    let solid = is_solid(model) || model.clamp != Clamp::Rigid;
+    let limit = frictionless && !model.surface && theory && !solid;
     let even = !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
     let angle = setup.drive == Drive::Angle;
     match (limit, even && angle) {
         (false, _) => 0,
         (true, false) => 1,
         (true, true) => 2,
+    }
+}
+
+/// The variable over which series over the drive are smooth.
+pub fn over_drives(setup: &Setup, power: i32) -> Map {
+    match power {
+        2 => Map::Square,
+        _ if setup.model.indentation => Map::Fourth,
+        _ => Map::Linear,
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! What is held is the ratio of ε to the linear theory of the same model, ε/(θ f), a smooth function of u = 1/a near 1, as polynomials
 //! over pieces of u. f itself is a closed form, so that neither its peak nor its kink at the gauge's far end costs anything.
-//! [`solve()`] makes the curves that sweeps and searches ask for; [`crate::estimator`] cuts them from a surface over all drives.
+//! [`solve()`] makes the curves that sweeps and searches ask for; the exact estimator cuts them from a surface over all drives.
 
 pub mod both;
 mod piece;
@@ -151,7 +151,9 @@ impl Curve {
             }
         }
         if let Some(a) = own.filter(|a| self.slope(*a) < 0.0) {
-            return by.told(a, self.slope(a), near);
+            // A strain that is a rounding above the peak has its other distance there.
+            let top = || Some(self.peak()).filter(|(_, peak)| strain >= *peak).map(|(a, _)| a);
+            return by.told(a, self.slope(a), near.or_else(top));
         }
         match (far, own.or(near)) {
             (Some(a), second) => by.told(a, self.slope(a), second),

@@ -21,10 +21,10 @@ use crate::scene::{Drive, Model, Setup};
 
 mod base;
 
-use base::{Base, Seen};
+use base::{Base, Load, Seen};
 
 /// Share of the tolerance that what is left of the angle may make of the strain.
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 0.03;
 
 /// Rounds at most; the reference is asked of taps that need more.
 const ROUNDS: usize = 8;
@@ -44,8 +44,19 @@ struct Trial<'a> {
     amount: f64,
     /// The tap of the rod: a, mm, θ, rad, and how far the contact gives way, mm.
     at: [f64; 3],
-    /// θ and P of the tap solved last.
-    last: Option<[f64; 2]>,
+    /// The tap solved last.
+    last: Option<Last>,
+    /// Whether there is a strain to be told: the contact begins beyond the gauge's near end.
+    strained: bool,
+}
+
+/// A solved tap of the rod.
+struct Last {
+    /// θ, rad.
+    angle: f64,
+    /// P, N.
+    force: f64,
+    solution: Solution<f64>,
 }
 
 impl<'a> Trial<'a> {
@@ -70,7 +81,9 @@ impl<'a> Trial<'a> {
             }
             Drive::Displacement => [from_axis[0], from_axis[1] - amount],
         };
-        let mut one = Self { setup, shared, rod, soft, pole, tilt, amount, at: [0.0; 3], last: None };
+        let strained = task.a > shared.gauge[0];
+        let mut one =
+            Self { setup, shared, rod, soft, pole, tilt, amount, at: [0.0; 3], last: None, strained };
         one.at = one.planar(0.0, &Base::UNMOVED, 1.0)?;
         let force = one.frame()?.response(&Solution::UNLOADED).normal;
         one.at = one.next(force, &Base::UNMOVED, 1.0)?.0;
@@ -119,6 +132,9 @@ impl<'a> Trial<'a> {
     fn frame(&self) -> Option<Frame> {
         let Self { setup, shared, rod, .. } = self;
         let [a, angle, depth] = self.at;
+        if self.strained && a <= rod.gauge[0] {
+            return None;
+        }
         let curve = StrainCurve::new(rod.taper, rod.gauge, 0.0, Drive::Angle, rod.shear);
         let model = Model { pole_radius: setup.model.pole_radius - depth, ..setup.model };
         Frame::new(&Ask {
@@ -136,24 +152,53 @@ impl<'a> Trial<'a> {
 
     /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
     fn turn(&mut self, here: &Frame, solution: &Solution<f64>, told: (Option<&Chart>, f64)) -> Turn {
-        let response = here.response(solution);
-        let force = response.normal;
-        let seen = Base::reached(self.setup, self.shared, told, [force, solution.base], self.pole_of_rod());
-        let Some((base, mean)) = seen else { return Turn::Lost };
+        let force = here.response(solution).normal;
         let [_, angle, _] = self.at;
-        let power = self.last.map_or(1.0, |[before, then]| (force / then).ln() / (angle / before).ln());
+        let reached = |of: &Self, frame: &Frame, solution: &Solution<f64>| {
+            let response = frame.response(solution);
+            let load = Load {
+                force: response.normal,
+                angle: solution.base,
+                arc: response.arc - of.shared.start,
+                through: of.pole_of_rod(),
+                strain: response.strain,
+            };
+            Base::reached(of.setup, of.shared, told, &load)
+        };
+        // Without a foil the base stays, and the skin is looked at in the end.
+        let foil = self.shared.foil.is_some();
+        let early = if foil { reached(self, here, solution) } else { Some((Base::UNMOVED, None)) };
+        let Some((base, mean)) = early else { return Turn::Lost };
+        // Forces deviate from linear ones as the square of the angle.
+        let power = match &self.last {
+            Some(last) => (force / last.force).ln() / (angle / last.angle).ln(),
+            None => 1.0 + 2.0 * solution.force,
+        };
         let power = if power.is_finite() { power.clamp(0.5, 2.0) } else { 1.0 };
         let Some((at, g)) = self.next(force, &base, power) else { return Turn::Lost };
-        self.last = Some([angle, force]);
         self.at = at;
+        let (mut found, mut known) = (*solution, 1.0);
+        if let Some(last) = self.last.replace(Last { angle, force, solution: *solution }) {
+            let apart = (angle - last.angle) / last.angle;
+            let share = (at[1] - angle) / (angle - last.angle);
+            if apart != 0.0 && share.abs() < 1.0 {
+                found = solution.beyond(&last.solution, share);
+                known = if foil { 1.0 } else { (10.0 * apart.abs()).min(1.0) };
+            }
+        }
         let rough = at[1] * at[1] + solution.strain.abs() + base.turned().abs() / angle;
-        if (g - 1.0).abs() * rough > SHARE * told.1 {
+        if (g - 1.0).abs() * rough * known > SHARE * told.1 {
             return Turn::Next;
         }
         let Some(frame) = self.frame() else { return Turn::Lost };
-        // The deviation from the first-order solution is taken as it was.
-        let grown = frame.tap().strain / here.tap().strain;
-        Turn::Found(frame, mean.map(|strain| strain * grown))
+        if foil {
+            let grown = frame.tap().strain / here.tap().strain;
+            return Turn::Found(frame, found, mean.map(|strain| strain * grown));
+        }
+        match reached(self, &frame, &found) {
+            Some((_, mean)) => Turn::Found(frame, found, mean),
+            None => Turn::Lost,
+        }
     }
 
     /// The object's centre from the base of the rod.
@@ -171,8 +216,8 @@ impl<'a> Trial<'a> {
 /// What a solved tap says.
 #[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
 enum Turn {
-    /// It is the one that is sought, as far as the tolerance asks: its frame, and what the skin shows where that is not the rod's strain.
-    Found(Frame, Seen),
+    /// It is the one that is sought, as far as the tolerance asks: its frame, its solution, and what the skin shows where that is not the rod's strain.
+    Found(Frame, Solution<f64>, Seen),
     /// The next to be tried.
     Next,
     /// There is none.
@@ -241,8 +286,8 @@ impl Evaluator<'_> {
                 match turn {
                     // As of a rod: the material ends, or a kernel cannot tell.
                     None => *one = Solved { sweeps, plane: None, ..s },
-                    Some(Turn::Found(frame, seen)) => {
-                        *one = Solved { frame, seen, sweeps, plane: None, ..s };
+                    Some(Turn::Found(frame, solution, seen)) => {
+                        *one = Solved { frame, solution, seen, sweeps, plane: None, ..s };
                     }
                     Some(Turn::Next) => open.push((i, trial)),
                     Some(Turn::Lost) => {}

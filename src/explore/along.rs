@@ -3,6 +3,7 @@
 use crate::chart::axis::{AXES, Axis, Map, Quantity};
 use crate::chart::build::{Bound, Built, build_of};
 use crate::chart::distance::{lobatto, power};
+use crate::chart::function::over_drives;
 use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
@@ -94,7 +95,7 @@ impl Along {
     ) -> Result<Option<Self>, SolveError> {
         let power = own_power(setup);
         let maps = [
-            if power == 2 { Map::Square } else { Map::Linear },
+            over_drives(setup, power),
             Map::Linear,
             Map::Linear,
             if power == 2 { Map::Inverse } else { Map::Root },

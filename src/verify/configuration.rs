@@ -1,9 +1,12 @@
 //! The configurations that are verified without a spec: each effect alone, the eight of model §5, and others of their kind.
 
-use crate::scene::{Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side, TERMS};
+use crate::scene::{Clamp, Contact, Drive, Foil, Gauge, Geometry, Material, Model, Setup, Side, TERMS};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
+
+/// A foil gauge of a lab, on random whiskers of 10 mm.
+const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None };
 
 /// A model on a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,10 +23,20 @@ pub struct Configuration {
     pub drive: Drive,
     /// Whether poles are not upright, and a second gauge tells it.
     pub tilted: bool,
+    /// Whether a foil is bonded to it.
+    pub foil: bool,
 }
 
 const fn tap(name: &'static str, model: Model) -> Configuration {
-    Configuration { name, model, side: Side::Contact, hub: false, drive: Drive::Angle, tilted: false }
+    Configuration {
+        name,
+        model,
+        side: Side::Contact,
+        hub: false,
+        drive: Drive::Angle,
+        tilted: false,
+        foil: false,
+    }
 }
 
 const fn tilted(of: Configuration) -> Configuration {
@@ -42,6 +55,10 @@ const fn passive(of: Configuration) -> Configuration {
     Configuration { drive: Drive::Displacement, ..of }
 }
 
+const fn foil(of: Configuration) -> Configuration {
+    Configuration { foil: true, ..of }
+}
+
 const PLAIN: Model = Model::PLAIN;
 const LINEAR: Model = Model { geometry: Geometry::Linear, ..PLAIN };
 const LINEAR_SHEAR: Model = Model { shear: true, ..LINEAR };
@@ -54,6 +71,9 @@ const NEO: Model = Model { material: RUBBER, ..ALL_ON };
 const MOONEY_COULOMB: Model = Model { contact: Contact::Coulomb(0.3), material: MOONEY, ..ALL_ON };
 const STICK: Model = Model { contact: Contact::Stick, ..NEO };
 const POLE: Model = Model { surface: true, shear: true, pole_radius: 3.0, material: RUBBER, ..PLAIN };
+const SOLID: Model =
+    Model { clamp: Clamp::Bonded, indentation: true, distorting: true, pole_radius: 3.0, ..NEO };
+const GLUED: Model = Model { clamp: Clamp::Glued, ..STICK };
 const YEOH: Model = Model { material: STIFFENING, ..ALL_ON };
 
 /// All, in the order of the census: the chosen ones, and every effect that a key switches by itself and none of them has alone.
@@ -64,7 +84,7 @@ pub fn all() -> Vec<Configuration> {
     CHOSEN.into_iter().chain(alone).collect()
 }
 
-const CHOSEN: [Configuration; 42] = [
+const CHOSEN: [Configuration; 49] = [
     tap("linear", LINEAR),
     tap("linear-shear", LINEAR_SHEAR),
     hub(tap("linear-hub", LINEAR_SHEAR)),
@@ -114,6 +134,14 @@ const CHOSEN: [Configuration; 42] = [
     tilted(tap("sticking-tilted", Model { extension: true, contact: Contact::Stick, ..PLAIN })),
     tilted(hub(tap("neo-hub-tilted", NEO))),
     tilted(passive(tap("neo-passive-tilted", NEO))),
+    // Model §8.
+    tap("solid", SOLID),
+    hub(far(tap("solid-far-hub", SOLID))),
+    passive(tap("solid-passive", SOLID)),
+    foil(tap("foil", PLAIN)),
+    foil(far(tap("solid-foil-far", SOLID))),
+    tap("glued-stick", GLUED),
+    tilted(tap("socket-tilted", Model { clamp: Clamp::Socket, ..NEO })),
 ];
 
 /// Those of a quick run: the closed forms, the plain rod, rubber with every effect and a contact that sticks, a hub, an object that moves, poles that are not upright.
@@ -122,10 +150,11 @@ pub const QUICK: [&str; 6] = ["linear", "hooke", "stick", "hooke-hub", "hooke-pa
 impl Configuration {
     /// What its taps share.
     pub fn setup(&self) -> Setup {
+        let foil = self.foil.then_some(FOIL);
         Setup {
             hub: if self.hub { HUB } else { 0.0 },
             drive: self.drive,
-            gauge: Gauge { side: self.side, second: self.tilted, ..Gauge::default() },
+            gauge: Gauge { side: self.side, second: self.tilted, foil, ..Gauge::default() },
             model: self.model,
             ..Setup::default()
         }

@@ -153,6 +153,8 @@ pub struct Sheet {
     pub common: [f32; 2],
     /// e.
     pub power: i32,
+    /// Whether series over the drive are over its fourth root.
+    pub fourth: bool,
     /// The drives at the points to the power e.
     pub powers: Vec<f32>,
     /// Coefficients from values at the points, a row for each.

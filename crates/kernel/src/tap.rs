@@ -172,6 +172,19 @@ impl Solution<f64> {
         self.error == f64::MAX
     }
 
+    /// The unknowns `share` of the way from `before` to this on from here, along the line through both.
+    pub fn beyond(&self, before: &Self, share: f64) -> Self {
+        let line = |now: f64, then: f64| now + share * (now - then);
+        Self {
+            force: line(self.force, before.force),
+            along: line(self.along, before.along),
+            arc: line(self.arc, before.arc),
+            strain: line(self.strain, before.strain),
+            base: line(self.base, before.base),
+            ..*self
+        }
+    }
+
     /// A tap whose answer a device has not written, or not as it should be; the reference is asked.
     pub const UNWRITTEN: Self = Self { error: f64::MAX, ..Self::FAILED };
 

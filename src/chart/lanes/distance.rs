@@ -109,6 +109,7 @@ impl Charted {
             Map::Square => q * q,
             Map::Root => (one / (one - q)).sqrt(),
             Map::Inverse => one / (one - q),
+            Map::Fourth => q.sqrt().sqrt(),
         };
         let [scale, shift] = self.affine[k].map(Pack::splat);
         y.mul_add(scale, shift)

@@ -33,6 +33,7 @@ mod words;
 
 use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
+use super::function::over_drives;
 use super::scope::Scope;
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::Theory as EstimateTheory;
@@ -75,6 +76,8 @@ pub struct Tables {
     /// Scale and shift from θ, or θ² where e = 2, to [−1, 1] over the drives.
     affine: [f32; 2],
     power: i32,
+    /// Whether series over the drive are over its fourth root.
+    fourth: bool,
     /// Drives are shared, but every tap is read at its own.
     apart: bool,
     choice: Choice,
@@ -168,11 +171,10 @@ impl Tables {
             return None;
         }
         let ends = [scope.drives.first(), scope.drives.last()].map(|d| d.map_or(f64::NAN, |d| d.0));
-        let map = if power == 2 { Map::Square } else { Map::Linear };
+        let map = over_drives(setup, power);
         let common = ends.map(|d| map.of(d));
         // Drives at the points; where there is one drive only they are all the same.
-        let back = |y: f64| if power == 2 { y.max(0.0).sqrt() } else { y };
-        let drives: Vec<f64> = points(n).into_iter().map(|x| back(placed(common, x))).collect();
+        let drives: Vec<f64> = points(n).into_iter().map(|x| map.back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
         let stroke = |drive: f64, t: &[f64]| Stroke {
@@ -207,6 +209,7 @@ impl Tables {
             grid: drives.iter().zip(points(n)).map(|(d, x)| stroke(*d, &basis(n, x))).collect(),
             affine: affine(common),
             power,
+            fourth: map == Map::Fourth,
             apart: chooses && !scope.drives.is_empty(),
             choice: Choice::new(),
             theory: EstimateTheory { hub, displaced, shear, plain: !displaced && hub == 0.0 && shear == 0.0 },
@@ -228,6 +231,7 @@ impl Tables {
     fn over_drives<const FMA: bool>(&self, drive: Lanes<FMA>) -> (Lanes<FMA>, Lanes<FMA>) {
         let [scale, shift] = self.affine.map(Pack::splat);
         match self.power {
+            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::<FMA>::of(1.0)),
             0 => (drive.mul_add(scale, shift), Lanes::<FMA>::of(1.0)),
             1 => (drive.mul_add(scale, shift), drive),
             _ => ((drive * drive).mul_add(scale, shift), drive * drive),

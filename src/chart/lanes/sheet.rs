@@ -102,6 +102,7 @@ impl Tables {
             points: self.points,
             common: self.affine,
             power: self.power,
+            fourth: self.fourth,
             powers: self.grid.iter().map(|stroke| stroke.power).collect(),
             back: self.from_points.iter().flat_map(|row| row[..self.points].to_vec()).collect(),
             branches,

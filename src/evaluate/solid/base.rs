@@ -7,9 +7,10 @@ use crate::physics::solid::{HALVED, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::{Material, Setup, Side};
 
-/// Longest steps of the integration, over D: under the gauge, and elsewhere; at tolerances from [`COARSE`] on twice as long.
-const STEPS: [f64; 2] = [1.0 / 60.0, 0.05];
-const COARSE: f64 = 1e-6;
+/// Longest steps of the integration: under the gauge, over D, and elsewhere, over the way to the object; at tolerances from [`COARSE`] on
+/// so many times as long.
+const STEPS: [f64; 2] = [1.0 / 200.0, 1.0 / 36.0];
+const COARSE: (f64, [f64; 2]) = (1e-6, [5.0, 2.0]);
 
 /// Mean strain under the gauge as it is read, positive as on the contact side; none where that is the rod's own.
 pub(super) type Seen = Option<f64>;
@@ -23,8 +24,22 @@ pub(super) struct Base {
     place: [f64; 2],
 }
 
-/// Direction, place and elongation of the skin: ψ, x, y, ∫ ε ds.
-type State = [f64; 4];
+/// What bends a rod.
+pub(super) struct Load {
+    /// P, N.
+    pub force: f64,
+    /// ψ(0), rad.
+    pub angle: f64,
+    /// Where the contact is, mm from where the rod begins.
+    pub arc: f64,
+    /// A point of the contact's normal, mm from there.
+    pub through: [f64; 2],
+    /// Mean strain of the rod's fibre under the gauge, positive as on the contact side.
+    pub strain: f64,
+}
+
+/// Direction and place, ψ, x, y, and ∫ ds of the rod's fibre, of it as the skin shows it, and of what the skin shows beside it.
+type State = [f64; 6];
 
 /// The rod under the load of a tap.
 struct Loaded<'a> {
@@ -41,6 +56,7 @@ struct Loaded<'a> {
     through: [f64; 2],
     side: f64,
     halved: f64,
+    /// Longest steps under the gauge and elsewhere, mm.
     steps: [f64; 2],
 }
 
@@ -59,14 +75,12 @@ impl Base {
         [share * self.place[0] + x * cos - y * sin, share * self.place[1] + x * sin + y * cos]
     }
 
-    /// The base, and what the skin shows, of a rod with the contact force P, N, and the angle ψ(0), rad, whose contact's normal goes through
-    /// `through`, mm from where the rod begins. `None` where the material ends.
+    /// The base, and what the skin shows, of a rod under `load`. `None` where the material ends.
     pub(super) fn reached(
         setup: &Setup,
         shared: &Shared,
         (chart, tolerance): (Option<&Chart>, f64),
-        [force, angle]: [f64; 2],
-        through: [f64; 2],
+        &Load { force, angle, arc, through, strain }: &Load,
     ) -> Option<(Self, Seen)> {
         let (model, foil) = (&setup.model, shared.foil);
         if foil.is_none() && !model.distorting {
@@ -86,21 +100,35 @@ impl Base {
             through,
             side: if setup.gauge.side == Side::Far { -1.0 } else { 1.0 },
             halved: if neo && model.distorting { HALVED } else { 0.0 },
-            steps: STEPS.map(|step| step * if tolerance >= COARSE { 2.0 } else { 1.0 }),
+            steps: {
+                let [under, elsewhere] = if tolerance >= COARSE.0 { COARSE.1 } else { [1.0; 2] };
+                [under * STEPS[0] * shared.taper.D, elsewhere * STEPS[1] * through[0]]
+            },
         };
-        let gauge = shared.gauge.map(|x| x - shared.start);
+        let width = shared.gauge[1] - shared.gauge[0];
+        // Nothing is bent beyond the contact.
+        let gauge = shared.gauge.map(|x| (x - shared.start).min(arc));
+        // The strain of the rod is better known than what is integrated here, most of all next to the contact: what counts is their ratio.
+        let told = |plain: f64, [shown, beside]: [f64; 2]| {
+            let [plain, shown, beside] = [plain, shown, beside].map(|x| rod.side * x / width);
+            let ratio = strain / plain;
+            beside + if (0.5..2.0).contains(&ratio) { shown * ratio } else { strain + shown - plain }
+        };
         let Some(foil) = foil else {
-            let end = rod.along([0.0; 4], &[0.0, gauge[0], gauge[1]], gauge, None)?;
-            return Some((Self::UNMOVED, Some(rod.side * end[3] / (gauge[1] - gauge[0]))));
+            let [.., plain, shown, beside] = rod.along([0.0; 6], &[0.0, gauge[0], gauge[1]], gauge, None)?;
+            return Some((Self::UNMOVED, Some(told(plain, [shown, beside]))));
         };
-        let span = foil.span.map(|x| (x - shared.start).max(0.0));
+        let span = foil.span.map(|x| (x - shared.start).clamp(0.0, arc));
         let far = span[1].max(gauge[1]);
-        let [angle, x, y, _] = rod.along([0.0; 4], &[0.0, far], gauge, None)?;
         let mut places = [far, span[1], gauge[1], gauge[0], span[0], 0.0];
         places.sort_by(|p, q| q.total_cmp(p));
-        let end = rod.along([angle, x, y, 0.0], &places, gauge, Some((span, foil.stiffening)))?;
-        let mean = -rod.side * foil.transfer * end[3] / (gauge[1] - gauge[0]);
-        Some((Self { angle: end[0], place: [end[1], end[2]] }, Some(mean)))
+        let outward: Vec<f64> = places.iter().rev().copied().collect();
+        let [angle, x, y, plain, ..] = rod.along([0.0; 6], &outward, gauge, None)?;
+        let start = [angle, x, y, 0.0, 0.0, 0.0];
+        let [angle, x, y, _, shown, beside] =
+            rod.along(start, &places, gauge, Some((span, foil.stiffening)))?;
+        let mean = foil.transfer * told(plain, [-shown, -beside]);
+        Some((Self { angle, place: [x, y] }, Some(mean)))
     }
 }
 
@@ -120,9 +148,9 @@ impl Loaded<'_> {
             }
             let middle = from + 0.5 * length;
             let over = |[near, far]: [f64; 2]| near < middle && middle < far;
-            let under = over(gauge) && (foil.is_some() || places.len() > 2);
+            let under = over(gauge);
             let bends = foil.filter(|(span, _)| over(*span)).map_or(1.0, |(_, less)| 1.0 - less);
-            let step = self.steps[usize::from(!under)] * self.whole.D;
+            let step = self.steps[usize::from(!under)];
             let n = (length.abs() / step).ceil();
             let h = length / n;
             for k in 0..n as usize {
@@ -144,7 +172,7 @@ impl Loaded<'_> {
     }
 
     /// d/ds of a state at `s`, the strain of the skin where it is `under` the gauge, where the rod bends `bends` times as much as without a foil.
-    fn slope(&self, s: f64, [angle, x, y, _]: &State, under: bool, bends: f64) -> Option<State> {
+    fn slope(&self, s: f64, [angle, x, y, ..]: &State, under: bool, bends: f64) -> Option<State> {
         let model = &self.setup.model;
         let ([fx, fy], (sin, cos)) = (self.force, angle.sin_cos());
         let (axial, shear) = (fx * cos + fy * sin, fy * cos - fx * sin);
@@ -156,18 +184,26 @@ impl Loaded<'_> {
         let e = model.material.e0();
         let slide =
             if model.shear { shear * self.shear_compliance() / (std::f64::consts::PI * r * r) } else { 0.0 };
-        let fibre = match (under, model.distorting) {
-            (false, _) => 0.0,
-            (true, false) => strain[0] - self.side * strain[1],
+        let [plain, shown, beside] = match (under, model.distorting) {
+            (false, _) => [0.0; 3],
+            (true, false) => [strain[0] - self.side * strain[1]; 3],
             (true, true) => {
                 let [bending, by_shear] = distorted(&self.whole, e, s + self.start);
-                strain[0]
-                    - self.side * (strain[1] * bending + shear * by_shear)
-                    - self.halved * strain[1] * strain[1]
+                let of_rod = |factor: f64| strain[0] - self.side * strain[1] * factor;
+                let beside = -self.side * shear * by_shear - self.halved * strain[1] * strain[1];
+                [of_rod(1.0), of_rod(bending), beside]
             }
         };
+        let beside = if model.distorting { beside } else { 0.0 };
         let (along, across) = (1.0 + stretch, slide);
-        Some([bends * strain[1] / r, along * cos - across * sin, along * sin + across * cos, fibre])
+        Some([
+            bends * strain[1] / r,
+            along * cos - across * sin,
+            along * sin + across * cos,
+            plain,
+            shown,
+            beside,
+        ])
     }
 
     fn shear_compliance(&self) -> f64 {

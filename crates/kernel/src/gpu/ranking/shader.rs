@@ -95,6 +95,7 @@ impl Shader {
         ];
         let switches = [
             ("OWN", sheet.own),
+            ("FOURTH", sheet.fourth),
             ("APART", sheet.own && !sheet.drives.is_empty()),
             ("PLAIN", sheet.theory.plain),
             ("DISPLACED", sheet.theory.displaced),
