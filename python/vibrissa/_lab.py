@@ -29,7 +29,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
         theta, delta: the drive of every row, where no column says.
         columns: columns under other names, ``dict(a="dist", theta="angle", reading="ch3")``.
         group: distances (mm) and drives within this of each other are one; one width, or two.
-        fit: parameters of the model to fit, too: ``a_offset``, ``hub``, ``nu``, ``mu``, ``C01/C10``.
+        fit: parameters of the model to fit, too: ``a_offset``, ``hub``, ``nu``, ``mu``, ``C01/C10``, ``c0``.
 
     Returns:
         :class:`Calibration`; its ``locator()`` answers readings.

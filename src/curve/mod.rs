@@ -151,9 +151,7 @@ impl Curve {
             }
         }
         if let Some(a) = own.filter(|a| self.slope(*a) < 0.0) {
-            // A strain that is a rounding above the peak has its other distance there.
-            let top = || Some(self.peak()).filter(|(_, peak)| strain >= *peak).map(|(a, _)| a);
-            return by.told(a, self.slope(a), near.or_else(top));
+            return by.told(a, self.slope(a), near);
         }
         match (far, own.or(near)) {
             (Some(a), second) => by.told(a, self.slope(a), second),

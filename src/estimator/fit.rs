@@ -93,6 +93,7 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
                 Parameter::Mu => "contact = { coulomb = … } in [model]",
                 Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
                 Parameter::Hub => "an active whisker (theta_deg)",
+                Parameter::Clamp => "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket",
                 Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
                     ""
                 }
@@ -114,6 +115,7 @@ fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 
         Parameter::Hub => 5.0,
         Parameter::Nu | Parameter::Mu => 0.5,
         Parameter::Ratio => 1.0,
+        Parameter::Clamp => 0.2,
         Parameter::Zero => 0.2 * size,
     }
 }

@@ -139,6 +139,9 @@ impl Bench<'_> {
         setup.model = setting.model;
         setup.hub = setting.hub;
         setup.gauge.side = setting.side;
+        setup.gauge.foil = setting.foil;
+        // The strain of the first gauge is what is compared, and a solid has no second.
+        setup.gauge.second = false;
         let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();
         let method = self.choice.open(&setup.model)?;
         let tasks: Vec<Task> = self.sample.tasks.iter().map(|task| setting.aimed(*task)).collect();

@@ -1,7 +1,9 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
 use crate::evaluate::Task;
-use crate::scene::{Amount, Contact, Direction, Drive, Geometry, Material, Model, Setup, Side, TERMS, Term};
+use crate::scene::{
+    Amount, Contact, Direction, Drive, Foil, Geometry, Material, Model, Setup, Side, TERMS, Term,
+};
 
 /// Distance of the motor's axis behind the clamp where the spec has none, mm.
 pub const HUB: f64 = 10.0;
@@ -14,6 +16,9 @@ pub const TILT: f64 = 20.0;
 
 /// Lean where the spec's poles do not lean, degrees.
 pub const LEAN: f64 = 20.0;
+
+/// Foil where the spec has none: a gauge of a lab.
+pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None };
 
 /// Keys of effects that others ask for.
 const EXTENSION: &str = "extension";
@@ -63,13 +68,22 @@ pub struct Setting {
     pub tilt: Aim,
     /// Lean of the pole.
     pub lean: Aim,
+    /// A foil under the grid.
+    pub foil: Option<Foil>,
 }
 
 impl Setting {
     /// As the setup says, of upright poles.
     pub fn of(setup: &Setup) -> Self {
         let (tilt, lean) = (Aim::Upright, Aim::Upright);
-        Self { model: setup.model, hub: setup.hub, side: setup.gauge.side, tilt, lean }
+        Self {
+            model: setup.model,
+            hub: setup.hub,
+            side: setup.gauge.side,
+            tilt,
+            lean,
+            foil: setup.gauge.foil,
+        }
     }
 
     /// With poles as `tasks` ask for them.
@@ -114,6 +128,8 @@ pub enum Effect {
     Tilt,
     /// Lean of the pole along the whisker.
     Lean,
+    /// A foil that is stiffer than the skin.
+    Foil,
     /// The gauge on the other side: neither on nor off.
     Side,
 }
@@ -127,7 +143,16 @@ impl PartialEq for Effect {
 impl Effect {
     /// All, in the order in which they are reported.
     pub fn all() -> impl Iterator<Item = Self> {
-        let rest = [Self::Hub, Self::Coulomb, Self::Stick, Self::Rubber, Self::Tilt, Self::Lean, Self::Side];
+        let rest = [
+            Self::Foil,
+            Self::Hub,
+            Self::Coulomb,
+            Self::Stick,
+            Self::Rubber,
+            Self::Tilt,
+            Self::Lean,
+            Self::Side,
+        ];
         [Self::Rotation].into_iter().chain(TERMS.iter().map(Self::Term)).chain(rest)
     }
 
@@ -143,7 +168,7 @@ impl Effect {
 
     /// Whether it is of the rig, not of the model: nobody can leave it off.
     pub fn is_of_rig(self) -> bool {
-        matches!(self, Self::Hub | Self::Tilt | Self::Lean)
+        matches!(self, Self::Hub | Self::Tilt | Self::Lean | Self::Foil)
     }
 
     /// For people.
@@ -152,6 +177,7 @@ impl Effect {
             Self::Rotation => "finite rotation",
             Self::Term(term) => term.name,
             Self::Hub => "hub",
+            Self::Foil => "foil",
             Self::Coulomb => "friction",
             Self::Stick => "stick",
             Self::Rubber => "rubber nonlinearity",
@@ -167,6 +193,7 @@ impl Effect {
             Self::Rotation => "model.geometry".into(),
             Self::Term(term) => format!("model.{}", term.key),
             Self::Hub => "whisker.hub".into(),
+            Self::Foil => "gauge.foil".into(),
             Self::Coulomb | Self::Stick => "model.contact".into(),
             Self::Rubber => "model.material".into(),
             Self::Tilt => "tap.tilt".into(),
@@ -181,6 +208,7 @@ impl Effect {
             Self::Rotation => s.model.geometry == Geometry::Exact,
             Self::Term(term) => (term.get)(&s.model).is_on(),
             Self::Hub => s.hub > 0.0,
+            Self::Foil => s.foil.is_some(),
             Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
             Self::Stick => s.model.contact == Contact::Stick,
             Self::Rubber => !hooke(&s.model),
@@ -196,7 +224,17 @@ impl Effect {
         let m = &mut s.model;
         match self {
             Self::Rotation => m.geometry = if on { Geometry::Exact } else { Geometry::Linear },
-            Self::Term(term) => (term.set)(m, if on { term.trial } else { term.trial.off() }),
+            Self::Term(term) => {
+                (term.set)(m, if on { term.trial } else { term.trial.off() });
+                // What needs it goes with it.
+                let needs = |other: &&Term| other.needs.is_some_and(|(key, _)| key == term.key);
+                TERMS
+                    .iter()
+                    .filter(needs)
+                    .filter(|_| !on)
+                    .for_each(|other| (other.set)(m, other.trial.off()));
+            }
+            Self::Foil => s.foil = on.then_some(FOIL),
             Self::Hub => s.hub = if on { HUB } else { 0.0 },
             Self::Coulomb if on => m.contact = Contact::Coulomb(FRICTION),
             Self::Stick if on => m.contact = Contact::Stick,
@@ -220,6 +258,7 @@ impl Effect {
                 Amount::Number(x) => format!("{x} {}", term.unit).trim_end().into(),
                 Amount::Word(word) => word.into(),
             },
+            Self::Foil => s.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
             Self::Hub => format!("{} mm", s.hub),
             Self::Coulomb | Self::Stick => match m.contact {
                 Contact::Frictionless => "frictionless".into(),
@@ -239,6 +278,14 @@ impl Effect {
         }
     }
 
+    /// Another effect of `model` that cannot do without this one.
+    fn is_needed(self, model: &Model) -> Option<&'static Term> {
+        let Self::Term(term) = self else { return None };
+        TERMS
+            .iter()
+            .find(|other| (other.get)(model).is_on() && other.needs.is_some_and(|(key, _)| key == term.key))
+    }
+
     /// Why it cannot be switched in `s`, if so.
     fn obstacle(self, s: &Setting, drive: Drive) -> Option<String> {
         let rubs = s.model.contact != Contact::Frictionless;
@@ -249,6 +296,15 @@ impl Effect {
             }
             Self::Term(term) if term.key == EXTENSION && s.model.extension && rubs => {
                 "friction needs extension"
+            }
+            Self::Term(term) if (term.get)(&s.model).is_on() && self.is_needed(&s.model).is_some() => {
+                return self.is_needed(&s.model).map(|other| format!("{} needs it", other.key));
+            }
+            Self::Foil if rubs => "friction needs a gauge without a foil",
+            Self::Coulomb | Self::Stick if s.foil.is_some() => "needs a gauge without a foil",
+            Self::Tilt | Self::Lean if s.foil.is_some() => "a foil needs an upright pole",
+            Self::Tilt | Self::Lean if upright(&s.model).is_some() => {
+                return upright(&s.model).map(|term| format!("{} needs an upright pole", term.key));
             }
             Self::Coulomb | Self::Stick => {
                 let on = |term: &&Term| term.frictionless.is_some() && (term.get)(&s.model).is_on();
@@ -275,13 +331,19 @@ impl Effect {
         let mut all = match (self, self.is_on(s)) {
             (Self::Rotation, Some(true)) => {
                 let linear = |e: &Self| matches!(e, Self::Term(term) if term.linear);
-                Self::of_model().filter(|e| !linear(e)).map(|e| (e, false)).collect()
+                let exact = Self::of_model().filter(|e| !linear(e));
+                exact.chain([Self::Foil]).map(|e| (e, false)).collect()
             }
             (Self::Coulomb | Self::Stick, _) => {
                 let stretch = Self::of_key(EXTENSION).map(|e| (e, true));
                 [(Self::Rotation, true)].into_iter().chain(stretch).chain(upright).collect()
             }
-            (Self::Term(term), _) if !term.linear => vec![(Self::Rotation, true)],
+            (Self::Term(term), _) if !term.linear => {
+                let other = term.needs.and_then(|(key, _)| Self::of_key(key));
+                let upright = upright.into_iter().filter(|_| term.upright.is_some());
+                [(Self::Rotation, true)].into_iter().chain(other.map(|e| (e, true))).chain(upright).collect()
+            }
+            (Self::Foil, _) => [(Self::Rotation, true)].into_iter().chain(upright).collect(),
             (Self::Rubber, _) => vec![(Self::Rotation, true)],
             _ => vec![],
         };
@@ -290,6 +352,11 @@ impl Effect {
         }
         all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()
     }
+}
+
+/// An effect of `model` that asks for an upright pole.
+fn upright(model: &Model) -> Option<&'static Term> {
+    TERMS.iter().find(|term| term.upright.is_some() && (term.get)(model).is_on())
 }
 
 fn hooke(model: &Model) -> bool {

@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use crate::design::{Design, amount};
 use crate::evaluate::{Outcome, Task};
 use crate::physics::section::SectionLaw;
+use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
 use crate::scene::{Drive, Geometry, Model, Setup};
 pub use asked::{check, document, method};
@@ -59,20 +60,24 @@ struct Rod<'a> {
     point: DVec2,
     /// 1/(kG), 1/MPa; 0 without shear.
     compliance: f64,
+    /// Where the rod begins, mm from the face of its clamp.
+    start: f64,
+    foil: Option<Bonded>,
 }
 
 /// The shape of the tap `task` of `design` that has the answer `outcome`, with `nodes` ≥ 3 sections from clamp to contact. `None` where
 /// it has no answer, or where the material bears none of it.
 pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nodes: usize) -> Option<Shape> {
     let model = &setup.model;
-    let taper = design.shared.as_ref()?.taper;
+    let shared = design.shared.as_ref()?;
+    let taper = shared.taper;
     let (arc, normal, tangential) = (outcome.arc, outcome.normal_force, outcome.tangential_force);
     if model.geometry == Geometry::Linear || ![arc, normal, tangential].iter().all(|x| x.is_finite()) {
         return None;
     }
     let tilt = if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y };
     let height = if model.surface { taper.radius(arc) } else { 0.0 };
-    let k = 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
+    let k = Held::new(model).shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
     let rod = Rod {
         model,
         taper,
@@ -81,13 +86,17 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         force: -normal * tilt + tangential * DVec2::new(tilt.y, -tilt.x),
         point: DVec2::new(0.0, height),
         compliance: if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 },
+        start: shared.start,
+        foil: shared.foil,
     };
-    let bent = rod.bend(nodes)?;
+    let (bent, held) = rod.bend(nodes)?;
     let turn = match setup.drive {
         Drive::Angle => amount(setup.drive, task.drive),
         Drive::Displacement => 0.0,
     };
-    let (base, clamp) = bent.last().map(|(_, [psi, x, y], _)| (*psi, DVec2::new(*x, *y)))?;
+    let [base, x, y] = held;
+    // The face of the clamp, in line with the section that does not turn.
+    let clamp = DVec2::new(x, y) - shared.start * DVec2::from_angle(base);
     let frame = turn - base;
     let azimuth = if outcome.azimuth.is_nan() { 0.0 } else { outcome.azimuth };
     // The plane of bending is that of rotation, turned round the base tangent by φ.
@@ -114,6 +123,10 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         strain: *strain,
     };
     let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
+    if rod.start > 0.0 {
+        let face = Node { s: 0.0, at: to_lab(clamp), psi: base, direction: direction(base), strain: 0.0 };
+        all.insert(0, face);
+    }
     let length = design.tuple.L_a;
     if arc < length {
         // Nothing is strained beyond the contact, whatever its force does to the section that bears it.
@@ -126,32 +139,42 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         };
         all.extend([free(arc), free(length)]);
     }
-    let pole = to_lab(rod.point + model.pole_radius * tilt);
+    let sunk = Soft::new(model, &taper, task.a).map_or(0.0, |soft| soft.depth(normal));
+    let pole = to_lab(rod.point + (model.pole_radius - sunk) * tilt);
     Some(Shape { nodes: all, contact: to_lab(rod.point), pole })
 }
 
 impl Rod<'_> {
-    /// Sections from the contact to the clamp: s, state, strain of the touching side.
-    fn bend(&self, nodes: usize) -> Option<Vec<(f64, State, f64)>> {
+    /// Sections from the contact to the clamp, s, state, strain of the touching side; and the section that does not turn.
+    fn bend(&self, nodes: usize) -> Option<(Vec<(f64, State, f64)>, State)> {
         let parts = nodes.max(3) - 1;
-        let h = self.arc / (parts * STEPS) as f64;
+        let end = self.start.max(0.0);
+        let length = self.arc - end;
+        let h = length / (parts * STEPS) as f64;
         let mut state = [0.0; 3];
         let mut all = vec![(self.arc, state, self.slope(0.0, &state)?.1)];
         for i in 0..parts {
             for k in 0..STEPS {
-                let sigma = (i * STEPS + k) as f64 * h;
-                let at = |by: f64, d: &State| -> State { std::array::from_fn(|n| state[n] + by * d[n]) };
-                let (k1, _) = self.slope(sigma, &state)?;
-                let (k2, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k1))?;
-                let (k3, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k2))?;
-                let (k4, _) = self.slope(sigma + h, &at(h, &k3))?;
-                state =
-                    std::array::from_fn(|n| state[n] + h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n]));
+                state = self.step(state, (i * STEPS + k) as f64 * h, h)?;
             }
-            let s = if i + 1 == parts { 0.0 } else { self.arc * (1.0 - (i + 1) as f64 / parts as f64) };
+            let s = if i + 1 == parts { end } else { end + length * (1.0 - (i + 1) as f64 / parts as f64) };
             all.push((s, state, self.slope(self.arc - s, &state)?.1));
         }
-        Some(all)
+        // A clamp that holds the rod behind its face.
+        let behind = (end - self.start) / STEPS as f64;
+        let last = (0..STEPS).filter(|_| behind > 0.0);
+        let held = last.fold(Some(state), |state, k| self.step(state?, self.arc + k as f64 * behind, behind));
+        Some((all, held?))
+    }
+
+    /// A step of the classic Runge–Kutta method.
+    fn step(&self, state: State, sigma: f64, h: f64) -> Option<State> {
+        let at = |by: f64, d: &State| -> State { std::array::from_fn(|n| state[n] + by * d[n]) };
+        let (k1, _) = self.slope(sigma, &state)?;
+        let (k2, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k1))?;
+        let (k3, _) = self.slope(sigma + 0.5 * h, &at(0.5 * h, &k2))?;
+        let (k4, _) = self.slope(sigma + h, &at(h, &k3))?;
+        Some(std::array::from_fn(|n| state[n] + h / 6.0 * (k1[n] + 2.0 * k2[n] + 2.0 * k3[n] + k4[n])))
     }
 
     /// Derivatives with respect to σ = c − s, and the strain of the touching side; model §3.
@@ -165,6 +188,9 @@ impl Rod<'_> {
         let stretch = if self.model.extension { section.axial } else { 0.0 };
         let slide = shear * self.compliance / (std::f64::consts::PI * r * r);
         let along = (1.0 + stretch) * d1 + slide * d1.perp();
-        Some(([-section.bending / r, -along.x, -along.y], section.axial - section.bending))
+        let s = self.arc - sigma;
+        let under = self.foil.filter(|foil| foil.span[0] < s && s < foil.span[1]);
+        let bends = under.map_or(1.0, |foil| 1.0 - foil.stiffening);
+        Some(([-bends * section.bending / r, -along.x, -along.y], section.axial - section.bending))
     }
 }

@@ -133,7 +133,7 @@ pub(super) fn doubts(spec: &Spec) -> Vec<String> {
     };
     let mut all = Vec::new();
     let held = model.clamp != Clamp::Rigid;
-    let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/solid.md)")));
+    let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/model.md §8)")));
     let near = a[0] < 1.8 * base[1];
     say(
         held && near,

@@ -186,13 +186,16 @@ fn an_effect_described_once_is_read_explained_left_off_and_verified() {
     for term in &TERMS {
         assert!(keys.contains(&term.key), "{}", term.key);
         let rest = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 5\n";
-        let text = format!("{rest}[model]\n{} = {}\n", term.key, term.example);
+        let other = term.needs.map(|(key, _)| TERMS.iter().find(|t| t.key == key).expect("an effect"));
+        let needed = other.map_or(String::new(), |t| format!("{} = {}\n", t.key, t.example));
+        let text = format!("{rest}[model]\n{} = {}\n{needed}", term.key, term.example);
         let spec = spec::parse("t.toml", &text, Path::new("")).expect("a spec");
         assert!((term.get)(&spec.study.setup.model).is_on(), "{text}");
         assert!(!(term.get)(&Model::PLAIN).is_on(), "{}", term.key);
         let here = Effect::of_key(term.key).expect("an effect");
         assert!(Effect::all().any(|e| e == here) && Effect::of_model().any(|e| e == here));
-        let alone = |m: &Model| TERMS.iter().all(|t| (t.get)(m).is_on() == (t.key == term.key));
+        let there = |t: &str| t == term.key || other.is_some_and(|other| other.key == t);
+        let alone = |m: &Model| TERMS.iter().all(|t| (t.get)(m).is_on() == there(t.key));
         assert!(verified.iter().any(|c| alone(&c.model)), "{} is not verified alone", term.key);
     }
 }

@@ -37,7 +37,7 @@ pub struct Calibrate {
     /// [default: from the gaps of the data]
     #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true, value_parser = number)]
     pub group: Vec<f64>,
-    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10
+    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10, c0
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
     /// Write what answers readings as a program of one file for a robot too, comma between

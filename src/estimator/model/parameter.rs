@@ -1,6 +1,6 @@
 //! What can be fitted of a model, and the model with other values of it.
 
-use crate::scene::{Contact, Drive, Material, Setup};
+use crate::scene::{Clamp, Contact, Drive, Material, Setup};
 
 /// A parameter of the model that can be fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +19,8 @@ pub enum Parameter {
     Mu,
     /// C01/C10.
     Ratio,
+    /// c₀, in D: where the clamp holds the rod (model §8).
+    Clamp,
     /// z₀, in the unit of the signal: what a sensor that nobody tared shows without contact. It is fitted to be taken off the signal, not
     /// to be kept as a parameter.
     Zero,
@@ -26,8 +28,16 @@ pub enum Parameter {
 
 impl Parameter {
     /// All that a calibration holds, in the order of [`Values`].
-    pub const ALL: [Self; 7] =
-        [Self::Factor, Self::DriveOffset, Self::DistanceOffset, Self::Hub, Self::Nu, Self::Mu, Self::Ratio];
+    pub const ALL: [Self; 8] = [
+        Self::Factor,
+        Self::DriveOffset,
+        Self::DistanceOffset,
+        Self::Hub,
+        Self::Nu,
+        Self::Mu,
+        Self::Ratio,
+        Self::Clamp,
+    ];
 
     /// Name in files and on the command line.
     pub fn name(self, kind: Drive) -> &'static str {
@@ -40,6 +50,7 @@ impl Parameter {
             (Self::Nu, _) => "nu",
             (Self::Mu, _) => "mu",
             (Self::Ratio, _) => "C01/C10",
+            (Self::Clamp, _) => "c0",
             (Self::Zero, _) => "zero",
         }
     }
@@ -62,12 +73,13 @@ impl Parameter {
             Self::Nu => [0.0, 0.5],
             Self::Mu => [0.0, 2.0],
             Self::Ratio => [-0.9, 1e2],
+            Self::Clamp => [-1.0, 0.2],
         }
     }
 
     /// Whether another value needs the model to be solved again.
     pub fn is_physical(self) -> bool {
-        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio)
+        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp)
     }
 
     /// Step of difference quotients over a physical parameter.
@@ -80,9 +92,9 @@ impl Parameter {
 }
 
 /// Values of all parameters, by [`Parameter`].
-pub type Values = [f64; 8];
+pub type Values = [f64; 9];
 
-/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10 as they stand; NaN where the model has no such thing.
+/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10, c₀ as they stand; NaN where the model has no such thing.
 pub fn spec_values(setup: &Setup) -> Values {
     let mu = match setup.model.contact {
         Contact::Coulomb(mu) => mu,
@@ -95,12 +107,13 @@ pub fn spec_values(setup: &Setup) -> Values {
     };
     let hub = if setup.drive == Drive::Angle { setup.hub } else { f64::NAN };
     let nu = if setup.model.shear { setup.model.nu } else { f64::NAN };
-    [1.0, 0.0, 0.0, hub, nu, mu, ratio, 0.0]
+    let c0 = if let Clamp::At(c0) = setup.model.clamp { c0 } else { f64::NAN };
+    [1.0, 0.0, 0.0, hub, nu, mu, ratio, c0, 0.0]
 }
 
 /// `setup` with the physical parameters of `values`.
 pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
-    let [_, _, _, hub, nu, mu, ratio, _] = *values;
+    let [_, _, _, hub, nu, mu, ratio, c0, _] = *values;
     let mut setup = setup.clone();
     if hub.is_finite() {
         setup.hub = hub;
@@ -110,6 +123,9 @@ pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
     }
     if mu.is_finite() {
         setup.model.contact = Contact::Coulomb(mu);
+    }
+    if c0.is_finite() {
+        setup.model.clamp = Clamp::At(c0);
     }
     // A ratio that nobody changed leaves the material as it was written, to the last digit.
     if ratio.is_finite() && ratio != spec_values(&setup)[6] {
