@@ -11,7 +11,10 @@ def body(w, a, clamp="bonded", socket=0.0, h=0.6, n_r=8, extra=()):
     h, end = h * k, min(a + 0.9 * w.D, max(w.L_a, a + 0.05 * w.D))
     pts, sz = [0.0], [h / 6]
     for x in sorted(extra):
-        pts.append(x), sz.append(h / 2)
+        if x - pts[-1] > 0.4 * k:  # no slivers: strains are interpolated, a gauge need not end on a line
+            pts.append(x), sz.append(h / 2)
+    if a - pts[-1] < 0.4 * k:
+        pts.pop(), sz.pop()
     pts += [a, end]
     sz += [h / 4, h]
     if socket > 0:
