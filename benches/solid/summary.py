@@ -139,17 +139,18 @@ def foils(out, say):
     fig.savefig(out / "foil.svg")
 
 
-def reduced_tap(w, a, rho, theta, rods):
+def reduced_tap(w, a, rho, theta, rods, far):
     """Force and strain of the reduced model from the exact rod's own answers (rods: theta_deg -> force, strain), corrected as at small angles."""
     t = np.array(sorted(rods))
     P, e = np.array([rods[v][0] for v in t]), np.array([rods[v][1] for v in t])
+    bend = (e - np.array([far[w.d, a, v] for v in t])) / 2  # half the difference of the sides
     R = float(w.R(a))
     lever = a * np.cos(w.alpha) - R * np.sin(w.alpha)
     ratio = rod.theta(w, a, **rod.BONDED_FOUR) / rod.theta(w, a, k=rod.cowper(0.5))
     x2 = 5 + 2 * np.cos(w.alpha)
     near = rod.strain(w, a, 5, x2, rod.NEAR_CLAMP) / rod.strain(w, a, 5, x2)
     cubic = np.polyfit(P, t / P, 2)  # theta of the rod over its force
-    slope = np.polyfit(P, e / P, 2)
+    slope = np.polyfit(P, bend / P, 2)
 
     def angle(p):
         dent = hertz(p, R, rho, w.E / 0.75) - BETA * p / (w.E * R)
@@ -165,6 +166,7 @@ def finite(out, say):
     rods = {}
     for r in tables.read(out / "rod.csv"):
         rods.setdefault((r["d_mm"], r["a_mm"]), {})[r["theta_deg"]] = (r["normal_force_N"], r["strain"])
+    far = {(r["d_mm"], r["a_mm"], r["theta_deg"]): -abs(r["strain"]) for r in tables.read(out / "rod_far.csv")}
     table = []
     for r in rows:
         w = Whisker(d=r["d_mm"], nu=0.5 - 1e-9)
@@ -172,7 +174,7 @@ def finite(out, say):
         if r["theta_deg"] not in have:
             continue
         P, e = have[r["theta_deg"]]
-        p, bending = reduced_tap(w, r["a_mm"], r["pole_radius_mm"], r["theta_deg"], have)
+        p, bending = reduced_tap(w, r["a_mm"], r["pole_radius_mm"], r["theta_deg"], have, far)
         mean = (r["strain_contact"] - r["strain_far"]) / 2
         table.append(
             {k: r[k] for k in ("mesh", "d_mm", "a_mm", "pole_radius_mm", "theta_deg")}
@@ -180,13 +182,15 @@ def finite(out, say):
                 force_3d_N=r["normal_force_N"], strain_3d=r["strain_contact"], force_over_rod=r["normal_force_N"] / P, strain_over_rod=r["strain_contact"] / e,
                 strain_per_N_over_rod=r["strain_contact"] / r["normal_force_N"] / (e / P), force_over_reduced=r["normal_force_N"] / p,
                 strain_over_reduced=mean / bending, strain_over_euler_linear=mean / strain_euler(w, r["a_mm"], r["theta_deg"]),
-                sides_mean_over_square=(r["strain_contact"] + r["strain_far"]) / 2 / mean**2,
+                bending_over_rod=mean / ((e - far[r["d_mm"], r["a_mm"], r["theta_deg"]]) / 2),
+                sides_3d=(r["strain_contact"] + r["strain_far"]) / 2 / mean**2,
+                sides_rod=(e + far[r["d_mm"], r["a_mm"], r["theta_deg"]]) / 2 / mean**2,
             )
         )  # fmt: skip
     tables.write(out / "finite_errors.csv", table)
     say("Finite angles, pole radius 3 mm (finite_errors.csv): 3-D over rod with surface, shear, extension, neo-Hookean; over the reduced model:")
     for r in table:
-        say(f"  {r['mesh']} d {r['d_mm']:g} a {r['a_mm']:g} theta {r['theta_deg']:g}: strain/rod {r['strain_over_rod']:.4f} force/rod {r['force_over_rod']:.4f} strain per N/rod {r['strain_per_N_over_rod']:.4f} strain/reduced {r['strain_over_reduced']:.4f} force/reduced {r['force_over_reduced']:.4f} sides {r['sides_mean_over_square']:+.3f}")  # fmt: skip
+        say(f"  {r['mesh']} d {r['d_mm']:g} a {r['a_mm']:g} theta {r['theta_deg']:g}: strain/rod {r['strain_over_rod']:.4f} force/rod {r['force_over_rod']:.4f} strain per N/rod {r['strain_per_N_over_rod']:.4f} strain/reduced {r['strain_over_reduced']:.4f} force/reduced {r['force_over_reduced']:.4f} bending/rod {r['bending_over_rod']:.4f}; mean of the sides over square {r['sides_3d']:+.3f} (rod {r['sides_rod']:+.3f})")  # fmt: skip
     fig, axis = plt.subplots(figsize=(5, 3.8))
     for d, a in sorted({(r["d_mm"], r["a_mm"]) for r in table}):
         part = sorted((r["theta_deg"], r["strain_over_rod"], r["strain_over_reduced"]) for r in table if (r["d_mm"], r["a_mm"], r["mesh"]) == (d, a, "coarse"))
