@@ -93,7 +93,9 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
                 Parameter::Mu => "contact = { coulomb = … } in [model]",
                 Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
                 Parameter::Hub => "an active whisker (theta_deg)",
-                Parameter::Clamp => "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket",
+                Parameter::Clamp => {
+                    "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket"
+                }
                 Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
                     ""
                 }

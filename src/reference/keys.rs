@@ -101,6 +101,9 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
             let searched: Table = "d = [2.0, 8.0]".parse().expect("a table");
             table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
         }
+        ("model", "indentation" | "solid") => {
+            table(&mut spec, "model").insert("pole_radius".to_owned(), 3.0.into());
+        }
         ("model" | "model.contact", "contact" | "coulomb") => {
             table(&mut spec, "model").insert("extension".to_owned(), true.into());
         }

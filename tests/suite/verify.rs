@@ -22,7 +22,7 @@ impl Progress for Silent {
 /// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
 struct Pin(&'static str, [(f64, f64); 2], usize);
 
-const PINS: [Pin; 42] = [
+const PINS: [Pin; 52] = [
     Pin("linear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
@@ -65,6 +65,16 @@ const PINS: [Pin; 42] = [
     Pin("sticking-tilted", [(11.9, 94.0), (13.1, 115.0)], 2),
     Pin("neo-hub-tilted", [(11.2, 55.0), (9.9, 43.0)], 1),
     Pin("neo-passive-tilted", [(7.2, 62.0), (8.8, 59.0)], 3),
+    Pin("solid", [(6.9, 102.0), (10.1, 150.0)], 4),
+    Pin("solid-far-hub", [(10.5, 106.0), (10.5, 156.0)], 6),
+    Pin("solid-passive", [(6.6, 60.0), (7.4, 38.0)], 5),
+    Pin("foil", [(3.7, 28.0), (5.0, 37.0)], 6),
+    Pin("solid-foil-far", [(7.9, 109.0), (8.8, 83.0)], 4),
+    Pin("glued-stick", [(16.4, 132.0), (22.2, 253.0)], 1),
+    Pin("socket-tilted", [(6.4, 32.0), (6.5, 30.0)], 1),
+    Pin("clamp", [(4.1, 28.0), (5.5, 35.0)], 0),
+    Pin("indentation", [(5.4, 49.0), (5.6, 32.0)], 2),
+    Pin("section", [(5.7, 53.0), (6.0, 32.0)], 0),
 ];
 
 /// Everything that the program verifies without a spec.

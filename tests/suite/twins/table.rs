@@ -232,6 +232,7 @@ pub const WGSL_ONLY: &[(&str, &str)] = &[
     ("bounds", RANKING),
     ("root_of", RANKING),
     ("powered", RANKING),
+    ("variable", RANKING),
     ("placed", RANKING),
     ("fold", RANKING),
     ("series", RANKING),

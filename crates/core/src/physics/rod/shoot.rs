@@ -163,8 +163,8 @@ impl<'a> Shooter<'a> {
                 at.1 + (at.1 - before.1) * ((next - at.0) / (at.0 - before.0))
             };
             let hit = self.newton(next, guess).and_then(|(z, shot, jacobian)| {
-                let near =
-                    |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(next / self.unit);
+                let linear = self.first(next / self.unit);
+                let near = |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(linear);
                 let last = doubtful.replace((next, z)).filter(|_| begins);
                 let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
                 if !foreseen {

@@ -239,7 +239,9 @@ impl EndLoad {
         for place in places {
             let bends = rod.bends(self.arc - 0.5 * (at + place));
             let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length, bends), sigma, y);
-            y = ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), y, at, place - at)?;
+            // As a difference a short length would lose its digits.
+            let part = if at == start && place == end { length } else { place - at };
+            y = ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), y, at, part)?;
             at = place;
         }
         Ok(Bent::from(y))
