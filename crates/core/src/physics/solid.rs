@@ -104,20 +104,30 @@ impl Soft {
 
     /// δ under a force P, N; that of a force that pulls is its mirror image.
     pub fn depth(&self, force: f64) -> f64 {
-        self.hertz * force.signum() * (force * force).cbrt() + self.linear * force
+        // Hertz's δ less a linear one would fall beyond this, far from what either stands for.
+        let most = match self.hertz > 0.0 && self.linear < 0.0 {
+            true => (-2.0 * self.hertz / (3.0 * self.linear)).powi(3),
+            false => f64::INFINITY,
+        };
+        let size = force.abs().min(most);
+        force.signum() * (self.hertz * (size * size).cbrt() + self.linear * size)
     }
 
     /// The force at which `stiffness`⁻¹ P + δ(P) = `way`; `stiffness` in N/mm, `way` > 0 in mm.
     pub fn force(&self, stiffness: f64, way: f64) -> f64 {
-        let lack = |p: f64| p / stiffness + self.depth(p) - way;
-        let mut most = stiffness * way;
+        // In the cube root of the force, in which δ has no steep end.
+        let lack = |root: f64| {
+            let force = root * root * root;
+            force / stiffness + self.depth(force) - way
+        };
+        let mut most = (stiffness * way).cbrt();
         for _ in 0..8 {
             if lack(most) >= 0.0 {
                 break;
             }
             most *= 2.0;
         }
-        bracketed(lack, 0.0, most)
+        bracketed(lack, 0.0, most).powi(3)
     }
 }
 

@@ -165,7 +165,8 @@ impl<'a> Shooter<'a> {
             let hit = self.newton(next, guess).and_then(|(z, shot, jacobian)| {
                 let linear = self.first(next / self.unit);
                 let near = |x: f64| (z.x - x).abs() <= FORESEEN * z.x.abs().max(x.abs()).max(linear);
-                let last = doubtful.replace((next, z)).filter(|_| begins);
+                // Under a contact that gives way no end is in proportion to another.
+                let last = doubtful.replace((next, z)).filter(|_| begins && self.soft.is_none());
                 let foreseen = near(guess.x) || last.is_some_and(|(amount, z)| near(z.x * (next / amount)));
                 if !foreseen {
                     return Err(Missed::Stalled);
