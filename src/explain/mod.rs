@@ -6,10 +6,12 @@
 //! distances does no harm: what is left of the change after calibration is told too.
 
 mod sample;
+mod setting;
 mod switch;
 
 pub use sample::{LIMIT, Sample};
-pub use switch::{Aim, Effect, FRICTION, HUB, LEAN, Pair, Setting, Switch, TILT, without};
+pub use setting::{Aim, Setting};
+pub use switch::{Effect, FOIL, FRICTION, HUB, LEAN, Pair, Switch, TILT, without};
 
 use crate::backend::Choice;
 use crate::design::Design;

@@ -1,9 +1,7 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
-use crate::evaluate::Task;
-use crate::scene::{
-    Amount, Contact, Direction, Drive, Foil, Geometry, Material, Model, Setup, Side, TERMS, Term,
-};
+use super::setting::{Aim, Setting};
+use crate::scene::{Amount, Contact, Drive, Foil, Geometry, Material, Model, Side, TERMS, Term};
 
 /// Distance of the motor's axis behind the clamp where the spec has none, mm.
 pub const HUB: f64 = 10.0;
@@ -23,91 +21,6 @@ pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_
 /// Keys of effects that others ask for.
 const EXTENSION: &str = "extension";
 const SURFACE: &str = "surface";
-
-/// An angle of the pole.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Aim {
-    /// Of every tap as the spec says, somewhere not 0.
-    Asked,
-    /// 0 for every tap.
-    #[default]
-    Upright,
-    /// This for every tap, degrees.
-    All(f64),
-}
-
-impl Aim {
-    /// What it makes of an angle of the spec, degrees.
-    pub fn of(self, asked: f64) -> f64 {
-        match self {
-            Self::Asked => asked,
-            Self::Upright => 0.0,
-            Self::All(angle) => angle,
-        }
-    }
-
-    fn words(self) -> String {
-        match self {
-            Self::Asked => "as asked".into(),
-            Self::Upright => "0 deg".into(),
-            Self::All(angle) => format!("{angle} deg"),
-        }
-    }
-}
-
-/// What strain depends on besides the tuple.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
-    /// Effects of the rod.
-    pub model: Model,
-    /// r₀, mm.
-    pub hub: f64,
-    /// Side of the gauge.
-    pub side: Side,
-    /// Tilt of the pole.
-    pub tilt: Aim,
-    /// Lean of the pole.
-    pub lean: Aim,
-    /// A foil under the grid.
-    pub foil: Option<Foil>,
-}
-
-impl Setting {
-    /// As the setup says, of upright poles.
-    pub fn of(setup: &Setup) -> Self {
-        let (tilt, lean) = (Aim::Upright, Aim::Upright);
-        Self {
-            model: setup.model,
-            hub: setup.hub,
-            side: setup.gauge.side,
-            tilt,
-            lean,
-            foil: setup.gauge.foil,
-        }
-    }
-
-    /// With poles as `tasks` ask for them.
-    pub fn asked(self, tasks: &[Task]) -> Self {
-        let aim = |angle: fn(&Task) -> f64| match tasks.iter().any(|task| angle(task) != 0.0) {
-            true => Aim::Asked,
-            false => Aim::Upright,
-        };
-        Self { tilt: aim(|task| task.direction.tilt), lean: aim(|task| task.direction.lean), ..self }
-    }
-
-    /// `task` with the pole of this setting.
-    pub fn aimed(&self, task: Task) -> Task {
-        let Direction { tilt, lean } = task.direction;
-        Task { direction: Direction { tilt: self.tilt.of(tilt), lean: self.lean.of(lean) }, ..task }
-    }
-
-    /// The paper's theory: linear, without any effect; rig and gauge stay.
-    pub fn linear(&self) -> Self {
-        let mut plain = self.clone();
-        Effect::all().filter(|e| !e.is_of_rig()).for_each(|e| e.switch(&mut plain, false));
-        plain
-    }
-}
 
 /// An effect that a comparison switches.
 #[derive(Debug, Clone, Copy)]
@@ -219,7 +132,7 @@ impl Effect {
     }
 
     /// Switches it on at the stated value, or off; the side changes only with `on`.
-    fn switch(self, s: &mut Setting, on: bool) {
+    pub(super) fn switch(self, s: &mut Setting, on: bool) {
         let e0 = s.model.material.e0();
         let m = &mut s.model;
         match self {

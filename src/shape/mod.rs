@@ -50,6 +50,9 @@ pub struct Shape {
 /// Angle, place and side strain while s falls from the contact: ψ, r (contact frame).
 type State = [f64; 3];
 
+/// s, state, and strain of the touching side.
+type Section = (f64, State, f64);
+
 /// A rod loaded at its contact.
 struct Rod<'a> {
     model: &'a Model,
@@ -146,7 +149,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
 
 impl Rod<'_> {
     /// Sections from the contact to the clamp, s, state, strain of the touching side; and the section that does not turn.
-    fn bend(&self, nodes: usize) -> Option<(Vec<(f64, State, f64)>, State)> {
+    fn bend(&self, nodes: usize) -> Option<(Vec<Section>, State)> {
         let parts = nodes.max(3) - 1;
         let end = self.start.max(0.0);
         let length = self.arc - end;
@@ -162,8 +165,8 @@ impl Rod<'_> {
         }
         // A clamp that holds the rod behind its face.
         let behind = (end - self.start) / STEPS as f64;
-        let last = (0..STEPS).filter(|_| behind > 0.0);
-        let held = last.fold(Some(state), |state, k| self.step(state?, self.arc + k as f64 * behind, behind));
+        let mut last = (0..STEPS).filter(|_| behind > 0.0);
+        let held = last.try_fold(state, |state, k| self.step(state, self.arc + k as f64 * behind, behind));
         Some((all, held?))
     }
 
