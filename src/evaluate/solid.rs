@@ -154,7 +154,7 @@ impl<'a> Trial<'a> {
     fn turn(&mut self, here: &Frame, solution: &Solution<f64>, told: (Option<&Chart>, f64)) -> Turn {
         let force = here.response(solution).normal;
         let [_, angle, _] = self.at;
-        let reached = |of: &Self, frame: &Frame, solution: &Solution<f64>| {
+        let reached = |of: &Self, frame: &Frame, solution: &Solution<f64>, fine: bool| {
             let response = frame.response(solution);
             let load = Load {
                 force: response.normal,
@@ -162,13 +162,14 @@ impl<'a> Trial<'a> {
                 arc: response.arc - of.shared.start,
                 through: of.pole_of_rod(),
                 strain: response.strain,
+                fine,
             };
             Base::reached(of.setup, of.shared, told, &load)
         };
-        // Without a foil the base stays, and the skin is looked at in the end.
+        // Without a foil the base stays; the skin is looked at in the end.
         let foil = self.shared.foil.is_some();
-        let early = if foil { reached(self, here, solution) } else { Some((Base::UNMOVED, None)) };
-        let Some((base, mean)) = early else { return Turn::Lost };
+        let early = if foil { reached(self, here, solution, false) } else { Some((Base::UNMOVED, None)) };
+        let Some((base, _)) = early else { return Turn::Lost };
         // Forces deviate from linear ones as the square of the angle.
         let power = match &self.last {
             Some(last) => (force / last.force).ln() / (angle / last.angle).ln(),
@@ -191,11 +192,7 @@ impl<'a> Trial<'a> {
             return Turn::Next;
         }
         let Some(frame) = self.frame() else { return Turn::Lost };
-        if foil {
-            let grown = frame.tap().strain / here.tap().strain;
-            return Turn::Found(frame, found, mean.map(|strain| strain * grown));
-        }
-        match reached(self, &frame, &found) {
+        match reached(self, &frame, &found, true) {
             Some((_, mean)) => Turn::Found(frame, found, mean),
             None => Turn::Lost,
         }

@@ -3,11 +3,11 @@
 use crate::design::Shared;
 use crate::kernel::Chart;
 use crate::physics::section::SectionLaw;
-use crate::physics::solid::{HALVED, distorted};
+use crate::physics::solid::{FADES, HALVED, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::{Material, Setup, Side};
 
-/// Longest steps of the integration: under the gauge, over D, and elsewhere, over the way to the object; at tolerances from [`COARSE`] on
+/// Longest steps of the integration: under a gauge at the clamp, over D, and elsewhere, over the way to the object; at tolerances from [`COARSE`] on
 /// so many times as long.
 const STEPS: [f64; 2] = [1.0 / 200.0, 1.0 / 36.0];
 const COARSE: (f64, [f64; 2]) = (1e-6, [5.0, 2.0]);
@@ -36,6 +36,8 @@ pub(super) struct Load {
     pub through: [f64; 2],
     /// Mean strain of the rod's fibre under the gauge, positive as on the contact side.
     pub strain: f64,
+    /// Whether the strain of the skin is asked for, not only where the base stands.
+    pub fine: bool,
 }
 
 /// Direction and place, ψ, x, y, and ∫ ds of the rod's fibre, of it as the skin shows it, and of what the skin shows beside it.
@@ -80,7 +82,7 @@ impl Base {
         setup: &Setup,
         shared: &Shared,
         (chart, tolerance): (Option<&Chart>, f64),
-        &Load { force, angle, arc, through, strain }: &Load,
+        &Load { force, angle, arc, through, strain, fine }: &Load,
     ) -> Option<(Self, Seen)> {
         let (model, foil) = (&setup.model, shared.foil);
         if foil.is_none() && !model.distorting {
@@ -102,7 +104,11 @@ impl Base {
             halved: if neo && model.distorting { HALVED } else { 0.0 },
             steps: {
                 let [under, elsewhere] = if tolerance >= COARSE.0 { COARSE.1 } else { [1.0; 2] };
-                [under * STEPS[0] * shared.taper.D, elsewhere * STEPS[1] * through[0]]
+                let elsewhere = elsewhere * STEPS[1] * through[0];
+                // The error goes as e^(−px/D) and the fourth power of the step.
+                let room = (0.25 * FADES * shared.gauge[0] / shared.taper.D).exp();
+                let under = under * STEPS[0] * shared.taper.D * room;
+                [if fine { under.min(elsewhere) } else { elsewhere }, elsewhere]
             },
         };
         let width = shared.gauge[1] - shared.gauge[0];

@@ -166,7 +166,10 @@ fn elliptic(m: f64) -> (f64, f64) {
 }
 
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
-const SKIN: [f64; 5] = [0.576, 7.137, -0.1616, 0.5508, -0.0084];
+const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
+
+/// p: how fast that fades away from the clamp.
+pub const FADES: f64 = 7.137;
 
 /// What sections that distort take from both sides of a neo-hookean rod, in (κR)².
 pub const HALVED: f64 = 0.55 / 4.0;
