@@ -13,6 +13,7 @@ pub mod domain;
 pub mod taps;
 
 use crate::error::{Error, InputError};
+use crate::physics::solid::is_solid;
 use crate::scene::{Contact, Geometry, Spec, Theory};
 use along::Along;
 use check::Census;
@@ -77,11 +78,15 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     if setup.gauge.second {
         return refuse("a page shows what one gauge reads", "gauge.second", "true".into(), "false");
     }
+    if let Some(foil) = setup.gauge.foil {
+        let value = format!("{} N/mm", foil.stiffness);
+        return refuse("a page shows what the bare skin reads", "gauge.foil", value, "no foil");
+    }
     let domain = Domain::new(setup, &layout)?;
     for ratios in RATIOS {
         let Some(chart) = Along::new(setup, &domain, strain, ratios)? else { break };
         let census = Census::take(setup, &domain, &chart)?;
-        if chart.ratios.is_empty() || census.strain <= strain {
+        if chart.ratios.is_empty() && !is_solid(&setup.model) || census.strain <= strain {
             return Ok(Baked { domain, chart, census });
         }
     }

@@ -136,7 +136,7 @@ fn of_sections<'a>(
     solid::fits(sections, &spec)?;
     let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);
-    spec.warnings.extend(solid::doubts(&spec));
+    spec.warnings.extend(solid::doubts(sections, &spec));
     Ok(spec)
 }
 

@@ -125,7 +125,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
 }
 
 /// Where the numbers of a solid have not been tested.
-pub(super) fn doubts(spec: &Spec) -> Vec<String> {
+pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let Setup { model, gauge, .. } = &spec.study.setup;
     let columns = [Column::BaseDiameter, Column::TipDiameter, Column::GaugePosition, Column::Distance];
     let [Some(base), Some(tip), Some(place), Some(a)] = columns.map(|column| ends(spec, column)) else {
@@ -134,7 +134,8 @@ pub(super) fn doubts(spec: &Spec) -> Vec<String> {
     let mut all = Vec::new();
     let held = model.clamp != Clamp::Rigid;
     let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/model.md §8)")));
-    let near = a[0] < 1.8 * base[1];
+    // A rig that is read from a calibration has no distances of its own.
+    let near = a[0] < 1.8 * base[1] && sections.section("tap").written("a").is_some();
     say(
         held && near,
         "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
