@@ -66,7 +66,7 @@ pub fn read(py: Python<'_>, asked: &Asked, listed: Option<Listed<'_>>) -> PyResu
         None => asked.read(spec::parse),
         Some((tuples, leaning, directions)) => {
             let mut spec = asked.read(spec::parse_listed)?;
-            taps::refuse(&spec.study.setup.model, leaning)?;
+            taps::refuse(&spec.study.setup, leaning)?;
             spec.study.setup.directions = directions;
             let kind = spec.study.setup.drive;
             let name = |column: Column| column.name(kind).to_owned();

@@ -16,7 +16,7 @@ use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
 use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
-use vibrissa::scene::{BackendChoice, Model, RunOptions, Setup};
+use vibrissa::scene::{BackendChoice, RunOptions, Setup};
 use vibrissa::spec;
 use vibrissa::status::Status;
 
@@ -131,16 +131,16 @@ fn doubts(setup: &Setup, n: usize, tap: impl Fn(usize) -> Tuple + Sync) -> Doubt
 impl Taps {
     /// Refuses poles of which there is no model with this contact.
     fn allowed(&self, py: Python<'_>, leaning: [bool; 2]) -> PyResult<()> {
-        refuse(&self.taps.setup().model, leaning).map_err(|e| raise(py, e))
+        refuse(self.taps.setup(), leaning).map_err(|e| raise(py, e))
     }
 }
 
-/// Refuses poles that tilt, and lean, where `model` is none of them.
+/// Refuses poles that tilt, and lean, where `setup` has no taps at them.
 ///
 /// # Errors
 /// Why.
-pub fn refuse(model: &Model, leaning: [bool; 2]) -> Result<(), Error> {
-    let Some(why) = model.forbids(leaning) else { return Ok(()) };
+pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), Error> {
+    let Some(why) = setup.forbids(leaning) else { return Ok(()) };
     let key = if leaning[0] { "tilt" } else { "lean" };
     Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\"").into())
 }

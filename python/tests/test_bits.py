@@ -126,10 +126,11 @@ def random_taps(n=400):
     return pd.DataFrame(g.uniform(low, high, (n, 7)), columns=columns)
 
 
-MODELS = [{}, dict(surface=True, shear=True, extension=True, material={"neo-hookean": 3.2}, contact={"coulomb": 0.3})]
+MODELS = [{}, dict(surface=True, shear=True, extension=True, material={"neo-hookean": 3.2}, contact={"coulomb": 0.3}),
+          dict(solid=True, pole_radius=3, material={"neo-hookean": 3.2})]
 
 
-@pytest.mark.parametrize("model", MODELS, ids=["plain", "real"])
+@pytest.mark.parametrize("model", MODELS, ids=["plain", "real", "solid"])
 def test_listed_taps_and_strain(model, cli, tmp_path):
     taps = random_taps()
     taps.to_csv(tmp_path / "taps.csv", index=False)

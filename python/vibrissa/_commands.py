@@ -97,7 +97,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         whisker: ``D``, ``d``, ``L_a``; ``hub``.
         gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``, ``second`` (a gauge 90° round the whisker).
         tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``; ``tilt``, ``lean`` of the object's edge, degrees.
-        model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``.
+        model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``, ``clamp``, ``indentation``, ``section``, ``solid``.
         estimate: ``theory``, ``convention``, ``range``, ``K``.
         output: ``tuples``, ``designs``, ``distances`` (which tables), ``top``, ``by``, ``per`` (the best rows only).
         run: ``backend`` ("auto": a hardware adapter, else the CPU kernels; "gpu" also takes a software adapter), ``adapter``, ``precision``,

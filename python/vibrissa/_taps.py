@@ -84,7 +84,7 @@ class Tap(NamedTuple):
 
 
 _SECTION = {
-    "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "second": "gauge", "theory": "estimate",
+    "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "second": "gauge", "foil": "gauge", "theory": "estimate",
     "backend": "run", "adapter": "run", "precision": "run", "tolerance": "run", "threads": "run",
 }
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
@@ -202,7 +202,8 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         full: return a :class:`Tap` with forces, contact, K and ``status`` beside the strain.
         progress: True (a bar, if tqdm is installed) or a function of (taps done, taps).
         **model: keys of a spec's [model] (``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``,
-            ``contact``, ``material={"neo-hookean": 3.2}``), and ``hub``, ``side``, ``second``, ``strain_limit``, ``theory``,
+            ``contact``, ``material={"neo-hookean": 3.2}``, ``clamp``, ``indentation``, ``section``, ``solid``), and ``hub``, ``side``, ``second``,
+            ``foil={"stiffness": 100, "length": 6.3, "width": 2.8}`` (N/mm, mm), ``strain_limit``, ``theory``,
             ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f32"), ``tolerance`` (1e-5 in f32), ``threads``.
 
     Returns:

@@ -252,7 +252,7 @@ impl Evaluator<'_> {
         let mut open: Vec<(usize, Trial<'_>)> =
             begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
         let chart = match &self.method {
-            Method::Fast { rungs, .. } => rungs.last().and_then(|rung| rung.chart().cloned()),
+            Method::Fast { rungs, .. } => rungs.first().and_then(|rung| rung.chart().cloned()),
             Method::Reference => None,
         };
         let told = (chart.as_ref(), tolerance);

@@ -303,7 +303,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
     }
     if let Some(robust) = &search.robust {
         let leaning = [Column::Tilt, Column::Lean].map(|column| robust.sd[column as usize] > 0.0);
-        if let Some(why) = spec.study.setup.model.forbids(leaning) {
+        if let Some(why) = spec.study.setup.forbids(leaning) {
             let item = sections.section("optimise").get("robust")?;
             return Err(item
                 .error(why)

@@ -199,6 +199,29 @@ fn kernels_are_the_reference() {
 }
 
 #[test]
+fn a_calibration_tells_where_the_clamp_holds_the_whisker() {
+    let rig = |c0: &str| {
+        let model = format!("[model]\nclamp = {c0}\nshear = true\nsurface = true");
+        spec("0", "contact", "noise_strain = 1e-6", "theta = [2, 6]", &model)
+            .replace("[5, 8]", "5")
+            .replace("[4, 10]", "4")
+            .replace("[21, 33, 48]", "{ from = 21, to = 48, steps = 8 }")
+    };
+    let desk = Desk::new(&rig("-0.05"));
+    desk.run(&["simulate", "spec.toml", "--out", "data", "--quiet"]).exits(0);
+    desk.write("known.toml", rig("0.054"));
+    let fit = ["calibrate", "data/measurements.csv", "--whisker", "known.toml", "--fit", "c0", "--out", "c"];
+    desk.run(&fit).exits(0);
+    let text = desk.read("c/calibration.toml");
+    let found = text.lines().find_map(|line| line.strip_prefix("c0 = ")).expect("c0");
+    assert!((found.parse::<f64>().unwrap() + 0.05).abs() < 2e-3, "{found}");
+    desk.write("rigid.toml", rig("\"rigid\""));
+    let fit = ["calibrate", "data/measurements.csv", "--whisker", "rigid.toml", "--fit", "c0", "--out", "d"];
+    let told = desk.run(&fit).exits(2).stderr;
+    assert!(told.contains("c0") && told.contains("0.054"), "{told}");
+}
+
+#[test]
 fn what_no_solid_can_have_is_refused() {
     let foil = "foil = { stiffness = 100, length = 6.3, width = 2.8 }";
     let angle = "theta = 5";

@@ -47,6 +47,14 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// Why there are no taps at poles that tilt, or lean; `None` where there are (model §6, §8).
+    pub fn forbids(&self, leaning: [bool; 2]) -> Option<&'static str> {
+        match self.gauge.foil {
+            Some(_) if leaning.contains(&true) => Some("a foil has been computed for upright edges only"),
+            _ => self.model.forbids(leaning),
+        }
+    }
+
     /// With this law of the material; moduli in MPa.
     pub fn material(mut self, material: Material) -> Self {
         self.model.material = material;
