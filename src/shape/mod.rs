@@ -80,7 +80,6 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     }
     let tilt = if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y };
     let height = if model.surface { taper.radius(arc) } else { 0.0 };
-    let k = Held::new(model).shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
     let rod = Rod {
         model,
         taper,
@@ -88,7 +87,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         arc,
         force: -normal * tilt + tangential * DVec2::new(tilt.y, -tilt.x),
         point: DVec2::new(0.0, height),
-        compliance: if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 },
+        compliance: Held::new(model).shear_compliance(model),
         start: shared.start,
         foil: shared.foil,
     };

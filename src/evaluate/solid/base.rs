@@ -3,7 +3,7 @@
 use crate::design::Shared;
 use crate::kernel::Chart;
 use crate::physics::section::SectionLaw;
-use crate::physics::solid::{FADES, HALVED, distorted};
+use crate::physics::solid::{FADES, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
 use crate::scene::{Material, Setup, Side};
 
@@ -58,6 +58,8 @@ struct Loaded<'a> {
     through: [f64; 2],
     side: f64,
     halved: f64,
+    /// 1/(kG), 1/MPa.
+    compliance: f64,
     /// Longest steps under the gauge and elsewhere, mm.
     steps: [f64; 2],
 }
@@ -102,6 +104,7 @@ impl Base {
             through,
             side: if setup.gauge.side == Side::Far { -1.0 } else { 1.0 },
             halved: if neo && model.distorting { HALVED } else { 0.0 },
+            compliance: Held::new(model).shear_compliance(model),
             steps: {
                 let [under, elsewhere] = if tolerance >= COARSE.0 { COARSE.1 } else { [1.0; 2] };
                 let elsewhere = elsewhere * STEPS[1] * through[0];
@@ -188,8 +191,7 @@ impl Loaded<'_> {
         let strain = self.deform(n, moment / (r * r * r))?;
         let stretch = if model.extension { strain[0] } else { 0.0 };
         let e = model.material.e0();
-        let slide =
-            if model.shear { shear * self.shear_compliance() / (std::f64::consts::PI * r * r) } else { 0.0 };
+        let slide = shear * self.compliance / (std::f64::consts::PI * r * r);
         let [plain, shown, beside] = match (under, model.distorting) {
             (false, _) => [0.0; 3],
             (true, false) => [strain[0] - self.side * strain[1]; 3],
@@ -210,13 +212,6 @@ impl Loaded<'_> {
             shown,
             beside,
         ])
-    }
-
-    fn shear_compliance(&self) -> f64 {
-        let model = &self.setup.model;
-        let k =
-            crate::physics::solid::Held::new(model).shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
-        2.0 * (1.0 + model.nu) / (k * model.material.e0())
     }
 
     /// e₀ and κR under n and m, MPa: as the kernel's chart has them, or beyond it the law itself.

@@ -61,17 +61,21 @@ impl Held {
         self.c0 * taper.D
     }
 
+    /// 1/(kG) of `model`, 1/MPa; 0 without shear. k is that of model §3 in proportion.
+    pub fn shear_compliance(&self, model: &Model) -> f64 {
+        let k = self.shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
+        if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 }
+    }
+
     /// How far the contact at `a` gives way along its normal, mm/N, beside what the rod does.
     fn compliance(&self, taper: &Taper, model: &Model, a: f64) -> f64 {
         let Some([b, c]) = self.rest else { return 0.0 };
         let e = model.material.e0();
-        let k = self.shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
-        let g = e / (2.0 * (1.0 + model.nu));
         let [from, to] = [b, self.c0].map(|x| x * taper.D);
         // ∫ ds/(π R²) of a cone.
         let slack = (to - from) / (PI * taper.radius(from) * taper.radius(to));
         let cos = taper.cos_alpha();
-        cos * cos * slack / (k * g) + c / (e * taper.radius(a))
+        cos * cos * slack * self.shear_compliance(model) + c / (e * taper.radius(a))
     }
 }
 

@@ -110,12 +110,7 @@ impl<'a> Shooter<'a> {
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
         let RodProblem { taper, model, distance: a, .. } = *problem;
         let e0 = model.material.e0();
-        let shear_compliance = if model.shear {
-            let k = Held::new(model).shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
-            2.0 * (1.0 + model.nu) / (k * e0)
-        } else {
-            0.0
-        };
+        let shear_compliance = Held::new(model).shear_compliance(model);
         let (hub, unit, deflection) = match problem.drive {
             Drive::Angle => (problem.hub, 1.0, a + problem.hub),
             Drive::Displacement => (0.0, a, a),
