@@ -73,7 +73,7 @@ impl Read {
             &Seen {
                 nearest: shared.gauge[0] / nearest,
                 farthest: largest(&|t| t.arc) / L_a,
-                strain: largest(&Outcome::magnitude),
+                strain: shared.borne(largest(&Outcome::magnitude), &setup.gauge),
                 reading: largest(&|t| t.magnitude() / t.cosine()),
                 force: largest(&|t| t.normal_force),
                 unsolved: unsolved as f64 / taps.len() as f64,

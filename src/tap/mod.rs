@@ -277,9 +277,10 @@ fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
 }
 
 fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
-    let least = samples.iter().filter_map(|s| s.row.strain_max()).fold(f64::INFINITY, f64::min);
     let name = write::unit(setup).0;
     let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
+    // Of the skin, which a foil reads less of.
+    let least = setup.gauge.strain_limit * (1.0 + over);
     InputError::new(format!(
         "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
         1.0 + over

@@ -43,6 +43,8 @@ pub struct Tap {
     pub length: f64,
     /// x1, mm.
     pub near: f64,
+    /// Largest |reading| of the gauge.
+    pub limit: f64,
 }
 
 /// Words that say why there are no values.
@@ -68,7 +70,7 @@ pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bo
 
 /// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
 fn alike(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
-    let limit = setup.gauge.strain_limit;
+    let limit = tap.limit;
     let strain = expected.magnitude();
     let edges = [
         (Status::SLIPPED_OFF, (expected.arc - tap.length).abs() <= bound * tap.length),

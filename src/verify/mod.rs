@@ -198,5 +198,6 @@ fn facts(setup: &Setup, design: &Design, tuple: &Tuple) -> compare::Tap {
         least: 1e-3 * shared.map_or(0.0, |s| s.peak) * amount(setup.drive, tuple.drive),
         length: tuple.L_a,
         near: shared.map_or(0.0, |s| s.gauge[0]),
+        limit: shared.map_or(setup.gauge.strain_limit, |s| s.strain_limit(&setup.gauge)),
     }
 }

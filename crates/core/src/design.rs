@@ -50,6 +50,11 @@ impl Shared {
         gauge.foil.and_then(|foil| foil.strain_limit).map_or(skin, |limit| skin.min(limit))
     }
 
+    /// The strain of the bare skin that a `reading` stands for, or what is to the skin's limit as it is to the foil's own.
+    pub fn borne(&self, reading: f64, gauge: &Gauge) -> f64 {
+        if self.foil.is_none() { reading } else { reading * gauge.strain_limit / self.strain_limit(gauge) }
+    }
+
     /// The strain curve of the rod from where its clamp holds it, in lengths from there.
     pub fn rod(&self) -> StrainCurve {
         let StrainCurve { taper, gauge, hub, drive, shear, .. } = self.model;
