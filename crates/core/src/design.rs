@@ -83,7 +83,9 @@ impl Design {
         let foil = setup.gauge.foil.map(bonded);
         let carried =
             |foil: &Bonded| foil.span[0] >= -ROUNDING * L_a && foil.span[1] <= L_a * (1.0 + ROUNDING);
-        let shared = (is_whisker(&tuple) && held && foil.as_ref().is_none_or(carried)).then(|| {
+        // A grid may be too short to have two ends.
+        let grid = gauge[0] < gauge[1];
+        let shared = (is_whisker(&tuple) && grid && held && foil.as_ref().is_none_or(carried)).then(|| {
             let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
             let shear = shear_length2(&taper, setup.model.nu);
             let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
