@@ -162,6 +162,7 @@ impl Framing {
             (x_ss + l, L_a),
             (a, L_a),
             (zero, far),
+            (x1, x2),
             (of(RESTS[0]), v),
             (v, of(RESTS[1])),
             (of(SURE) * a * highest, v * n * t * here),
