@@ -6,12 +6,15 @@
 //! spares it most taps. [`explain`] compares the effects of a model, [`verify`]
 //! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
 //! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C or Python, [`simulate`] makes synthetic ones.
-//! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only.
+//! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
+//! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`.
 //! `docs/architecture.md` says where a thing belongs.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
+pub use vibrissa_chart as chart;
 pub use vibrissa_core::{design, error, estimate, excerpt, physics, reduce, scene, status};
+pub use vibrissa_evaluate::{curve, evaluate, progress, statistics};
 pub use vibrissa_kernel as kernel;
 
 pub mod api;
@@ -19,11 +22,8 @@ pub mod backend;
 #[cfg(feature = "bench")]
 pub mod bench;
 pub mod calibrate;
-pub mod chart;
 pub mod contour;
-pub mod curve;
 pub mod estimator;
-pub mod evaluate;
 pub mod explain;
 #[cfg(feature = "files")]
 pub mod explore;
@@ -40,7 +40,6 @@ pub mod optimise;
 #[cfg(feature = "report")]
 pub mod page;
 pub mod plan;
-pub mod progress;
 #[cfg(feature = "files")]
 pub mod reference;
 #[cfg(feature = "report")]
@@ -50,7 +49,6 @@ pub mod simulate;
 pub mod sink;
 #[cfg(feature = "files")]
 pub mod spec;
-pub mod statistics;
 pub mod sweep;
 pub mod tap;
 pub mod taps;

@@ -1,4 +1,4 @@
-// Ranked rows of whole designs, read from charts: an invocation takes some designs, one after the other. Twin of src/chart/lanes, where the derivation
+// Ranked rows of whole designs, read from charts: an invocation takes some designs, one after the other. Twin of crates/chart/src/lanes, where the derivation
 // stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text give their sizes (crates/kernel/src/gpu/ranking/shader.rs).
 
 struct Job {

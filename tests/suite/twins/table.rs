@@ -262,7 +262,7 @@ pub const WGSL_ONLY: &[(&str, &str)] = &[
 ];
 
 /// Why no function of the ranking is compared by its text.
-const RANKING: &str = "`src/chart/lanes` goes through a pack of designs; every device compares its ranks with it, in `gpu/ranking/check.rs`";
+const RANKING: &str = "`crates/chart/src/lanes` goes through a pack of designs; every device compares its ranks with it, in `gpu/ranking/check.rs`";
 
 /// Functions of Rust without a twin.
 pub const RUST_ONLY: [(&[&str], &str); 5] = [

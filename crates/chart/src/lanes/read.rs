@@ -1,9 +1,9 @@
 //! Reading a sparse series in lanes.
 
 use super::{Lanes, ORDERS};
-use crate::chart::axis::AXES;
-use crate::chart::series::Series;
+use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
+use crate::series::Series;
 
 /// Most products: any pair of orders, and a power of two, so that a place needs no check.
 const MOST_PRODUCTS: usize = 256;

@@ -2,11 +2,11 @@
 
 use super::rows::{LARGEST, MOST};
 use super::{Charted, Distance, Tables};
-use crate::chart::axis::{AXES, Quantity};
-use crate::chart::distance::{Function, lobatto, matrix_at};
-use crate::chart::scope::Scope;
-use crate::chart::series::Series;
+use crate::axis::{AXES, Quantity};
+use crate::distance::{Function, lobatto, matrix_at};
 use crate::kernel::ranking::{HEAD, Sheet};
+use crate::scope::Scope;
+use crate::series::Series;
 
 /// Orders over the drive that go together.
 const GROUP: usize = 4;

@@ -16,6 +16,10 @@
 //! A [`ranker::Ranker`] ranks sweeps by them, a [`reader::Reader`] reads single taps for tables and searches. What lies outside the charts is
 //! solved. `vibrissa chart` writes them as JSON ([`document`]).
 
+use vibrissa_core::{design, error, estimate, physics, reduce, scene, status};
+use vibrissa_evaluate::{evaluate, progress, statistics};
+use vibrissa_kernel as kernel;
+
 pub mod adaptive;
 pub mod axis;
 pub mod beside;

@@ -5,8 +5,8 @@
 
 use super::Lanes;
 use super::read::{Flat, Values, dot};
-use crate::chart::axis::AXES;
-use crate::chart::distance::{FUNCTIONS, lobatto, matrix_at};
+use crate::axis::AXES;
+use crate::distance::{FUNCTIONS, lobatto, matrix_at};
 
 /// Most branches of a contact with friction.
 const MOST_BRANCHES: usize = 5;

@@ -1,9 +1,9 @@
-//! Taps at many distances from those at a few charts, and their statistics as forms: see [`crate::chart::between`].
+//! Taps at many distances from those at a few charts, and their statistics as forms: see [`crate::between`].
 
 use super::rows::Rows;
 use super::tap::Taps;
 use super::{Lanes, ORDERS, Tables};
-use crate::chart::between;
+use crate::between;
 
 /// Distances that are read together.
 const TOGETHER: usize = 4;

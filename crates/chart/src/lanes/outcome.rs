@@ -4,8 +4,8 @@ use super::choice::Choice;
 use super::dispatch::{Work, best};
 use super::read::Products;
 use super::{Charted, LANES, Lanes};
-use crate::chart::axis::AXES;
-use crate::chart::distance::{DistanceChart, FUNCTIONS};
+use crate::axis::AXES;
+use crate::distance::{DistanceChart, FUNCTIONS};
 use crate::kernel::cpu::Pack;
 use crate::scene::Drive;
 

@@ -5,7 +5,7 @@ use super::Tables;
 use super::edges::Edges;
 use super::read::{Products, Values};
 use super::tap::Taps;
-use crate::chart::axis::AXES;
+use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 
 /// Memory of a pack, used again by the next.

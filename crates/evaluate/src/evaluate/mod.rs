@@ -256,7 +256,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Bound on the strain error; 0 of the reference.
-    pub(crate) fn tolerance(&self) -> f64 {
+    pub fn tolerance(&self) -> f64 {
         match &self.method {
             Method::Fast { tolerance, .. } => *tolerance,
             Method::Reference => 0.0,

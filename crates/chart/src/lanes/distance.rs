@@ -2,9 +2,9 @@
 
 use super::read::{self, Flat, Products, Values};
 use super::{Lanes, ORDERS, affine, wide};
-use crate::chart::axis::{AXES, Axis, Map, Quantity};
-use crate::chart::build::Built;
-use crate::chart::distance::{DistanceChart, FUNCTIONS, Function};
+use crate::axis::{AXES, Axis, Map, Quantity};
+use crate::build::Built;
+use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
@@ -115,7 +115,7 @@ impl Charted {
         y.mul_add(scale, shift)
     }
 
-    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::chart::gauge`]).
+    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).
     #[inline(always)]
     fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
         let of = Lanes::<FMA>::of;

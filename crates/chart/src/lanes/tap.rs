@@ -3,7 +3,7 @@
 use super::read::{Values, dot};
 use super::theory::{Growth, Whisker};
 use super::{Charted, Lanes, ORDERS, Tables};
-use crate::chart::axis::AXES;
+use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
 

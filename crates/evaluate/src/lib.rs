@@ -1,0 +1,10 @@
+//! What becomes of taps: outcomes and their statuses ([`evaluate`]), strain over the distance at one drive ([`curve`]), rows of a design
+//! ([`statistics`]). Taps are solved by the kernels, or read from a [`evaluate::Source`].
+
+use vibrissa_core::{design, error, estimate, physics, reduce, scene, status};
+use vibrissa_kernel as kernel;
+
+pub mod curve;
+pub mod evaluate;
+pub mod progress;
+pub mod statistics;
