@@ -2,7 +2,7 @@
 
 use super::dispatch::{Part, apart};
 use super::estimate::Floor;
-use super::rows::{LARGEST, MOST, Rows};
+use super::rows::{MOST, Rows};
 use super::tally::{Tally, sum};
 use super::words::Decided;
 use super::{Found, LANES, Lanes, Scratch, Tables};
@@ -56,7 +56,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let (taps, edges, rootless) = (&scratch.taps, &mut scratch.edges, &mut scratch.rootless);
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
-        let most = Pack::splat(if OWN { MOST } else { LARGEST });
+        let most = Pack::splat(if OWN { MOST } else { tables.largest() });
         let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
         edges.clear();
         // First drive at which any tap of the design has slipped: from there its rows are not complete.

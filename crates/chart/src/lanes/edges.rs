@@ -5,8 +5,9 @@ use super::tap::Tap;
 use super::{Angle, Distance, LANES, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 
-/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error.
+/// Repetitions after which a drive is known to rounding: each leaves some hundredths of the error, and up to a fifth where the skin gives way.
 const REPEATS: usize = 5;
+const REPEATS_YIELDING: usize = 10;
 
 /// Places of the drives from which a tap is above the strain limit, and has slipped off.
 #[derive(Clone, Copy)]
@@ -68,7 +69,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.stroke.drive));
         let linear = limit / tap.strain;
         let mut drive = linear;
-        for _ in 0..REPEATS {
+        for _ in 0..if tables.fourth { REPEATS_YIELDING } else { REPEATS } {
             drive = drive.max(ends[0]).min(ends[1]);
             let (x, power) = tables.over_drives(drive);
             // Clenshaw's recurrence.

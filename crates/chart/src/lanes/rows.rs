@@ -12,7 +12,17 @@ use crate::scene::Tuple;
 pub(super) const MOST: f32 = 0.95;
 
 /// Largest deviation of the strain for which it is taken to grow with the drive.
-pub(super) const LARGEST: f32 = 0.3;
+const LARGEST: f32 = 0.3;
+
+/// The same where the skin gives way: its share of the deviation falls with the drive.
+const YIELDING: f32 = 0.7;
+
+impl Tables {
+    /// Largest deviation of the strain, over drives that designs share, for which it is taken to grow with the drive.
+    pub(super) fn largest(&self) -> f32 {
+        if self.fourth { YIELDING } else { LARGEST }
+    }
+}
 
 /// Statistics of a pack over its distances.
 pub(super) struct Rows<T> {

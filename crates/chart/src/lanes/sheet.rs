@@ -1,6 +1,6 @@
 //! Charts as numbers for a device: what [`Tables`] holds, in the order that `shaders/ranking` reads.
 
-use super::rows::{LARGEST, MOST};
+use super::rows::MOST;
 use super::{Charted, Distance, Tables};
 use crate::axis::{AXES, Quantity};
 use crate::distance::{Function, lobatto, matrix_at};
@@ -120,7 +120,7 @@ impl Tables {
             noise: self.noise,
             fixed: self.fixed,
             elongation: self.elongation,
-            largest: if self.angles.is_empty() || self.apart { MOST } else { LARGEST },
+            largest: if self.angles.is_empty() || self.apart { MOST } else { self.largest() },
             by: self.by,
             per: self.per,
         }
