@@ -140,8 +140,9 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         held && near,
         "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
     );
-    let slender = tip[0] < 0.2 * base[1] || tip[1] > 1.05 * base[0];
-    say(held && slender, "[model] clamp has been tested for d/D of 0.2 … 1.2");
+    let slender = tip[0] < 0.1 * base[1] || tip[1] > 1.2 * base[0];
+    say(held && slender, "[model] clamp has been tested for d/D of 0.1 … 1.2");
+    say(held && model.nu < 0.3, "[model] clamp has been tested for nu of 0.3 … 0.5");
     say(
         held && !model.shear,
         "[model] clamp was fitted to a rod with shear = true: without it θ per newton is some percent off",
@@ -163,7 +164,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         let relative = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
         say(
             relative(foil.width, [0.22, 0.34]),
-            "[gauge] foil has been fitted to a width of 0.28 D: with 0.15 … 0.5 D the reading may be off by 13 %, the angle by 6 %",
+            "[gauge] foil has been fitted to a width of 0.28 D: with 0.15 … 0.5 D the reading may be off by 12 %, the angle by 1 %",
         );
         say(relative(foil.length, [0.4, 1.0]), "[gauge] foil has been fitted to lengths of 0.4 … 1 D");
         let share = foil.stiffness / model.material.e0();
