@@ -178,13 +178,17 @@ class Finite:
         return np.hypot(np.diff(px), np.diff(py)).sum() / l - 1
 
 
+# Small steps, or Newton leaves the solution.
+STEPS = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]
+
+
 def main(out, quick=False):
     rows = []
     jobs = [("coarse", 10.0, 21.0, 2, 1.4), ("coarse", 4.0, 21.0, 2, 1.4), ("coarse", 10.0, 33.0, 2, 1.4), ("coarse", 4.0, 33.0, 2, 1.4), ("fine", 10.0, 21.0, 3, 1.0)]
     for mesh, d, a, n, fine in jobs[:1] if quick else jobs:
         solver = Finite(Whisker(d=d), a, n, fine)
         start = time.time()
-        for angle, force, near, far, its, miss in solver.tap(3.0, 1.0 if quick else 10.0, [0.5, 1.0, 3.0, 5.0, 10.0]):
+        for angle, force, near, far, its, miss in solver.tap(3.0, 1.0 if quick else 10.0, STEPS):
             print(mesh, d, a, angle, force, near, far, its, miss, solver.u.N, round(time.time() - start), flush=True)
             rows.append(dict(mesh=mesh, unknowns=len(solver.keep), D_mm=10.0, d_mm=d, a_mm=a, pole_radius_mm=3.0, theta_deg=angle, normal_force_N=force, strain_contact=near, strain_far=far))  # fmt: skip
             tables.write(pathlib.Path(out) / "finite.csv", rows)

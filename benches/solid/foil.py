@@ -141,7 +141,7 @@ def main(out, quick=False):
                             theta_change_3d=float(change[i]), theta_change_reduced=float(stiffening(w, stiffness, length, a)),
                         )
                     )  # fmt: skip
-        tables.write(pathlib.Path(out) / "foil.csv", rows)
+            tables.write(pathlib.Path(out) / "foil.csv", rows)
 
 
 if __name__ == "__main__":

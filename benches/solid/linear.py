@@ -70,11 +70,12 @@ def main(out, quick=False):
             for a in distances:
                 if a < 0.97 * L_a:
                     rows += case(Whisker(d=d, L_a=L_a, nu=nu), a)
+                    tables.write(out / "linear.csv", rows)
     for how, socket in CLAMPS[2::3] if quick else CLAMPS[1:]:
         for d in (4.0, 10.0) if quick else (1.0, 4.0, 7.0, 10.0, 12.0):
             for a in distances:
                 rows += case(Whisker(d=d), a, how, socket)
-    tables.write(out / "linear.csv", rows)
+                tables.write(out / "linear.csv", rows)
     # The same taps on three meshes: what the mesh leaves.
     for d in (4.0, 10.0):
         for a in (21.0, 48.0):

@@ -104,7 +104,7 @@ def foils(out, say):
     fine = [r for r in rows if r["mesh"] == "fine"] or rows
     for width in sorted({r["foil_width_mm"] for r in fine}):
         part = [r for r in fine if r["foil_width_mm"] == width]
-        say(f"Foil of width {width:g} mm: T 3-D over solid.md: {span(r['T_3d_over_reduced'] for r in part)}; theta, 3-D over reduced: {span((1 + r['theta_change_3d']) / (1 + r['theta_change_reduced']) for r in part)}")  # fmt: skip
+        say(f"Foil of width {width:g} mm: T 3-D over the reduced model without its width: {span(r['T_3d_over_reduced'] for r in part)}; theta, 3-D over reduced: {span((1 + r['theta_change_3d']) / (1 + r['theta_change_reduced']) for r in part)}")  # fmt: skip
     # A width law: 1 / T - 1 = S / (E lambda); lambda = lambda_2.8 (width / 2.8)^(-g), g a quadratic in y.
     one = [r for r in fine if r["a_mm"] == 33.0]
 
