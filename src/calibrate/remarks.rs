@@ -73,9 +73,11 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
             ));
         }
         all.extend(end_stop(data, taps, s));
+        // A foil reads some twentieth of what f is the strain of.
+        let about_one = rig.known && rig.setup.gauge.foil.is_none();
         if let Some(k) = s
             .mean_k()
-            .filter(|k| data.unit.is_strain() && s.recorded && rig.known && !(0.33..3.0).contains(k))
+            .filter(|k| data.unit.is_strain() && s.recorded && about_one && !(0.33..3.0).contains(k))
         {
             let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
             all.push(format!(

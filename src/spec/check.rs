@@ -115,7 +115,8 @@ pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
         let allowed = "\"frictionless\", or add extension = true to [model]";
         return Err(("contact", why.into(), allowed.into()));
     }
-    if rubs && let Some((term, why)) = TERMS.iter().filter(on).find_map(|t| Some((t, t.frictionless?))) {
+    if rubs && let Some((term, why)) = TERMS.iter().rev().filter(on).find_map(|t| Some((t, t.frictionless?)))
+    {
         let off = format!("{} = {}", term.key, term.off());
         return Err((
             "contact",

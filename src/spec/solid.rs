@@ -4,7 +4,7 @@ use super::check::{LENGTH, STRAIN_LIMIT, domain};
 use super::keys;
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Setup, Spec, TERMS, Term};
+use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Material, Setup, Spec, TERMS, Term};
 
 /// Defaults of `[model]` with `solid = true`.
 pub(super) const ALL: &str = r#"[model]
@@ -107,10 +107,17 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     let [Some(length), Some(place), Some(grid)] = columns.map(|column| ends(spec, column)) else {
         return Ok(());
     };
+    if sections.section("optimise").written("variables").is_some() {
+        return Ok(()); // Designs of a search that do not carry it are no whiskers.
+    }
     let half = 0.5 * foil.length;
     let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
     let item = sections.section("gauge").get("foil")?;
     let wrong = match () {
+        () if foil.length < grid[0] => format!(
+            "a foil of {} mm is shorter than its grid of {} mm: is it written in metres?",
+            foil.length, grid[0]
+        ),
         () if farthest < half => format!(
             "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
             foil.length
@@ -152,6 +159,21 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         Clamp::Glued => 0.45,
         _ => f64::INFINITY,
     };
+    let poles = [0.15 * tip[0].min(base[0]), 1.5 * base[1]];
+    say(
+        model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius),
+        "[model] indentation has been tested for pole radii of 0.3 to 3 times that of the whisker at the contact",
+    );
+    let over = sections.section("tap").written("a").is_some() && a[0] - place[1] < 1.2 * base[1];
+    say(
+        model.distorting && over,
+        "[model] section = \"distorting\" has been tested for contacts of at least 1.2 D beyond x_ss: nearer ones may be off by some percent",
+    );
+    let law = matches!(model.material, Material::Hooke(_) | Material::NeoHookean(_));
+    say(
+        model.distorting && !law,
+        "[model] section = \"distorting\" has been tested with hooke and neo-hookean only",
+    );
     say(
         model.distorting && near.is_infinite(),
         "[model] section = \"distorting\" has been tested for bonded and glued clamps only",

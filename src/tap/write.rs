@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, RankBy, Setup, Spec, Study, Theory};
+use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
@@ -163,7 +163,13 @@ pub fn why(
         LimitedBy::Bound => format!("The {end} {name} of the interval is best: {trend}."),
         LimitedBy::Strain => format!(
             "The strain limit of {} binds at {:.4}{unit}; without it {:.4}{unit}{} would be best.",
-            setup.gauge.strain_limit,
+            match setup.gauge.foil {
+                Some(Foil { strain_limit: Some(own), .. }) => {
+                    format!("{} (of the skin) or {own} (of the foil)", setup.gauge.strain_limit)
+                }
+                Some(_) => format!("{} (of the skin; the foil reads less)", setup.gauge.strain_limit),
+                None => setup.gauge.strain_limit.to_string(),
+            },
             optimum.drive,
             unconstrained.drive,
             if ends.contains(&unconstrained.drive) { ", where the interval ends," } else { "" }

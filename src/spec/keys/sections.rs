@@ -72,7 +72,12 @@ pub const TUPLES: Section = section(
 
 const GEOMETRY: Key = key("geometry", "", "the exact rod, or the linear theory", "\"linear\"")
     .note("\"linear\" takes only shear, nu, hub, side and a hooke material");
-const NU: Key = key("nu", "", "Poisson's ratio, which enters shear only", "0.49");
+const NU: Key = key(
+    "nu",
+    "",
+    "Poisson's ratio, which enters shear, and with clamp or indentation how the solid gives way",
+    "0.49",
+);
 const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
     .note("stick and coulomb need extension = true and pole_radius = 0");
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")

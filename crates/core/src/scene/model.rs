@@ -99,7 +99,7 @@ pub struct Model {
     pub surface: bool,
     /// Radius ρ ≥ 0 of the object, mm.
     pub pole_radius: f64,
-    /// Poisson's ratio ν, 0…0.5; enters shear only.
+    /// Poisson's ratio ν, 0…0.5; enters shear, and how a solid gives way.
     pub nu: f64,
     /// Friction.
     pub contact: Contact,

@@ -187,7 +187,9 @@ impl<'a> Trial<'a> {
                 known = if foil { 1.0 } else { (10.0 * apart.abs()).min(1.0) };
             }
         }
-        let rough = at[1] * at[1] + solution.strain.abs() + base.turned().abs() / angle;
+        // Along a thick pole the contact moves by ρ for each rad.
+        let moved = self.setup.model.pole_radius * angle / at[0];
+        let rough = at[1] * at[1] + moved + solution.strain.abs() + base.turned().abs() / angle;
         if (g - 1.0).abs() * rough * known > SHARE * told.1 {
             return Turn::Next;
         }

@@ -79,7 +79,7 @@ impl Base {
         [share * self.place[0] + x * cos - y * sin, share * self.place[1] + x * sin + y * cos]
     }
 
-    /// The base, and what the skin shows, of a rod under `load`. `None` where the material ends.
+    /// The base, and what the skin shows, of a rod under `load`. `None` where the material ends, or the rod has no contact.
     pub(super) fn reached(
         setup: &Setup,
         shared: &Shared,
@@ -87,6 +87,9 @@ impl Base {
         &Load { force, angle, arc, through, strain, fine }: &Load,
     ) -> Option<(Self, Seen)> {
         let (model, foil) = (&setup.model, shared.foil);
+        if !(arc > 0.0) {
+            return None; // The rod's contact lies behind its base.
+        }
         if foil.is_none() && !model.distorting {
             return Some((Self::UNMOVED, None));
         }
