@@ -87,7 +87,7 @@ impl Base {
         &Load { force, angle, arc, through, strain, fine }: &Load,
     ) -> Option<(Self, Seen)> {
         let (model, foil) = (&setup.model, shared.foil);
-        if !(arc > 0.0) {
+        if arc <= 0.0 || arc.is_nan() {
             return None; // The rod's contact lies behind its base.
         }
         if foil.is_none() && !model.distorting {
