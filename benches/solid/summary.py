@@ -133,7 +133,7 @@ def foils(out, say):
                 axis.loglog(*zip(*part), colour + mark, label=f"{length:g} × {width:g} mm")
                 if width == 2.8:
                     axis.loglog([s for s, _ in part], [foil.transfer(Whisker(d=10.0), s, length) for s, _ in part], colour)
-    axis.set(xlabel="foil stiffness (N/mm)", ylabel="T: reading over bare strain", title="points: 3-D; lines: solid.md e)")
+    axis.set(xlabel="foil stiffness (N/mm)", ylabel="T: reading over bare strain", title="points: 3-D; lines: docs/model.md §8 d), 2.8 mm")
     axis.legend(fontsize=7)
     fig.tight_layout()
     fig.savefig(out / "foil.svg")
