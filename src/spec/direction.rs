@@ -3,13 +3,16 @@
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use crate::curve::both;
-use crate::scene::{Estimate, Gauge, Model, Theory};
+use crate::scene::{Contact, Estimate, Gauge, Model, Theory};
 
 /// Refuses contacts for which there is no model at the poles that tilt, and lean, where `leaning` says.
 pub(super) fn allowed(leaning: &[Option<Item<'_>>; 2], model: &Model) -> Result<()> {
     let [tilt, lean] = leaning;
     let why = model.forbids([tilt.is_some(), lean.is_some()]);
     match tilt.as_ref().or(lean.as_ref()).zip(why) {
+        Some((item, why)) if model.contact == Contact::Frictionless => {
+            Err(item.error(why).allowed("0, or that effect off in [model]"))
+        }
         Some((item, why)) => Err(item.error(why).allowed("0, or contact = \"frictionless\" in [model]")),
         None => Ok(()),
     }

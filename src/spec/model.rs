@@ -39,7 +39,9 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     model.nu = section.get("nu")?.within(&POISSON)?;
     model.contact = contact(&section.get("contact")?)?;
     if let Err((key, message, allowed)) = check::consistent(&model) {
-        return Err(section.get(key)?.error(message).allowed(allowed));
+        // What `solid = true` switched on is told where that stands.
+        let item = section.written(key).or_else(|| section.written("solid"));
+        return Err(item.map_or_else(|| section.get(key), Ok)?.error(message).allowed(allowed));
     }
     Ok(Read { model, fit, warning })
 }

@@ -208,11 +208,12 @@ pub struct Bonded {
 const TRANSFER: [f64; 12] =
     [-1.0578, 0.0075, 0.1299, 0.0304, -0.0008, 0.2012, -0.42, 0.0449, 0.0458, -0.3125, 0.2399, -0.4013];
 
-/// Width of that fit, in D; the power of the width with which 1/T − 1 grows; and that of χ, and how it falls with q. Of foils of 0.15 to 0.5 D and
-/// up to 3 E D, L 0.6 … 1 D, T is right to 12 %, the angle to 0.7 % (benches/solid; stiffer and shorter foils need finer meshes than were tried).
+/// Width of that fit, in D; the power of the width with which 1/T − 1 grows; and that of χ: of itself, and with q and the logarithm of the width. Of foils
+/// of 0.15 to 0.5 D and up to 3 E D, L 0.6 … 1 D, T is right to 12 %, the angle to 0.7 % (benches/solid; stiffer and shorter foils need finer meshes
+/// than were tried).
 const WIDTH: f64 = 0.28;
 const WIDER: f64 = 0.6;
-const STIFFER_WIDER: [f64; 2] = [0.49, 0.31];
+const STIFFER_WIDER: [f64; 3] = [0.5, -0.29, 0.06];
 
 /// D and L of the whisker and the foil of that fit; another whisker is the same in units of D.
 const FITTED: [f64; 2] = [10.0, 6.3];
@@ -230,12 +231,12 @@ impl Bonded {
         let lambda = l * TRANSFER.iter().zip(terms).map(|(c, x)| c * x).sum::<f64>().exp();
         let width = foil.width / (WIDTH * taper.D);
         let transfer = 1.0 / (1.0 + foil.stiffness / (e * lambda) * width.powf(WIDER));
-        let z = l / radius;
+        let (z, [own, by_length, by_width]) = (l / radius, STIFFER_WIDER);
         let stiffening = (-0.008 + 0.229 * z - 0.0216 * z * z)
             * (1.0 - transfer)
             * (1.0 - 0.065 * transfer + 0.393 * transfer * transfer)
             * (1.0 + 1.446 * taper.tan_alpha)
-            * width.powf((STIFFER_WIDER[0] - STIFFER_WIDER[1] * q).clamp(0.0, 1.0));
+            * width.powf((own + by_length * q + by_width * width.ln()).clamp(0.0, 1.0));
         Self { span: [middle - half, middle + half], transfer, stiffening }
     }
 }
