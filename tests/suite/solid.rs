@@ -79,12 +79,12 @@ fn other_clamps_are_those_of_three_dimensions() {
     for (name, clamp, bound) in [
         ("glued sleeve", Clamp::Glued, 2e-3),
         ("smooth sleeve", Clamp::Socket, 0.02),
-        ("bonded face", Clamp::Bonded, 4e-3),
+        ("bonded face", Clamp::Bonded, 2e-3),
     ] {
-        let model = Model { clamp, ..ROD };
         let of = |row: &&Row| row["clamp"].starts_with(name) && number(row, "a_mm") >= 21.0;
         let cases = rows("solid_clamps");
         let pair = |row: &Row| {
+            let model = Model { clamp, nu: number(row, "nu"), ..ROD };
             let tap = tap(row, &model, number(row, "x_ss_mm"), SMALL, Side::Contact, None);
             (SMALL / tap.normal_force, number(row, "theta_rad_per_N"))
         };
