@@ -12,7 +12,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
-    solid::Held,
+    solid::{Held, is_solid},
     taper::Taper,
 };
 use crate::scene::{Drive, Precision, Setup, Side, Tuple};
@@ -56,7 +56,11 @@ impl<'a> Taps<'a> {
         let designs: Vec<Design> = asked.into_iter().map(|(design, ..)| design).collect();
         let mut found = Vec::new();
         for evaluator in &mut self.sides {
-            found.push(evaluator.run_gripped(&designs, &tasks, grip)?);
+            // A solid has no friction, and only a tap that the model holds moves its base and gives way at its skin.
+            found.push(match is_solid(&setup.model) {
+                true => evaluator.run(&designs, &tasks)?,
+                false => evaluator.run_gripped(&designs, &tasks, grip)?,
+            });
         }
         let (contact, far) = (&found[0], found.last().unwrap_or(&found[0]));
         let functions = |i: usize| {
