@@ -31,6 +31,10 @@ export interface Baked {
     readonly nu: number;
     readonly pole_radius: number;
     readonly E_MPa: number;
+    /** Where the rod begins, in D, and its shear coefficient over that of a rigid clamp. */
+    readonly clamp: { readonly c0: number; readonly k: number };
+    /** A, p, B, c₁, c₂ of the strain next to the clamp (docs/model.md §8), where sections distort. */
+    readonly skin: readonly [number, number, number, number, number] | null;
   };
   readonly gauge: { readonly side: "contact" | "far"; readonly strain_limit: number };
   readonly estimate: {
@@ -53,7 +57,6 @@ export interface Baked {
     readonly to: number;
     readonly noise: number | null;
   };
-  readonly last_place: number;
   readonly gauss: readonly Range[];
   readonly power: number;
   readonly axes: readonly BakedAxis[];

@@ -298,8 +298,8 @@ class Page {
       taps: taps.map((t, i) => ({ a: design.distances[i]!, ...t, distance: estimates[i]?.distance ?? NaN, sigma: estimates[i]?.sigma ?? NaN })),
       optimum: optimum && { drive: optimum.row.drive, total_rms: optimum.row.total_rms, K_sd: optimum.row.K_sd * design.unit, limited_by: optimum.limitedBy },
       outside: design.outside(state.drive),
-      // Distance between the object and where the drawn shape would have it, mm.
-      closure: shape && Math.hypot(shape.pole[0] - shape.poleByShape[0], shape.pole[1] - shape.poleByShape[1]),
+      // Between the object and where the drawn shape would have it, along the surface and across it, mm.
+      apart: shape?.apart,
     };
   }
 }

@@ -6,14 +6,15 @@ const PARTS = 60;
 export function shapeOf(contact, drive, { arc, force, ratio }) {
     const { rig, whisker, a, taper } = contact;
     const { model } = rig.baked;
-    const near = contact.along(drive, "contact", arc);
-    const far = contact.along(drive, "far", arc);
+    const near = contact.along(drive, "contact", arc, "rod");
+    const far = contact.along(drive, "far", arc, "rod");
     const alpha = model.surface ? Math.atan(taper.tan) : 0;
-    // γ = Q/(kGA), 1/(kG) = (7 + 6ν)/(3E).
-    const compliance = model.shear ? (7 + 6 * model.nu) / (3 * model.E_MPa) : 0;
-    const h = arc / PARTS;
+    // γ = Q/(kGA), 1/(kG) = (7 + 6ν)/(3E) of a rigid clamp.
+    const compliance = model.shear ? (7 + 6 * model.nu) / (3 * model.E_MPa * model.clamp.k) : 0;
+    const start = model.clamp.c0 * whisker.D;
+    const h = (arc - start) / PARTS;
     const fibre = Array.from({ length: 2 * PARTS + 1 }, (_, i) => {
-        const s = 0.5 * h * i;
+        const s = start + 0.5 * h * i;
         const r = radius(whisker, s);
         const [e, f] = [near(s), far(s)];
         return { curvature: (f - e) / (2 * r), stretch: model.extension ? 0.5 * (e + f) : 0, area: Math.PI * r * r };
@@ -44,12 +45,14 @@ export function shapeOf(contact, drive, { arc, force, ratio }) {
     const [cos, sin] = [Math.cos(rotation), Math.sin(rotation)];
     let [x, y] = [hub * (Math.cos(turn) - 1), hub * Math.sin(turn)];
     const sections = [{ s: 0, x, y, angle: turn }];
+    // Between the clamp's face and where the rod begins nothing bends.
+    [x, y] = [x + start * Math.cos(turn), y + start * Math.sin(turn)];
     for (let i = 0; i < 2 * PARTS; i += 2) {
         const mean = (k) => (h / 6) * (step[i][k] + 4 * step[i + 1][k] + step[i + 2][k]);
         const [dx, dy] = [mean(0), mean(1)];
         x += cos * dx - sin * dy;
         y += sin * dx + cos * dy;
-        sections.push({ s: 0.5 * h * (i + 2), x, y, angle: rotation + angle[i + 2] });
+        sections.push({ s: start + 0.5 * h * (i + 2), x, y, angle: rotation + angle[i + 2] });
     }
     const end = sections[sections.length - 1];
     const left = whisker.L_a - arc;
@@ -64,7 +67,11 @@ export function shapeOf(contact, drive, { arc, force, ratio }) {
     };
     const surface = (s) => (model.surface ? radius(whisker, s) : 0);
     const [px, py] = centre(surface(a), 0, a, 0);
-    return { sections, contact: end, pole: [px, py - shift], poleByShape: centre(surface(arc), end.angle, end.x, end.y) };
+    const pole = [px, py - shift];
+    const poleByShape = centre(surface(arc), end.angle, end.x, end.y);
+    const [c, s] = [Math.cos(end.angle - alpha), Math.sin(end.angle - alpha)];
+    const [dx, dy] = [pole[0] - poleByShape[0], pole[1] - poleByShape[1]];
+    return { sections, contact: end, pole, poleByShape, apart: [dx * c + dy * s, dy * c - dx * s] };
 }
 /** Points of the surface on one side (+1 towards the object, −1 away), from s = `from` to `to`, mm. */
 export function outline(shape, contact, side, from = 0, to = Infinity) {

@@ -17,9 +17,11 @@ export interface Shape {
   readonly sections: readonly Section[];
   /** Of the contact on the whisker. */
   readonly contact: Section;
-  /** Centre of the object where it is, and where the shape says it is: they differ by the error of the shape. */
+  /** Centre of the object where it is, and where the shape says it is: they differ by the error of the shape, and by what the skin gives way. */
   readonly pole: readonly [number, number];
   readonly poleByShape: readonly [number, number];
+  /** Between the two, mm, along the surface and across it, where the object presses into the skin. */
+  readonly apart: readonly [number, number];
 }
 
 /** Intervals of the bent part. */
@@ -29,14 +31,15 @@ const PARTS = 60;
 export function shapeOf(contact: Contact, drive: number, { arc, force, ratio }: Tap): Shape {
   const { rig, whisker, a, taper } = contact;
   const { model } = rig.baked;
-  const near = contact.along(drive, "contact", arc);
-  const far = contact.along(drive, "far", arc);
+  const near = contact.along(drive, "contact", arc, "rod");
+  const far = contact.along(drive, "far", arc, "rod");
   const alpha = model.surface ? Math.atan(taper.tan) : 0;
-  // γ = Q/(kGA), 1/(kG) = (7 + 6ν)/(3E).
-  const compliance = model.shear ? (7 + 6 * model.nu) / (3 * model.E_MPa) : 0;
-  const h = arc / PARTS;
+  // γ = Q/(kGA), 1/(kG) = (7 + 6ν)/(3E) of a rigid clamp.
+  const compliance = model.shear ? (7 + 6 * model.nu) / (3 * model.E_MPa * model.clamp.k) : 0;
+  const start = model.clamp.c0 * whisker.D;
+  const h = (arc - start) / PARTS;
   const fibre = Array.from({ length: 2 * PARTS + 1 }, (_, i) => {
-    const s = 0.5 * h * i;
+    const s = start + 0.5 * h * i;
     const r = radius(whisker, s);
     const [e, f] = [near(s), far(s)];
     return { curvature: (f - e) / (2 * r), stretch: model.extension ? 0.5 * (e + f) : 0, area: Math.PI * r * r };
@@ -67,12 +70,14 @@ export function shapeOf(contact: Contact, drive: number, { arc, force, ratio }: 
   const [cos, sin] = [Math.cos(rotation), Math.sin(rotation)];
   let [x, y] = [hub * (Math.cos(turn) - 1), hub * Math.sin(turn)];
   const sections: Section[] = [{ s: 0, x, y, angle: turn }];
+  // Between the clamp's face and where the rod begins nothing bends.
+  [x, y] = [x + start * Math.cos(turn), y + start * Math.sin(turn)];
   for (let i = 0; i < 2 * PARTS; i += 2) {
     const mean = (k: 0 | 1) => (h / 6) * (step[i]![k] + 4 * step[i + 1]![k] + step[i + 2]![k]);
     const [dx, dy] = [mean(0), mean(1)];
     x += cos * dx - sin * dy;
     y += sin * dx + cos * dy;
-    sections.push({ s: 0.5 * h * (i + 2), x, y, angle: rotation + angle[i + 2]! });
+    sections.push({ s: start + 0.5 * h * (i + 2), x, y, angle: rotation + angle[i + 2]! });
   }
   const end = sections[sections.length - 1]!;
   const left = whisker.L_a - arc;
@@ -87,7 +92,11 @@ export function shapeOf(contact: Contact, drive: number, { arc, force, ratio }: 
   };
   const surface = (s: number) => (model.surface ? radius(whisker, s) : 0);
   const [px, py] = centre(surface(a), 0, a, 0);
-  return { sections, contact: end, pole: [px, py - shift], poleByShape: centre(surface(arc), end.angle, end.x, end.y) };
+  const pole = [px, py - shift] as const;
+  const poleByShape = centre(surface(arc), end.angle, end.x, end.y);
+  const [c, s] = [Math.cos(end.angle - alpha), Math.sin(end.angle - alpha)];
+  const [dx, dy] = [pole[0] - poleByShape[0], pole[1] - poleByShape[1]];
+  return { sections, contact: end, pole, poleByShape, apart: [dx * c + dy * s, dy * c - dx * s] };
 }
 
 /** Points of the surface on one side (+1 towards the object, −1 away), from s = `from` to `to`, mm. */

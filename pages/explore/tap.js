@@ -6,6 +6,9 @@ import { basis, dotted } from "./chart";
 const MOST_DRIVES = 24;
 /** Weights of T_n for functions that know no place. */
 const NOWHERE = Float64Array.from({ length: 64 }, (_, n) => (n === 0 ? 1 : 0));
+/** Places, and the step in x/a between them, from which the strain is drawn to the contact. */
+const PLACES = 4;
+const STEP = 0.05;
 /** Everything that the taps of a page share: its chart and its model. */
 export class Rig {
     baked;
@@ -62,6 +65,8 @@ export class Contact {
     model;
     linearStrain;
     theoryStrain;
+    /** What the skin adds to the strain of the gauge, at the linear limit, over that of the rod. */
+    skinOfGauge = 0;
     /** Coefficients over the drive, of each branch. */
     gauge = [];
     arcs = [];
@@ -122,17 +127,33 @@ export class Contact {
         const places = Math.max(...this.plane(this.rig.side(this.rig.baked.gauge.side)).map((p) => p.places));
         const weights = new Float64Array(places);
         let linear = 0;
+        let skin = 0;
         for (const [at, w] of this.rig.baked.gauss) {
             const x = 0.5 * (x1 + x2) + 0.5 * (x2 - x1) * at;
             const weight = w / (1 - tau * x) ** 3;
             linear += weight * (1 - x / this.a);
+            skin += weight * this.skin(x);
             this.rig.chart.placeBasis(places, x / this.a).forEach((t, n) => {
                 if (n < places) {
                     weights[n] += weight * t;
                 }
             });
         }
+        this.skinOfGauge = skin / linear;
         return weights.map((w) => w / linear);
+    }
+    /** (1 − x/a) times what sections that distort add to the strain at x, over that of the rod, at the linear limit; it goes as the force. */
+    skin(x) {
+        const { skin } = this.rig.baked.model;
+        if (!skin) {
+            return 0;
+        }
+        const [a, p, b, c1, c2] = skin;
+        const base = this.whisker.D / this.a;
+        const { tau } = this.taper;
+        const t = 0.5 * tau * this.whisker.D;
+        const near = Math.exp((-p * x) / this.whisker.D);
+        return (1 - x / this.a) * (c2 * t * t - a * near) + base * (b * near + 0.5 * c1 * t * (1 - tau * x));
     }
     /** The drive as the chart has it: rad, or δ/a. */
     own(drive) {
@@ -166,9 +187,10 @@ export class Contact {
             }
             return scale * sum;
         };
-        const delta = read(this.gauge);
+        const pressed = 1 + read(this.forces);
+        const delta = read(this.gauge) + pressed * this.skinOfGauge;
         const arc = this.a * (1 + read(this.arcs));
-        const force = this.linearForce(amount) * (1 + read(this.forces));
+        const force = this.linearForce(amount) * pressed;
         // K = θ f/ε with ε = θ f_model (1 + δ); both theories differ by their shear only.
         const u2 = 1 / (this.a * this.a);
         const apart = ((this.model.shear - this.theory.shear) * u2) / (1 + this.theory.shear * u2);
@@ -201,10 +223,10 @@ export class Contact {
     }
     /**
      * Strain of a side along the whisker, as a function of x (mm) up to the arc of the contact. Beyond the last place of the chart what is
-     * left, (1 − x/a)(1 + δ), goes along a straight line to 0 at the contact.
+     * left, (1 − x/a)(1 + δ), goes on as a polynomial through the last places. Of the rod itself, or as the skin shows it.
      */
-    along(drive, side, arc) {
-        const { chart, baked } = this.rig;
+    along(drive, side, arc, of = "skin") {
+        const { chart } = this.rig;
         const own = this.own(drive);
         const scale = own ** chart.power;
         const t = this.rig.drives(own);
@@ -216,19 +238,31 @@ export class Contact {
         const turned = this.rig.drive === "angle" ? (a + whisker.hub) / a : 1 / a;
         const prefix = (this.rig.amount(drive) * 1.5 * whisker.D * (1 - taper.tau * a) * turned) / (a * (1 + this.model.shear / (a * a)));
         const sign = side === "contact" ? 1 : -1;
-        const first = chart.axes[4].range[0];
-        const last = Math.min(baked.last_place, arc / a);
+        const [first, end] = chart.axes[4].range;
+        const last = Math.min(end, arc / a);
+        const pressed = 1 + scale * this.forces.reduce((sum, f, b) => sum + shares[b] * dotted(f, t), 0);
         const lever = (place) => {
             const t = chart.placeBasis(c.length, Math.max(place, first));
-            return 1 - place + scale * dotted(c, t);
+            return 1 - place + scale * dotted(c, t) + (of === "skin" ? pressed * this.skin(place * a) : 0);
         };
-        const end = lever(last);
+        const known = Array.from({ length: PLACES }, (_, k) => lever(last - STEP * k));
+        // Newton's polynomial through the last places.
+        const onward = (place) => {
+            const u = (last - place) / STEP;
+            let [sum, factor, left] = [0, 1, known];
+            for (let k = 0; k < PLACES; k += 1) {
+                sum += factor * left[0];
+                factor *= (u - k) / (k + 1);
+                left = left.slice(1).map((g, i) => g - left[i]);
+            }
+            return sum;
+        };
         return (x) => {
             const place = x / a;
             if (x >= arc) {
                 return 0;
             }
-            const left = place <= last ? lever(place) : (end * (arc / a - place)) / (arc / a - last);
+            const left = place <= last ? lever(place) : onward(place);
             return (sign * prefix * left) / (1 - taper.tau * x) ** 3;
         };
     }

@@ -166,7 +166,12 @@ async function frames(url) {
     requestAnimationFrame(tick);
   });
   for (const key of ["drive", "D", "a", "x_ss", "hub"]) {
-    const bar = await (await page.$(`#range-${key}`)).boundingBox();
+    // A page has no hub where the object has a radius.
+    const slider = await page.$(`#range-${key}`);
+    if (!slider && key === "hub") {
+      continue;
+    }
+    const bar = await slider.boundingBox();
     await page.mouse.move(bar.x + 0.1 * bar.width, bar.y + 0.5 * bar.height);
     await page.mouse.down();
     await page.mouse.move(bar.x + 0.9 * bar.width, bar.y + 0.5 * bar.height, { steps: 60 });
@@ -207,7 +212,10 @@ async function compare(name, url, positions, optima) {
       }, set);
       states.push({ set, found });
       found.taps.forEach((t) => tuples.push([set.D, set.d, set.L_a, set.x_ss, set.l, t.a, set.drive].join(",")));
-      worst.closure_mm = Math.max(worst.closure_mm, found.closure ?? 0);
+      // The skin of a solid gives way to the object, never by half its radius.
+      const [along, across] = found.apart ?? [0, 0];
+      const solid = name === "solid" && across < 0 && across > -1.5;
+      worst.closure_mm = Math.max(worst.closure_mm, solid ? Math.abs(along) : Math.hypot(along, across));
     }
     writeFileSync(join(desk, "tuples.csv"), `${tuples.join("\n")}\n`);
     const rig = states[0].found.spec
@@ -317,14 +325,15 @@ try {
     mkdirSync(out, { recursive: true });
   }
   const measured = {};
-  const pages = [["prototypes", 1], ["practical", 1], ["friction", 0.03]];
+  const pages = [["prototypes", 1], ["practical", 1], ["solid", 0.2], ["friction", 0.03]];
   for (const [name, share] of pages.filter(([name]) => option("--page", name) === name)) {
     const file = join(desk, `${name}.html`);
-    const known = join(root, "sweeps", `${name === "friction" ? "practical" : name}.toml`);
+    const known = join(root, "sweeps", `${{ friction: "practical", solid: "prototypes" }[name] ?? name}.toml`);
     const text = readFileSync(known, "utf8");
     // With friction the shape of the strongest tapers is drawn from fewer strains next to the contact.
     const sticky = text.replace('"frictionless"', "{ coulomb = 0.3 }").replace("d = [4.0,", "d = [6.0,");
-    writeFileSync(join(desk, `${name}.toml`), name === "friction" ? sticky : text);
+    const soft = text.replace("{ hooke = 3.2 }", "{ neo-hookean = 3.2 }\nsolid = true\npole_radius = 3.0");
+    writeFileSync(join(desk, `${name}.toml`), { friction: sticky, solid: soft }[name] ?? text);
     vibrissa("explore", `${name}.toml`, "--quiet", "--out", file);
     const url = pathToFileURL(file).href;
     assert.ok(statSync(file).size < 400e3, "a page stays small");
@@ -336,7 +345,7 @@ try {
       await page.close();
     }
     await handles(url);
-    measured[name] = { ...(await compare(name, url, share * positions, name === "friction" ? 0 : optima)), ...(await frames(url)), bytes: statSync(file).size };
+    measured[name] = { ...(await compare(name, url, share * positions, ["friction", "solid"].includes(name) ? 0 : optima)), ...(await frames(url)), bytes: statSync(file).size };
     console.log(`${name}: ${JSON.stringify(measured[name])}`);
   }
   await ends();

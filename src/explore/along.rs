@@ -7,15 +7,15 @@ use crate::chart::function::over_drives;
 use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::{onset::Grip, root::bracketed, taper::Taper};
+use crate::physics::{onset::Grip, root::bracketed, solid::is_solid, taper::Taper};
 use crate::scene::{Contact, Drive, Material, Setup, Side, Theory, Tuple};
 
 use super::domain::Domain;
-use super::taps::{Taps, sides};
+use super::taps::{Taps, sides, skin};
 
 /// Functions of the chart.
 pub const FUNCTIONS: usize = 4;
-/// (1 − x/a) (ε(x)/(θ f(x)) − 1) of the contact side, f the linear limit of the model at a point.
+/// (1 − x/a) (ε(x)/(θ f(x)) − 1) of the contact side, f the linear limit of the model at a point, less [`skin`].
 pub const CONTACT: usize = 0;
 /// The same of the far side.
 pub const FAR: usize = 1;
@@ -35,15 +35,16 @@ pub const PLACE: usize = Quantity::Place as usize;
 const RELATIVE: f64 = 1e-5;
 const SMALL: f64 = 0.02;
 
-/// Most taps of a chart: each is a term, and a page should stay small.
-const MOST: usize = 9000;
+/// Most taps of a chart, and of a solid, whose strain changes fast next to the clamp: each is a term, and a page should stay small.
+const MOST: [usize; 2] = [9000, 14_000];
 
 /// Axes of a chart of so many that are cut where that does not suffice: strains next to the contact first, which no gauge reads, then strong tapers. A page says
 /// where its chart ends.
 const CUTS: [usize; 5] = [PLACE, TAPER, TAPER, TAPER, TAPER];
 
-/// Share of the strain's error that a chart may have.
-const SHARE: f64 = 0.2;
+/// Share of the strain's error that a chart may have at the corners of its box, and of a solid, whose worst corners (a thick whisker touched next to its
+/// clamp by the least drive) are no whiskers: there the census has to keep the error, and it finds a quarter of it.
+const SHARE: [f64; 2] = [0.2, 2.0];
 
 /// Share of the strain's error that the arc of a contact may be off that chooses whether it slides: it tells what T holds it.
 const HELD: f64 = 0.01;
@@ -148,27 +149,27 @@ impl Along {
         let at = |x: f64| {
             let q = [own, offset / t.a, t.D / t.a, taper.tau * t.a, x / t.a];
             let inside = self.axes().iter().zip(q).all(|(axis, q)| holds(axis.range, q));
-            inside.then(|| std::array::from_fn::<f64, AXES, _>(|k| self.axes()[k].place(q[k])))
+            let place = || std::array::from_fn::<f64, AXES, _>(|k| self.axes()[k].place(q[k]));
+            inside.then(|| (place(), skin(setup, &q)))
         };
         let arcs: Vec<f64> = {
-            let place = at(0.5 * (x1 + x2))?;
+            let (place, _) = at(0.5 * (x1 + x2))?;
             self.branches.iter().map(|b| b.series[ARC].at(place)).collect()
         };
         let shares = shares(&arcs);
+        let read = |of: usize, place: [f64; AXES]| -> f64 {
+            let held: f64 = self.branches.iter().zip(&shares).map(|(b, s)| s * b.series[of].at(place)).sum();
+            held * own.powi(self.power)
+        };
         let (mut sum, mut linear) = (0.0, 0.0);
         for [x, weight] in GAUSS {
             let x = 0.5 * (x1 + x2) + 0.5 * (x2 - x1) * x;
-            let place = at(x)?;
+            let (place, skin) = at(x)?;
             let weight = weight / (1.0 - taper.tau * x).powi(3);
-            sum += self
-                .branches
-                .iter()
-                .zip(&shares)
-                .map(|(b, s)| weight * s * b.series[side].at(place))
-                .sum::<f64>();
+            sum += weight * (read(side, place) + skin * (1.0 + read(FORCE, place)));
             linear += weight * (1.0 - x / t.a);
         }
-        Some(sum / linear * own.powi(self.power))
+        Some(sum / linear)
     }
 }
 
@@ -199,7 +200,8 @@ fn branch(
     strain: f64,
     friction: Option<f64>,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
-    let error = SHARE * strain / axes[0].range[1].powi(power);
+    let solid = usize::from(is_solid(&setup.model));
+    let error = SHARE[solid] * strain / axes[0].range[1].powi(power);
     let of_strain = match power {
         0 => Bound::of(error),
         _ => Bound { error, relative: RELATIVE, small: SMALL },
@@ -211,7 +213,7 @@ fn branch(
     let solved = if power == 0 && friction.is_none() { 1e-9 } else { 1e-10 };
     let grip = Grip::Slide(friction.unwrap_or(0.0));
     let mut taps = Taps::new(setup, on_sides, grip, power, solved);
-    build_of(axes, &bounds, (MOST, &CUTS), &mut |q| taps.solve(q))
+    build_of(axes, &bounds, (MOST[solid], &CUTS), &mut |q| taps.solve(q))
 }
 
 /// Strain of the gauge of `t` by the linear limit of the model, per unit of drive.

@@ -4,11 +4,11 @@ use serde_json::{Map, Value, json};
 
 use super::Baked;
 use super::along::{FAR, FUNCTIONS, GAUSS};
-use super::domain::LAST_PLACE;
 use crate::chart::axis::Axis;
 use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
 use crate::error::Error;
+use crate::physics::solid::{Held, SKIN};
 use crate::scene::{Convention, Drive, Material, Side, Spec};
 
 /// Version of the format.
@@ -36,6 +36,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
         |(name, axis): (&str, &Axis)| json!({ "name": name, "variable": axis.map, "range": axis.range });
     let axes: Vec<Value> = AXIS_NAMES.into_iter().zip(chart.axes()).map(axis).collect();
     let estimate = &setup.estimate;
+    let held = Held::new(&setup.model);
     Ok(json!({
         "vibrissa_explore": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),
@@ -48,6 +49,8 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "nu": setup.model.nu,
             "pole_radius": setup.model.pole_radius,
             "E_MPa": setup.model.material.e0(),
+            "clamp": { "c0": held.c0, "k": held.shear },
+            "skin": setup.model.distorting.then_some(SKIN),
         },
         "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
         "estimate": {
@@ -66,7 +69,6 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "from": domain.reach[0], "to": domain.reach[1],
             "noise": setup.gauge.noise_strain,
         },
-        "last_place": LAST_PLACE,
         "gauss": GAUSS,
         "power": chart.power,
         "axes": axes,

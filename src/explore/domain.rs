@@ -7,7 +7,7 @@ use crate::plan::Layout;
 use crate::scene::{Axis, Column, Drive, Setup, Tuple};
 
 /// Largest x/a of the chart; beyond it the strain next to the contact is drawn to its known end.
-pub const LAST_PLACE: f64 = 0.95;
+const LAST_PLACE: f64 = 0.95;
 
 /// Largest τa: next to the virtual apex nothing is smooth.
 const LAST_TAPER: f64 = 0.92;

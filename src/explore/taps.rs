@@ -12,7 +12,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
-    solid::{Held, is_solid},
+    solid::{Held, distorted_linear, is_solid},
     taper::Taper,
 };
 use crate::scene::{Drive, Precision, Setup, Side, Tuple};
@@ -66,16 +66,27 @@ impl<'a> Taps<'a> {
         let functions = |i: usize| {
             let scale = points[i][DRIVE].powi(power);
             let linear = force(setup, &designs[i], &tasks[i]);
-            let room = 1.0 - points[i][PLACE];
             let mut f = [0.0; FUNCTIONS];
-            f[CONTACT] = room * strain(&contact[i])?;
-            f[FAR] = room * strain(&far[i])?;
-            f[ARC] = contact[i].arc / tasks[i].a - 1.0;
             f[FORCE] = contact[i].normal_force / linear - 1.0;
+            let room = 1.0 - points[i][PLACE];
+            let skin = skin(setup, &points[i]) * (1.0 + f[FORCE]);
+            f[CONTACT] = room * strain(&contact[i])? - skin;
+            f[FAR] = room * strain(&far[i])? - skin;
+            f[ARC] = contact[i].arc / tasks[i].a - 1.0;
             Some(f.map(|f| f / scale)).filter(|f| f.iter().all(|f| f.is_finite()))
         };
         Ok((0..points.len()).into_par_iter().map(functions).collect())
     }
+}
+
+/// (1 − x/a) times what sections that distort add to the strain at the place of `q`, quantities in the order of the axes, over that of the rod, at the
+/// linear limit; elsewhere it goes as the contact's force.
+pub fn skin(setup: &Setup, q: &[f64; AXES]) -> f64 {
+    let [factor, shear] = match setup.model.distorting {
+        true => distorted_linear([q[BASE], q[TAPER], q[PLACE]]),
+        false => return 0.0,
+    };
+    (1.0 - q[PLACE]) * (factor - 1.0) + shear
 }
 
 /// Single f64 taps on the CPU, to `tolerance`.

@@ -176,7 +176,7 @@ fn elliptic(m: f64) -> (f64, f64) {
 }
 
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
-const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
+pub const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
 
 /// p: how fast that fades away from the clamp.
 pub const FADES: f64 = 7.137;
@@ -191,6 +191,15 @@ pub fn distorted(taper: &Taper, e: f64, x: f64) -> [f64; 2] {
     let (t, radius) = (taper.tan_alpha, taper.radius(x));
     let near = (-p * x / taper.D).exp();
     [1.0 - a * near + c2 * t * t, 4.0 * (b * taper.D * near + c1 * t * radius) / (PI * e * radius.powi(3))]
+}
+
+/// [`distorted`] at the linear limit, of a contact at the distance a: the strain of the skin at x over that of the rod is s₀ + s₁/(1 − x/a). D/a, τa and
+/// x/a tell it.
+pub fn distorted_linear([base, tau, x]: [f64; 3]) -> [f64; 2] {
+    let [a, p, b, c1, c2] = SKIN;
+    let t = 0.5 * tau * base;
+    let near = (-p * x / base).exp();
+    [1.0 - a * near + c2 * t * t, b * base * near + 0.5 * c1 * t * base * (1.0 - tau * x)]
 }
 
 /// A foil on a whisker.

@@ -127,7 +127,10 @@ impl Base {
             beside + if (0.5..2.0).contains(&ratio) { shown * ratio } else { strain + shown - plain }
         };
         let Some(foil) = foil else {
-            let [.., plain, shown, beside] = rod.along([0.0; 6], &[0.0, gauge[0], gauge[1]], gauge, None)?;
+            // Only a chart asks for a gauge that begins behind the rod: what is passed on the way there is no part of its mean.
+            let [angle, x, y, ..] = rod.along([0.0; 6], &[0.0, gauge[0]], gauge, None)?;
+            let near = [angle, x, y, 0.0, 0.0, 0.0];
+            let [.., plain, shown, beside] = rod.along(near, &gauge, gauge, None)?;
             return Some((Self::UNMOVED, Some(told(plain, [shown, beside]))));
         };
         let span = foil.span.map(|x| (x - shared.start).clamp(0.0, arc));
