@@ -209,6 +209,35 @@ fn kernels_are_the_reference() {
     }
 }
 
+/// Large sweeps are read from charts where charts know the model.
+#[test]
+fn large_sweeps_say_what_small_ones_do() {
+    let model = "[model]\nsolid = true\npole_radius = 3\nmaterial = { neo-hookean = 3.2 }";
+    for foil in ["", "foil = { stiffness = 100, length = 6.3, width = 2.8 }"] {
+        let few = spec("0", "contact", foil, "theta = [0.5, 5]", model);
+        let many = few.replace("d = [4, 10]", "d = { from = 4, to = 10, steps = 121 }");
+        let many = many.replace("[0.5, 5]", "{ from = 0.5, to = 5, steps = 181 }");
+        let desk = Desk::new(&few);
+        desk.write("many.toml", &many);
+        let rows = |name: &str, spec: &str| {
+            let arguments = ["sweep", spec, "--out", name, "--quiet", "--backend", "cpu"];
+            desk.run(&arguments).exits(0);
+            let text = desk.read(&format!("{name}/designs.csv"));
+            let mut reader = csv::Reader::from_reader(text.as_bytes());
+            reader.deserialize().collect::<Result<Vec<Row>, _>>().unwrap()
+        };
+        let all = rows("many", "many.toml");
+        for row in rows("few", "spec.toml") {
+            let same = |other: &&Row| {
+                ["d_mm", "x_ss_mm", "theta_deg"].into_iter().all(|c| number(other, c) == number(&row, c))
+            };
+            let other = all.iter().find(same).expect("the row is there");
+            let apart = (number(other, "K_mean") / number(&row, "K_mean") - 1.0).abs();
+            assert!(apart < 1e-5, "{foil} {row:?} {other:?}");
+        }
+    }
+}
+
 #[test]
 fn a_calibration_tells_where_the_clamp_holds_the_whisker() {
     let rig = |c0: &str| {
