@@ -1,5 +1,7 @@
 // What `vibrissa explore` bakes into the page: see src/explore/document.rs. Lengths in mm, angles in degrees, strain without unit.
 
+import type { Skin } from "./beam";
+
 export type Range = readonly [number, number];
 
 /** Names of the charted functions; the far side is left out where it is the mirror image of the contact side. */
@@ -33,8 +35,8 @@ export interface Baked {
     readonly E_MPa: number;
     /** Where the rod begins, in D, and its shear coefficient over that of a rigid clamp. */
     readonly clamp: { readonly c0: number; readonly k: number };
-    /** A, p, B, c₁, c₂ of the strain next to the clamp (docs/model.md §8), where sections distort. */
-    readonly skin: readonly [number, number, number, number, number] | null;
+    /** Where sections distort. */
+    readonly skin: Skin | null;
   };
   readonly gauge: { readonly side: "contact" | "far"; readonly strain_limit: number };
   readonly estimate: {

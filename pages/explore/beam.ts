@@ -30,6 +30,16 @@ export function radius(w: Whisker, s: number): number {
   return 0.5 * w.D * (1 - taperOf(w).tau * s);
 }
 
+/** A, p, B, c₁, c₂ of the strain next to the clamp (docs/model.md §8 b). */
+export type Skin = readonly [number, number, number, number, number];
+
+/** Strain of the skin at x over the rod's, at the linear limit, of a contact at a: s₀ + s₁/(a − x); [s₀, s₁ in mm] (physics/solid.rs, distorted_linear). */
+export function distortedLinear([A, p, B, c1, c2]: Skin, w: Whisker, x: number): [number, number] {
+  const { tan } = taperOf(w);
+  const near = Math.exp((-p * x) / w.D);
+  return [1 - A * near + c2 * tan * tan, B * w.D * near + c1 * tan * radius(w, x)];
+}
+
 /** Whether this is a whisker with a gauge on it. */
 export function isWhisker(w: Whisker): boolean {
   return [w.D, w.d, w.L_a, w.l].every((x) => x > 0) && w.x_ss >= 0 && w.x_ss + w.l <= w.L_a * (1 + 1e-12);

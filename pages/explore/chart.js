@@ -39,6 +39,14 @@ export function dotted(c, t) {
     }
     return sum;
 }
+/** Newton's polynomial through `values` at 0, 1, 2 …. */
+export function polynomial(values) {
+    const coefficients = [];
+    for (let left = values; left.length > 0; left = left.slice(1).map((next, i) => next - left[i])) {
+        coefficients.push(left[0]);
+    }
+    return (u) => coefficients.reduceRight((sum, c, k) => c + ((u - k) / (k + 1)) * sum, 0);
+}
 function flat(rows) {
     const orders = new Uint8Array(4 * rows.length);
     const starts = new Uint32Array(rows.length + 1);

@@ -65,6 +65,15 @@ export function dotted(c: Float64Array, t: Float64Array): number {
   return sum;
 }
 
+/** Newton's polynomial through `values` at 0, 1, 2 …. */
+export function polynomial(values: readonly number[]): (u: number) => number {
+  const coefficients: number[] = [];
+  for (let left = values; left.length > 0; left = left.slice(1).map((next, i) => next - left[i]!)) {
+    coefficients.push(left[0]!);
+  }
+  return (u) => coefficients.reduceRight((sum, c, k) => c + ((u - k) / (k + 1)) * sum, 0);
+}
+
 function flat(rows: readonly BakedRow[]): Series {
   const orders = new Uint8Array(4 * rows.length);
   const starts = new Uint32Array(rows.length + 1);

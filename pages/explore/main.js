@@ -6,7 +6,7 @@ import { drawScene } from "./scene";
 import { shapeOf } from "./shape";
 import { bounded, fromHash, keysOf, plain, slidersOf, startOf, toHash, toSpec } from "./state";
 import { Design, spaced } from "./statistics";
-import { Rig } from "./tap";
+import { Rig } from "./rig";
 /** Drives of the curves over the drive, and distances of those over a. */
 const DRIVES = 72;
 const REACH = 72;

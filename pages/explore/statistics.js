@@ -1,5 +1,6 @@
 // Rows of a design over the drive (docs/model.md §4): K and its spread over the distances, errors of the distance estimate, the best drive.
-import { Contact, Curves } from "./tap";
+import { Curves } from "./rig";
+import { Contact } from "./tap";
 /** Step by which a kink is looked for, of the drive. */
 const KINK = 3e-3;
 /** `n` evenly spaced distances, both ends included. */

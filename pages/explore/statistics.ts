@@ -1,7 +1,8 @@
 // Rows of a design over the drive (docs/model.md §4): K and its spread over the distances, errors of the distance estimate, the best drive.
 
 import type { Whisker } from "./beam";
-import { Contact, Curves, type Rig, type Tap, type Word } from "./tap";
+import { Curves, type Rig } from "./rig";
+import { Contact, type Tap, type Word } from "./tap";
 
 /** An estimated distance. */
 export interface Estimate {

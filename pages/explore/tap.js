@@ -1,56 +1,13 @@
 // Taps of one whisker at one distance, read from the chart: the gauge's strain, K, the arc and the force of the contact at every drive, and
 // the strain along the whisker.
-import { isWhisker, shearLength2, StrainCurve, taperOf } from "./beam";
-import { basis, dotted } from "./chart";
-/** Orders over the drive are fewer. */
-const MOST_DRIVES = 24;
+import { distortedLinear, isWhisker, taperOf } from "./beam";
+import { dotted, polynomial } from "./chart";
+import { Curves } from "./rig";
 /** Weights of T_n for functions that know no place. */
 const NOWHERE = Float64Array.from({ length: 64 }, (_, n) => (n === 0 ? 1 : 0));
 /** Places, and the step in x/a between them, from which the strain is drawn to the contact. */
 const PLACES = 4;
 const STEP = 0.05;
-/** Everything that the taps of a page share: its chart and its model. */
-export class Rig {
-    baked;
-    chart;
-    drive;
-    last = NaN;
-    lastBasis = new Float64Array(0);
-    constructor(baked, chart) {
-        this.baked = baked;
-        this.chart = chart;
-        this.drive = baked.drive;
-    }
-    /** S of the model, and of the theory that K and distances are told by. */
-    shears(D) {
-        const s = shearLength2(D, this.baked.model.nu);
-        return {
-            model: this.baked.model.shear ? s : 0,
-            theory: this.baked.estimate.theory === "timoshenko" ? s : 0,
-        };
-    }
-    /** θ in rad, or δ in mm. */
-    amount(drive) {
-        return this.drive === "angle" ? (drive * Math.PI) / 180 : drive;
-    }
-    /** T_i at a drive of the chart, rad or δ/a: the same for many taps in a row. */
-    drives(own) {
-        if (own !== this.last) {
-            this.last = own;
-            this.lastBasis = basis(MOST_DRIVES, this.chart.place(0, own));
-        }
-        return this.lastBasis;
-    }
-    /** Whether the contact of a tap sticks: what holds it is less than what slides. */
-    sticks(tap) {
-        const { ratios } = this.chart;
-        return ratios.length > 1 && Math.abs(tap.ratio) < ratios[ratios.length - 1];
-    }
-    /** The function of a side: that of the contact side where both are mirror images. */
-    side(side) {
-        return this.chart.has(side) ? side : "contact";
-    }
-}
 /** Taps of a whisker at the distance a, mm. */
 export class Contact {
     rig;
@@ -65,7 +22,7 @@ export class Contact {
     model;
     linearStrain;
     theoryStrain;
-    /** What the skin adds to the strain of the gauge, at the linear limit, over that of the rod. */
+    /** What distorting sections add to the strain of the gauge, relative to the rod's, at the linear limit. */
     skinOfGauge = 0;
     /** Coefficients over the drive, of each branch. */
     gauge = [];
@@ -106,7 +63,9 @@ export class Contact {
             return;
         }
         const fold = (name, weights) => this.plane(name).map((plane) => chart.fold(plane, weights));
-        this.gauge = fold(rig.side(baked.gauge.side), this.gaugeWeights());
+        const { weights, skin } = this.overGauge();
+        this.gauge = fold(rig.side(baked.gauge.side), weights);
+        this.skinOfGauge = skin;
         this.arcs = fold("arc", NOWHERE);
         this.forces = fold("force", NOWHERE);
     }
@@ -120,9 +79,9 @@ export class Contact {
     }
     /**
      * Weights of T_n that turn (1 − x/a) δ(x) into δ of the gauge: the mean of ε = θ f(x) (1 + δ(x)) over [x1, x2] by Gauss's points, where
-     * f(x) goes as (1 − x/a)/(1 − τx)³.
+     * f(x) goes as (1 − x/a)/(1 − τx)³; and the same mean of what distorting sections add.
      */
-    gaugeWeights() {
+    overGauge() {
         const { tau, x1, x2 } = this.taper;
         const places = Math.max(...this.plane(this.rig.side(this.rig.baked.gauge.side)).map((p) => p.places));
         const weights = new Float64Array(places);
@@ -139,21 +98,16 @@ export class Contact {
                 }
             });
         }
-        this.skinOfGauge = skin / linear;
-        return weights.map((w) => w / linear);
+        return { weights: weights.map((w) => w / linear), skin: skin / linear };
     }
-    /** (1 − x/a) times what sections that distort add to the strain at x, over that of the rod, at the linear limit; it goes as the force. */
+    /** (1 − x/a) times what distorting sections add to the strain at x, relative to the rod's, at the linear limit; it grows as the force does. */
     skin(x) {
         const { skin } = this.rig.baked.model;
         if (!skin) {
             return 0;
         }
-        const [a, p, b, c1, c2] = skin;
-        const base = this.whisker.D / this.a;
-        const { tau } = this.taper;
-        const t = 0.5 * tau * this.whisker.D;
-        const near = Math.exp((-p * x) / this.whisker.D);
-        return (1 - x / this.a) * (c2 * t * t - a * near) + base * (b * near + 0.5 * c1 * t * (1 - tau * x));
+        const [bending, lever] = distortedLinear(skin, this.whisker, x);
+        return (1 - x / this.a) * (bending - 1) + lever / this.a;
     }
     /** The drive as the chart has it: rad, or δ/a. */
     own(drive) {
@@ -245,35 +199,14 @@ export class Contact {
             const t = chart.placeBasis(c.length, Math.max(place, first));
             return 1 - place + scale * dotted(c, t) + (of === "skin" ? pressed * this.skin(place * a) : 0);
         };
-        const known = Array.from({ length: PLACES }, (_, k) => lever(last - STEP * k));
-        // Newton's polynomial through the last places.
-        const onward = (place) => {
-            const u = (last - place) / STEP;
-            let [sum, factor, left] = [0, 1, known];
-            for (let k = 0; k < PLACES; k += 1) {
-                sum += factor * left[0];
-                factor *= (u - k) / (k + 1);
-                left = left.slice(1).map((g, i) => g - left[i]);
-            }
-            return sum;
-        };
+        const onward = polynomial(Array.from({ length: PLACES }, (_, k) => lever(last - STEP * k)));
         return (x) => {
             const place = x / a;
             if (x >= arc) {
                 return 0;
             }
-            const left = place <= last ? lever(place) : onward(place);
+            const left = place <= last ? lever(place) : onward((last - place) / STEP);
             return (sign * prefix * left) / (1 - taper.tau * x) ** 3;
         };
-    }
-}
-/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate. */
-export class Curves {
-    model;
-    theory;
-    constructor(rig, whisker) {
-        const shears = rig.shears(whisker.D);
-        this.model = new StrainCurve(whisker, rig.drive, shears.model);
-        this.theory = new StrainCurve(whisker, rig.drive, shears.theory);
     }
 }

@@ -1,9 +1,10 @@
 // Taps of one whisker at one distance, read from the chart: the gauge's strain, K, the arc and the force of the contact at every drive, and
 // the strain along the whisker.
 
-import type { Baked, FunctionName } from "./baked";
-import { isWhisker, type Drive, shearLength2, StrainCurve, type Taper, taperOf, type Whisker } from "./beam";
-import { basis, type Chart, dotted, type Plane } from "./chart";
+import type { FunctionName } from "./baked";
+import { distortedLinear, isWhisker, type StrainCurve, type Taper, taperOf, type Whisker } from "./beam";
+import { dotted, type Plane, polynomial } from "./chart";
+import { Curves, type Rig } from "./rig";
 
 /** Words of a tap; those of the sweep's tables, and what only a chart can say. */
 export type Word = "invalid_geometry" | "no_strain" | "slipped_off" | "strain_limit" | "no_root" | "ambiguous" | "outside_chart";
@@ -23,63 +24,12 @@ export interface Tap {
   readonly words: readonly Word[];
 }
 
-/** Orders over the drive are fewer. */
-const MOST_DRIVES = 24;
-
 /** Weights of T_n for functions that know no place. */
 const NOWHERE = Float64Array.from({ length: 64 }, (_, n) => (n === 0 ? 1 : 0));
 
 /** Places, and the step in x/a between them, from which the strain is drawn to the contact. */
 const PLACES = 4;
 const STEP = 0.05;
-
-/** Everything that the taps of a page share: its chart and its model. */
-export class Rig {
-  readonly drive: Drive;
-  private last = NaN;
-  private lastBasis: Float64Array = new Float64Array(0);
-
-  constructor(
-    readonly baked: Baked,
-    readonly chart: Chart,
-  ) {
-    this.drive = baked.drive;
-  }
-
-  /** S of the model, and of the theory that K and distances are told by. */
-  shears(D: number): { model: number; theory: number } {
-    const s = shearLength2(D, this.baked.model.nu);
-    return {
-      model: this.baked.model.shear ? s : 0,
-      theory: this.baked.estimate.theory === "timoshenko" ? s : 0,
-    };
-  }
-
-  /** θ in rad, or δ in mm. */
-  amount(drive: number): number {
-    return this.drive === "angle" ? (drive * Math.PI) / 180 : drive;
-  }
-
-  /** T_i at a drive of the chart, rad or δ/a: the same for many taps in a row. */
-  drives(own: number): Float64Array {
-    if (own !== this.last) {
-      this.last = own;
-      this.lastBasis = basis(MOST_DRIVES, this.chart.place(0, own));
-    }
-    return this.lastBasis;
-  }
-
-  /** Whether the contact of a tap sticks: what holds it is less than what slides. */
-  sticks(tap: Tap): boolean {
-    const { ratios } = this.chart;
-    return ratios.length > 1 && Math.abs(tap.ratio) < ratios[ratios.length - 1]!;
-  }
-
-  /** The function of a side: that of the contact side where both are mirror images. */
-  side(side: "contact" | "far"): FunctionName {
-    return this.chart.has(side) ? side : "contact";
-  }
-}
 
 /** Taps of a whisker at the distance a, mm. */
 export class Contact {
@@ -92,8 +42,8 @@ export class Contact {
   private readonly model: StrainCurve;
   private readonly linearStrain: number;
   private readonly theoryStrain: number;
-  /** What the skin adds to the strain of the gauge, at the linear limit, over that of the rod. */
-  private skinOfGauge = 0;
+  /** What distorting sections add to the strain of the gauge, relative to the rod's, at the linear limit. */
+  private readonly skinOfGauge: number = 0;
   /** Coefficients over the drive, of each branch. */
   private readonly gauge: readonly Float64Array[] = [];
   private readonly arcs: readonly Float64Array[] = [];
@@ -136,7 +86,9 @@ export class Contact {
       return;
     }
     const fold = (name: FunctionName, weights: Float64Array) => this.plane(name).map((plane) => chart.fold(plane, weights));
-    this.gauge = fold(rig.side(baked.gauge.side), this.gaugeWeights());
+    const { weights, skin } = this.overGauge();
+    this.gauge = fold(rig.side(baked.gauge.side), weights);
+    this.skinOfGauge = skin;
     this.arcs = fold("arc", NOWHERE);
     this.forces = fold("force", NOWHERE);
   }
@@ -152,9 +104,9 @@ export class Contact {
 
   /**
    * Weights of T_n that turn (1 − x/a) δ(x) into δ of the gauge: the mean of ε = θ f(x) (1 + δ(x)) over [x1, x2] by Gauss's points, where
-   * f(x) goes as (1 − x/a)/(1 − τx)³.
+   * f(x) goes as (1 − x/a)/(1 − τx)³; and the same mean of what distorting sections add.
    */
-  private gaugeWeights(): Float64Array {
+  private overGauge(): { weights: Float64Array; skin: number } {
     const { tau, x1, x2 } = this.taper;
     const places = Math.max(...this.plane(this.rig.side(this.rig.baked.gauge.side)).map((p) => p.places));
     const weights = new Float64Array(places);
@@ -171,22 +123,17 @@ export class Contact {
         }
       });
     }
-    this.skinOfGauge = skin / linear;
-    return weights.map((w) => w / linear);
+    return { weights: weights.map((w) => w / linear), skin: skin / linear };
   }
 
-  /** (1 − x/a) times what sections that distort add to the strain at x, over that of the rod, at the linear limit; it goes as the force. */
+  /** (1 − x/a) times what distorting sections add to the strain at x, relative to the rod's, at the linear limit; it grows as the force does. */
   private skin(x: number): number {
     const { skin } = this.rig.baked.model;
     if (!skin) {
       return 0;
     }
-    const [a, p, b, c1, c2] = skin;
-    const base = this.whisker.D / this.a;
-    const { tau } = this.taper;
-    const t = 0.5 * tau * this.whisker.D;
-    const near = Math.exp((-p * x) / this.whisker.D);
-    return (1 - x / this.a) * (c2 * t * t - a * near) + base * (b * near + 0.5 * c1 * t * (1 - tau * x));
+    const [bending, lever] = distortedLinear(skin, this.whisker, x);
+    return (1 - x / this.a) * (bending - 1) + lever / this.a;
   }
 
   /** The drive as the chart has it: rad, or δ/a. */
@@ -285,37 +232,14 @@ export class Contact {
       const t = chart.placeBasis(c.length, Math.max(place, first));
       return 1 - place + scale * dotted(c, t) + (of === "skin" ? pressed * this.skin(place * a) : 0);
     };
-    const known = Array.from({ length: PLACES }, (_, k) => lever(last - STEP * k));
-    // Newton's polynomial through the last places.
-    const onward = (place: number) => {
-      const u = (last - place) / STEP;
-      let [sum, factor, left] = [0, 1, known];
-      for (let k = 0; k < PLACES; k += 1) {
-        sum += factor * left[0]!;
-        factor *= (u - k) / (k + 1);
-        left = left.slice(1).map((g, i) => g - left[i]!);
-      }
-      return sum;
-    };
+    const onward = polynomial(Array.from({ length: PLACES }, (_, k) => lever(last - STEP * k)));
     return (x) => {
       const place = x / a;
       if (x >= arc) {
         return 0;
       }
-      const left = place <= last ? lever(place) : onward(place);
+      const left = place <= last ? lever(place) : onward((last - place) / STEP);
       return (sign * prefix * left) / (1 - taper.tau * x) ** 3;
     };
-  }
-}
-
-/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate. */
-export class Curves {
-  readonly model: StrainCurve;
-  readonly theory: StrainCurve;
-
-  constructor(rig: Rig, whisker: Whisker) {
-    const shears = rig.shears(whisker.D);
-    this.model = new StrainCurve(whisker, rig.drive, shears.model);
-    this.theory = new StrainCurve(whisker, rig.drive, shears.theory);
   }
 }

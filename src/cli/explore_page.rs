@@ -6,9 +6,10 @@ const TEMPLATE: &str = include_str!("../../pages/explore/template.html");
 const STYLE: &str = include_str!("../../pages/explore/style.css");
 
 /// The modules, each after those that it imports from, as the type checker gives them (`npm --prefix pages run build`).
-const MODULES: [&str; 10] = [
+const MODULES: [&str; 11] = [
     include_str!("../../pages/explore/beam.js"),
     include_str!("../../pages/explore/chart.js"),
+    include_str!("../../pages/explore/rig.js"),
     include_str!("../../pages/explore/tap.js"),
     include_str!("../../pages/explore/statistics.js"),
     include_str!("../../pages/explore/shape.js"),

@@ -42,8 +42,8 @@ const MOST: [usize; 2] = [9000, 14_000];
 /// where its chart ends.
 const CUTS: [usize; 5] = [PLACE, TAPER, TAPER, TAPER, TAPER];
 
-/// Share of the strain's error that a chart may have at the corners of its box, and of a solid, whose worst corners (a thick whisker touched next to its
-/// clamp by the least drive) are no whiskers: there the census has to keep the error, and it finds a quarter of it.
+/// Share of the strain's error that a chart may have at the points that check it, and the chart of a solid. The worst points of a solid are corners of
+/// the box that stand for no whisker (the largest D/a beside the smallest ρ/a): the census keeps the error at whiskers, 0.2 to 0.9 of what is allowed.
 const SHARE: [f64; 2] = [0.2, 2.0];
 
 /// Share of the strain's error that the arc of a contact may be off that chooses whether it slides: it tells what T holds it.

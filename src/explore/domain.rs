@@ -6,7 +6,7 @@ use crate::error::InputError;
 use crate::plan::Layout;
 use crate::scene::{Axis, Column, Drive, Setup, Tuple};
 
-/// Largest x/a of the chart; beyond it the strain next to the contact is drawn to its known end.
+/// Largest x/a of the chart; beyond it a page draws the strain from the last places.
 const LAST_PLACE: f64 = 0.95;
 
 /// Largest τa: next to the virtual apex nothing is smooth.

@@ -79,14 +79,16 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// (1 − x/a) times what sections that distort add to the strain at the place of `q`, quantities in the order of the axes, over that of the rod, at the
-/// linear limit; elsewhere it goes as the contact's force.
+/// (1 − x/a) times what distorting sections add to the strain at the place of `q`, quantities in the order of the axes, relative to the rod's, at the
+/// linear limit. At a finite drive it grows as the contact force does.
 pub fn skin(setup: &Setup, q: &[f64; AXES]) -> f64 {
-    let [factor, shear] = match setup.model.distorting {
-        true => distorted_linear([q[BASE], q[TAPER], q[PLACE]]),
-        false => return 0.0,
-    };
-    (1.0 - q[PLACE]) * (factor - 1.0) + shear
+    if !setup.model.distorting {
+        return 0.0;
+    }
+    // With a as unit of length.
+    let taper = Taper { D: q[BASE], tau: q[TAPER], tan_alpha: 0.5 * q[TAPER] * q[BASE] };
+    let [bending, lever] = distorted_linear(&taper, q[PLACE]);
+    (1.0 - q[PLACE]) * (bending - 1.0) + lever
 }
 
 /// Single f64 taps on the CPU, to `tolerance`.

@@ -57,10 +57,6 @@ impl Reader {
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
         // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read, in one plane.
-        // Nor has a foil, which is centred on the whole gauge: a chart knows points of the bare skin only.
-        if setup.gauge.foil.is_some() {
-            return Ok(None);
-        }
         let sticks = setup.model.contact == Contact::Stick;
         let planar = !setup.gauge.second && directions.iter().all(|d| d.is_upright());
         if sticks || planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain() {

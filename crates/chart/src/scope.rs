@@ -79,15 +79,12 @@ impl Summary {
     }
 }
 
-/// Whether rows of `setup` can be read from charts: one gauge without a foil, which is centred on it where a chart knows points only, distances told by a theory, and the given K, if any, the same of all designs.
+/// Whether rows of `setup` can be read from charts, where there are some: one gauge, distances told by a theory, and the given K, if any, the same of all
+/// designs.
 fn charted(setup: &Setup) -> bool {
     let unit = setup.estimate.convention == Convention::Elongation && setup.estimate.k.is_some();
     let exact = setup.model.geometry == Geometry::Exact;
-    exact
-        && setup.estimate.theory != Theory::Exact
-        && !unit
-        && !setup.gauge.second
-        && setup.gauge.foil.is_none()
+    exact && setup.estimate.theory != Theory::Exact && !unit && !setup.gauge.second
 }
 
 /// Everything that the designs of a sweep share.

@@ -187,19 +187,16 @@ pub const HALVED: f64 = 0.55 / 4.0;
 /// How the strain of the skin at x differs from the rod's: the factor of its bending strain, and what it shows of the shear force, per N. `e`: the
 /// modulus, MPa.
 pub fn distorted(taper: &Taper, e: f64, x: f64) -> [f64; 2] {
-    let [a, p, b, c1, c2] = SKIN;
-    let (t, radius) = (taper.tan_alpha, taper.radius(x));
-    let near = (-p * x / taper.D).exp();
-    [1.0 - a * near + c2 * t * t, 4.0 * (b * taper.D * near + c1 * t * radius) / (PI * e * radius.powi(3))]
+    let [bending, lever] = distorted_linear(taper, x);
+    [bending, 4.0 * lever / (PI * e * taper.radius(x).powi(3))]
 }
 
-/// [`distorted`] at the linear limit, of a contact at the distance a: the strain of the skin at x over that of the rod is s₀ + s₁/(1 − x/a). D/a, τa and
-/// x/a tell it.
-pub fn distorted_linear([base, tau, x]: [f64; 3]) -> [f64; 2] {
+/// The same at the linear limit: of a contact at a the strain of the skin at x is that of the rod times s₀ + s₁/(a − x); s₁ in the unit of length.
+pub fn distorted_linear(taper: &Taper, x: f64) -> [f64; 2] {
     let [a, p, b, c1, c2] = SKIN;
-    let t = 0.5 * tau * base;
-    let near = (-p * x / base).exp();
-    [1.0 - a * near + c2 * t * t, b * base * near + 0.5 * c1 * t * base * (1.0 - tau * x)]
+    let t = taper.tan_alpha;
+    let near = (-p * x / taper.D).exp();
+    [1.0 - a * near + c2 * t * t, b * taper.D * near + c1 * t * taper.radius(x)]
 }
 
 /// A foil on a whisker.
