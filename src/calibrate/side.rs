@@ -139,7 +139,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let signal =
         |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
-        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(ask.rig.setup.drive, t.a, t.drive);
+        |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(&ask.rig.setup, t.a, t.drive);
     let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
     let with_suspects = ask.taps.iter().any(changed).then(|| {
         // As recorded: neither rows nor drift taken out.

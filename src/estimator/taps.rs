@@ -182,7 +182,7 @@ fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {
     if !(tap.a.is_finite() && tap.drive.is_finite() && tap.signal.is_finite()) {
         return Some(Reason::NotANumber);
     }
-    if !rig.design.admits(rig.setup.drive, tap.a, tap.drive) {
+    if !rig.design.admits(&rig.setup, tap.a, tap.drive) {
         return Some(Reason::OutsideDomain);
     }
     if tap.a <= rig.shared().gauge[0] {

@@ -136,6 +136,7 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
         peak: bare.peak().1,
         theory,
         foil: None,
+        body: None,
         start: Held::new(&setup.model).start(&taper),
     };
     let drive = match setup.drive {

@@ -93,6 +93,7 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
     let name = |name: Name| match name {
         Name::Is(name) => name.to_owned(),
         Name::Drive => [Drive::Angle, Drive::Displacement].map(Drive::column).join(" or "),
+        Name::Read(strain, other) => format!("{strain} or {other}"),
         Name::K(plain, mm) => format!("{plain} or {mm}"),
     };
     columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only }).collect()

@@ -8,7 +8,7 @@ pub const ABOUT: &str = "Every row that was asked for comes back; one without va
     by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row.";
 
 /// What a word says in a sweep, which values a tap has with it, and what it says in `locate` where that is something else.
-const STATUSES: [(Status, &str, &str, &str); 10] = [
+const STATUSES: [(Status, &str, &str, &str); 11] = [
     (Status::INVALID_GEOMETRY, "the tuple lies outside its domain (model §1)", "none", ""),
     (
         Status::NO_STRAIN,
@@ -23,7 +23,18 @@ const STATUSES: [(Status, &str, &str, &str); 10] = [
         "strain_linear",
         "",
     ),
-    (Status::SLIPPED_OFF, "the contact has run past the tip", "all, with the taper continued", ""),
+    (
+        Status::AT_KNOT,
+        "the contact reaches a corner of the profile, on whose surface it slides (model §7)",
+        "strain_linear",
+        "",
+    ),
+    (
+        Status::SLIPPED_OFF,
+        "the contact has run past the tip",
+        "all, with the taper continued; strain_linear of a whisker that is no cone clamped at its base",
+        "",
+    ),
     (
         Status::STRAIN_LIMIT,
         "|strain| exceeds gauge.strain_limit",

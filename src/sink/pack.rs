@@ -246,12 +246,19 @@ impl Packed for Outcome {
         [self.strain_2, self.azimuth, self.slide].pack(to);
         (self.sweeps, self.status).pack(to);
         (self.sticking, self.interpolated, self.referred).pack(to);
+        let wrench = Some(self.wrench).filter(|wrench| !wrench[0].is_nan());
+        (wrench.is_some()).pack(to);
+        if let Some(wrench) = wrench {
+            wrench.pack(to);
+        }
     }
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         let [strain, strain_linear, deviation, normal_force, tangential_force, arc] = from.take()?;
         let [strain_2, azimuth, slide] = from.take()?;
         let (sweeps, status) = from.take()?;
         let (sticking, interpolated, referred) = from.take()?;
+        let told: bool = from.take()?;
+        let wrench = if told { from.take()? } else { [f64::NAN; 3] };
         Some(Self {
             strain,
             strain_2,
@@ -260,6 +267,7 @@ impl Packed for Outcome {
             normal_force,
             tangential_force,
             arc,
+            wrench,
             azimuth,
             slide,
             axial: f64::NAN,

@@ -5,6 +5,7 @@
 //! combinations are allowed, `units` which of them were probably meant in another unit.
 
 mod axis;
+mod built;
 mod check;
 mod curve;
 mod direction;
@@ -24,6 +25,7 @@ mod units;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
@@ -54,7 +56,8 @@ pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults("", user.get_ref());
+    let beside = built::beside(&document, user.get_ref(), base)?;
+    let defaults = schema::defaults(&["", &beside], user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     of_sections(label, text, &sections, base, space::listed)
 }
@@ -81,7 +84,8 @@ pub(crate) fn of_table(
     fallback: &str,
 ) -> Result<Spec> {
     let document = Document { file: label, text };
-    let defaults = schema::defaults(fallback, user);
+    let beside = built::beside(&document, user, base)?;
+    let defaults = schema::defaults(&[fallback, &beside], user);
     let sections = Sections::new(&document, user, &defaults)?;
     of_sections(label, text, &sections, base, |sections, drive| space::read(sections, drive, base))
 }
@@ -105,7 +109,7 @@ fn of_sections<'a>(
     let tap = sections.section("tap");
     let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
     let hub = sections.section("whisker").get("hub")?.within(&check::PLACE)?;
-    let gauge = sections::gauge(&sections.section("gauge"))?;
+    let mut gauge = sections::gauge(&sections.section("gauge"))?;
     let model = model::read(&sections.section("model"), base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
@@ -119,7 +123,14 @@ fn of_sections<'a>(
         sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
-    let setup = Setup { hub, drive, gauge, model: model.model, estimate, directions };
+    let sensor = built::sensor(&sections.section("sensor"), &mut gauge)?;
+    let built = built::whisker(&sections.section("whisker"), base, &model.model)?;
+    warnings.extend(built.warning);
+    let wrench = sections.section("output").get("wrench")?.flag()?;
+    let built = built.built.map(Arc::new);
+    let setup =
+        Setup { hub, drive, gauge, model: model.model, estimate, directions, built, signal: sensor, wrench };
+    built::allowed(sections, &setup, tilts)?;
     solid::allowed(sections, &setup, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)
@@ -134,6 +145,9 @@ fn of_sections<'a>(
         warnings,
     };
     solid::fits(sections, &spec)?;
+    built::fits(sections, &spec)?;
+    let doubts = built::doubts(&spec);
+    spec.warnings.extend(doubts);
     let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);
     spec.warnings.extend(solid::doubts(sections, &spec));
@@ -153,7 +167,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(optimise::DEFAULTS, user.get_ref());
+    let defaults = schema::defaults(&[optimise::DEFAULTS], user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let mut search = optimise::read(&sections)?;
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
@@ -179,7 +193,7 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(tap::FALLBACK, user.get_ref());
+    let defaults = schema::defaults(&[tap::FALLBACK], user.get_ref());
     let sections = Sections::new(&document, user.get_ref(), &defaults)?;
     let ends = tap::check(&sections, &spec, noisy)?;
     Ok((spec, ends))
@@ -190,7 +204,7 @@ pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
     let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
     let document = Document { file: &file, text: &spec.text };
     let user = DeTable::parse(&spec.text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults("", user.get_ref());
+    let defaults = schema::defaults(&[""], user.get_ref());
     sections::model_error(&Sections::new(&document, user.get_ref(), &defaults)?.section("run"))
 }
 

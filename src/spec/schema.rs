@@ -35,6 +35,8 @@ solid = false
 nu = 0.5
 contact = "frictionless"
 material = { hooke = 3.2 }
+[sensor]
+signal = "strain"
 [estimate]
 theory = "euler-bernoulli"
 convention = "mean"
@@ -46,6 +48,7 @@ distances = true
 format = "csv"
 by = "K_sd"
 per = "row"
+wrench = false
 "#;
 
 /// Effects of the rod are off.
@@ -59,11 +62,13 @@ static TERMS_OFF: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The defaults of what the `user` wrote, and beside them the values of `more`, which is TOML like them.
-pub(super) fn defaults<'m>(more: &'m str, user: &DeTable<'_>) -> DeTable<'m> {
+pub(super) fn defaults<'m>(more: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
     let mut all = table(DEFAULTS);
     let solid = if solid::is_asked(user) { solid::ALL } else { "" };
-    for (name, section) in table(&TERMS_OFF).into_iter().chain(table(solid)).chain(table(more)) {
+    for (name, section) in
+        table(&TERMS_OFF).into_iter().chain(table(solid)).chain(more.iter().copied().flat_map(table))
+    {
         match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.into_inner()) {
             (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added),
             (_, added) => panic!("no section of defaults takes {added:?}"),

@@ -68,7 +68,7 @@ impl DistanceChart {
     }
 
     /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty. With `all_drives` the range of the drive is not cut. `None` also where the contact of one that is not upright, or is told by
-    /// two gauges, has friction, and with a foil: that is centred on its gauge, where a chart knows points of the bare skin.
+    /// two gauges, has friction, with a foil: that is centred on its gauge, where a chart knows points of the bare skin; and what is no cone, or more than its strain.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
@@ -76,7 +76,7 @@ impl DistanceChart {
         (power, tolerance, stop): (i32, f64, &AtomicBool),
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
-        if setup.gauge.foil.is_some() {
+        if setup.gauge.foil.is_some() || !setup.is_plain() {
             return Ok(None);
         }
         let served = |mut chart: Self| {

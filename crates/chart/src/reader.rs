@@ -146,7 +146,7 @@ impl Reader {
             return None;
         }
         let design = &designs[task.design as usize];
-        let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, a, task.drive))?;
+        let shared = design.shared.as_ref().filter(|_| design.admits(setup, a, task.drive))?;
         let [x1, x2] = shared.gauge;
         let drive = amount(setup.drive, task.drive);
         let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);

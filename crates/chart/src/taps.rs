@@ -113,6 +113,7 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             peak: bare.peak().1,
             theory,
             foil: None,
+            body: None,
             start: Held::new(&setup.model).start(&taper),
         }),
     }

@@ -1,12 +1,15 @@
 //! A design, (D, d, L_a, x_ss, l), with everything of the linear theory that its taps share.
 
+use std::sync::Arc;
+
 use crate::physics::{
+    body::Body,
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     solid::{Bonded, Held},
     taper::Taper,
 };
-use crate::scene::{Convention, Direction, Drive, Gauge, Geometry, Setup, Theory, Tuple};
+use crate::scene::{Built, Convention, Direction, Drive, Gauge, Geometry, Setup, Signal, Theory, Tuple};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -41,6 +44,8 @@ pub struct Shared {
     pub foil: Option<Bonded>,
     /// Where the rod begins, mm from the face of its clamp.
     pub start: f64,
+    /// The whisker as it is built, where it is no cone clamped at its base, or where its wrench is read.
+    pub body: Option<Arc<Body>>,
 }
 
 impl Shared {
@@ -59,7 +64,7 @@ impl Shared {
     pub fn rod(&self) -> StrainCurve {
         let StrainCurve { taper, gauge, hub, drive, shear, .. } = self.model;
         match self.start {
-            0.0 => self.model,
+            0.0 => self.model.clone(),
             start => StrainCurve::new(taper.from(start), gauge.map(|x| x - start), hub + start, drive, shear),
         }
     }
@@ -72,30 +77,47 @@ pub fn is_whisker(t: &Tuple) -> bool {
     positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
 }
 
+/// The whisker of `tuple` as it is built; none of a cone clamped at its base whose strain is read.
+fn body(setup: &Setup, tuple: &Tuple) -> Option<Arc<Body>> {
+    let built = setup.built.as_deref().or((setup.signal != Signal::Strain).then_some(&Built::CONE))?;
+    let Tuple { D, d, L_a, .. } = *tuple;
+    Some(Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu)))
+}
+
 impl Design {
     /// The design of `tuple` in `setup`.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
         let held = Held::new(&setup.model).c0 * D <= x_ss;
         let taper = Taper::new(D, d, L_a);
-        let gauge = taper.gauge(x_ss, l);
+        let body = body(setup, &tuple);
+        let gauge = match &body {
+            Some(body) if is_whisker(&tuple) => body.gauge(x_ss, l),
+            _ => taper.gauge(x_ss, l),
+        };
         let bonded = |foil| Bonded::new(&foil, &taper, gauge, setup.model.material.e0());
         let foil = setup.gauge.foil.map(bonded);
         let carried =
             |foil: &Bonded| foil.span[0] >= -ROUNDING * L_a && foil.span[1] <= L_a * (1.0 + ROUNDING);
         // A grid may be too short to have two ends.
         let grid = gauge[0] < gauge[1];
-        let shared = (is_whisker(&tuple) && grid && held && foil.as_ref().is_none_or(carried)).then(|| {
-            let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
-            let shear = shear_length2(&taper, setup.model.nu);
-            let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
-            let model = curve(if with_shear { shear } else { 0.0 });
-            let theory = curve(if setup.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
-            let of_model = Inverse::new(model);
-            let peak = of_model.peak().1;
-            let theory = if theory == model { of_model } else { Inverse::new(theory) };
-            Shared { taper, gauge, model, peak, theory, foil, start: Held::new(&setup.model).start(&taper) }
-        });
+        let sound = body.as_ref().is_none_or(|body| body.burst().is_none());
+        let shared =
+            (is_whisker(&tuple) && grid && held && sound && foil.as_ref().is_none_or(carried)).then(|| {
+                let curve = |shear| {
+                    let plain = StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
+                    body.as_ref().map_or(plain.clone(), |body| plain.built(body, setup.signal))
+                };
+                let shear = shear_length2(&taper, setup.model.nu);
+                let with_shear = setup.model.geometry == Geometry::Linear && setup.model.shear;
+                let model = curve(if with_shear { shear } else { 0.0 });
+                let theory = curve(if setup.estimate.theory == Theory::Timoshenko { shear } else { 0.0 });
+                let of_model = Inverse::new(model.clone());
+                let peak = of_model.peak().1;
+                let theory = if theory == model { of_model } else { Inverse::new(theory) };
+                let start = Held::new(&setup.model).start(&taper);
+                Shared { taper, gauge, model, peak, theory, foil, start, body: body.clone() }
+            });
         Self { tuple, shared }
     }
 
@@ -108,14 +130,21 @@ impl Design {
     }
 
     /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
-    pub fn admits(&self, kind: Drive, a: f64, drive: f64) -> bool {
-        let drive_ok = match kind {
+    pub fn admits(&self, setup: &Setup, a: f64, drive: f64) -> bool {
+        let drive_ok = match setup.drive {
             Drive::Angle => drive > 0.0 && drive < 90.0,
             Drive::Displacement => drive > 0.0 && drive <= MOST,
         };
-        self.shared.as_ref().is_some_and(|shared| a > shared.start.max(0.0))
-            && drive_ok
-            && a <= self.tuple.L_a * (1.0 + ROUNDING)
+        let touched = |shared: &Shared| {
+            let StrainCurve { hub, drive, .. } = shared.model;
+            let hub = (drive == Drive::Angle).then_some(hub);
+            a > shared.start.max(0.0)
+                && shared
+                    .body
+                    .as_ref()
+                    .is_none_or(|body| body.refuses(a, setup.model.pole_radius, hub).is_none())
+        };
+        self.shared.as_ref().is_some_and(touched) && drive_ok && a <= self.tuple.L_a * (1.0 + ROUNDING)
     }
 }
 

@@ -29,13 +29,16 @@ impl Status {
     pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
     /// The input line could not be read.
     pub const BAD_INPUT: Self = Self(1 << 9);
+    /// The contact has reached a corner of a tabled profile, which is not described.
+    pub const AT_KNOT: Self = Self(1 << 10);
 
     /// All words in the order in which tables join them.
-    pub const ALL: [(Self, &str); 10] = [
+    pub const ALL: [(Self, &str); 11] = [
         (Self::INVALID_GEOMETRY, "invalid_geometry"),
         (Self::NO_STRAIN, "no_strain"),
         (Self::NOT_CONVERGED, "not_converged"),
         (Self::MATERIAL_LIMIT, "material_limit"),
+        (Self::AT_KNOT, "at_knot"),
         (Self::SLIPPED_OFF, "slipped_off"),
         (Self::STRAIN_LIMIT, "strain_limit"),
         (Self::NO_ROOT, "no_root"),
@@ -61,6 +64,7 @@ impl Status {
                 | Self::NO_STRAIN
                 | Self::NOT_CONVERGED
                 | Self::MATERIAL_LIMIT
+                | Self::AT_KNOT
                 | Self::SLIPPED_OFF,
         )
     }
@@ -110,6 +114,7 @@ mod tests {
             Status::NO_STRAIN,
             Status::NOT_CONVERGED,
             Status::MATERIAL_LIMIT,
+            Status::AT_KNOT,
             Status::SLIPPED_OFF,
         ] {
             assert!(!(s | Status::AMBIGUOUS).counts());

@@ -61,7 +61,11 @@ impl Framing {
             Contact::Coulomb(_) => return None,
         };
         let solid = is_solid(&model) || model.clamp != Clamp::Rigid || setup.gauge.foil.is_some();
-        let known = model.geometry == Geometry::Exact && !solid && !setup.gauge.second && hub < SIZES[1];
+        let known = model.geometry == Geometry::Exact
+            && setup.is_plain()
+            && !solid
+            && !setup.gauge.second
+            && hub < SIZES[1];
         known.then_some(Self { model, side: setup.gauge.side, drive, hub, grip })
     }
 

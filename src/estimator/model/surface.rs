@@ -74,12 +74,12 @@ impl Surface {
         setup.gauge.second = false;
         let (reach, tuple) = continued(rig, reach)?;
         let design = Design::new(&setup, tuple);
-        let Some(curve) = design.shared.as_ref().map(|s| s.model) else {
+        let Some(curve) = design.shared.as_ref().map(|s| s.model.clone()) else {
             return Err(ModelError::TooFar);
         };
         let kind = setup.drive;
         let mut solver = Solve {
-            curve,
+            curve: curve.clone(),
             kind,
             designs: [design],
             evaluator: Evaluator::new(&setup, method).sparing(hard[0]),
@@ -146,7 +146,7 @@ impl Surface {
         let y = scaled(strip.drives, drive);
         let cuts =
             strip.pieces.iter().map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y)) }, &p.looks));
-        Curve::new(self.curve, amount(self.kind, drive), cuts, strip.end)
+        Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
     }
 }
 

@@ -5,7 +5,7 @@ mod swept;
 use serde_json::Value;
 
 use super::rows::TableFormat;
-use crate::scene::{Convention, Drive, Setup};
+use crate::scene::{Convention, Drive, Setup, Signal};
 use crate::status::Status;
 pub use swept::{AtDistance, AtDrive, TapRow};
 
@@ -76,6 +76,8 @@ pub enum Name {
     Is(&'static str),
     /// `theta_deg` or `delta_mm`, as the whisker is driven.
     Drive,
+    /// What is read: its names of a strain, and of another signal.
+    Read(&'static str, &'static str),
     /// A figure of K: its names without unit, and with the convention `elongation` in mm.
     K(&'static str, &'static str),
 }
@@ -86,6 +88,13 @@ impl Name {
         match self {
             Self::Is(name) => name,
             Self::Drive => setup.drive.column(),
+            Self::Read(strain, other) => {
+                if setup.signal == Signal::Strain {
+                    strain
+                } else {
+                    other
+                }
+            }
             Self::K(plain, mm) => match setup.estimate.convention {
                 Convention::Mean => plain,
                 Convention::Elongation => mm,
@@ -120,6 +129,8 @@ pub enum Only {
     Direction,
     /// With a second gauge.
     Second,
+    /// Where the spec asks for the wrench.
+    Wrench,
 }
 
 impl Only {
@@ -131,6 +142,7 @@ impl Only {
             Self::Lean => setup.directions.lean,
             Self::Direction => setup.directions.tilt || setup.directions.lean,
             Self::Second => setup.gauge.second,
+            Self::Wrench => setup.wrench,
         }
     }
 
@@ -142,6 +154,7 @@ impl Only {
             Self::Lean => "where lean is said",
             Self::Direction => "where tilt or lean is said",
             Self::Second => "with a second gauge",
+            Self::Wrench => "with wrench = true",
         }
     }
 }

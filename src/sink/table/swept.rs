@@ -1,7 +1,7 @@
 //! Rows and columns of the tables of a sweep.
 
 use super::Field::{self, Count, Number, Word};
-use super::Name::{Drive as DriveName, Is, K};
+use super::Name::{Drive as DriveName, Is, K, Read};
 use super::{Column, Only, column, only};
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
@@ -84,7 +84,7 @@ fn sd(sd: Option<f64>, unit: f64) -> Field {
 
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub const COLUMNS: [Column<Self>; 24] = [
+    pub const COLUMNS: [Column<Self>; 27] = [
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
@@ -94,10 +94,16 @@ impl TapRow<'_> {
         only(Only::Tilt, "tilt_deg", TILT, |r| Number(r.direction.tilt)),
         only(Only::Lean, "lean_deg", LEAN, |r| Number(r.direction.lean)),
         column(DriveName, DRIVE, |r| Number(r.drive)),
-        column(Is("strain"), "mean strain over the grid, tension positive (§1)", |r| Number(r.tap.strain)),
-        column(Is("strain_linear"), "the same of the estimator's theory, ±θ f (20)", |r| {
-            Number(r.tap.strain_linear)
-        }),
+        column(
+            Read("strain", "signal"),
+            "mean strain over the grid, tension positive (§1); or M₀ (N mm), or F_y (N), as the root feels it (§7)",
+            |r| Number(r.tap.strain),
+        ),
+        column(
+            Read("strain_linear", "signal_linear"),
+            "the same of the estimator's theory, ±θ f (20)",
+            |r| Number(r.tap.strain_linear),
+        ),
         column(
             K("K", "K_mm"),
             "strain_linear/strain (20); of two gauges θ f cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁ (§6)",
@@ -130,6 +136,18 @@ impl TapRow<'_> {
         only(Only::Second, "bending_azimuth_deg", AZIMUTH, |r| Number(r.tap.azimuth.to_degrees())),
         only(Only::Second, "slide_mm", "slide λ of the contact along the object's edge (§6)", |r| {
             Number(r.tap.slide)
+        }),
+        only(
+            Only::Wrench,
+            "base_moment_Nmm",
+            "moment of the whisker on its root M₀, counterclockwise (§7)",
+            |r| Number(r.tap.wrench[0]),
+        ),
+        only(Only::Wrench, "base_fx_N", "force of the whisker on its root along it, F_x (§7)", |r| {
+            Number(r.tap.wrench[1])
+        }),
+        only(Only::Wrench, "base_fy_N", "the same across it, towards the object, F_y (§7)", |r| {
+            Number(r.tap.wrench[2])
         }),
         column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
     ];

@@ -37,6 +37,30 @@ pub const CONTACT: Section = inline(
     &[key("coulomb", "", "coefficient of friction μ", "")],
 );
 
+/// `root` in `[whisker]`.
+pub const ROOT: Section = inline(
+    "whisker.root",
+    "Springs between the motor and the base section, unloaded at rest (model §7); one of them at least.",
+    &["{ k_theta = 500 }", "{ k_theta = 500, k_y = 20, k_x = 100 }"],
+    &[
+        key("k_theta", "N mm/rad", "stiffness against turning", "").absent("rigid"),
+        key("k_y", "N/mm", "stiffness across the whisker", "").absent("rigid"),
+        key("k_x", "N/mm", "stiffness along the whisker", "").absent("rigid"),
+    ],
+);
+
+/// `core` in `[whisker]`.
+pub const CORE: Section = inline(
+    "whisker.core",
+    "A bonded concentric core of another modulus (model §7).",
+    &["{ diameter = 0.5, modulus = 60000 }", "{ diameter = [[0, 1.0], [40, 0.5]], modulus = 60000 }"],
+    &[
+        key("diameter", "mm", "its diameter, or [[s, diameter], …]", "")
+            .absent("required, unless the profile's file has core_mm"),
+        key("modulus", "MPa", "its modulus", ""),
+    ],
+);
+
 /// `foil` in `[gauge]`.
 pub const FOIL: Section = inline(
     "gauge.foil",

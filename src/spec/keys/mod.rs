@@ -5,8 +5,8 @@ mod inline;
 mod sections;
 
 use super::{optimise, schema};
-pub use inline::{AXIS, BUDGET, CONTACT, FOIL, LIMITS, MATERIAL, ROBUST, VARIABLES, WEIGHTS};
-pub use sections::{ESTIMATE, GAUGE, MODEL, OPTIMISE, OUTPUT, RUN, TAP, TUPLES, WHISKER};
+pub use inline::{AXIS, BUDGET, CONTACT, CORE, FOIL, LIMITS, MATERIAL, ROBUST, ROOT, VARIABLES, WEIGHTS};
+pub use sections::{ESTIMATE, GAUGE, MODEL, OPTIMISE, OUTPUT, RUN, SENSOR, TAP, TUPLES, WHISKER};
 
 /// Unit, and range, of the ends of an axis.
 pub const THAT_OF_THE_KEY: &str = "that of the key";
@@ -85,10 +85,12 @@ pub const FORMAT: Key =
     key("format", "", "format of the spec", "1").note("A higher one than the program knows is refused");
 
 /// All sections.
-pub const SECTIONS: [Section; 9] = [WHISKER, GAUGE, TAP, TUPLES, MODEL, ESTIMATE, OPTIMISE, OUTPUT, RUN];
+pub const SECTIONS: [Section; 10] =
+    [WHISKER, GAUGE, SENSOR, TAP, TUPLES, MODEL, ESTIMATE, OPTIMISE, OUTPUT, RUN];
 
 /// Inline tables, by the key that takes them. `axis` is taken by D, d, L_a, x_ss, l, a, theta and delta.
-pub const INLINE: [Section; 9] = [AXIS, CONTACT, MATERIAL, FOIL, WEIGHTS, BUDGET, VARIABLES, LIMITS, ROBUST];
+pub const INLINE: [Section; 11] =
+    [AXIS, ROOT, CORE, CONTACT, MATERIAL, FOIL, WEIGHTS, BUDGET, VARIABLES, LIMITS, ROBUST];
 
 /// Unit of every key under its dotted name, `axis.from` for that of an axis; empty where it has none.
 pub fn units() -> impl Iterator<Item = (String, &'static str)> {
@@ -103,7 +105,7 @@ pub fn units() -> impl Iterator<Item = (String, &'static str)> {
 
 /// What stands for `key` of `section` where the user says nothing, as TOML.
 pub fn default(section: &str, key: &str) -> Option<String> {
-    let all = schema::defaults(optimise::DEFAULTS, &toml::de::DeTable::new());
+    let all = schema::defaults(&[optimise::DEFAULTS], &toml::de::DeTable::new());
     let table = if section.is_empty() { &all } else { all.get(section)?.get_ref().as_table()? };
     Some(schema::toml_text(table.get(key)?.get_ref()))
 }

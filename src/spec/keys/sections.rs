@@ -13,6 +13,17 @@ pub const WHISKER: Section = section(
             .note("A value, a list or an axis; d > D is a whisker that widens"),
         key("L_a", "mm", "length from clamp to tip", "50.0").note("A value, a list or an axis"),
         key("hub", "mm", "distance of the motor's axis behind the clamp", "20.0"),
+        key("profile", "mm", "diameter along the whisker, in place of D, d and L_a (model §7)", "[[0, 14], [8, 9], [50, 4]]")
+            .absent("the cone of D and d")
+            .note("Linear between its pairs [s, D]; or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm. Tables show D(0), D(L_a), L_a"),
+        key("exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ", "2.0").absent("1: the cone").note("0.25 … 4"),
+        key("bore", "mm", "diameter of a concentric bore, or [[s, diameter], …]", "3.0").absent("none").note("With a hooke material"),
+        key("core", "", "a bonded concentric core: diameter, and modulus in MPa", "{ diameter = 0.5, modulus = 60000 }")
+            .absent("none")
+            .note("With a hooke material"),
+        key("curvature", "1/mm", "curvature at rest κ_base, positive where the whisker bends away from the object", "0.01").absent("0"),
+        key("curvature_slope", "1/mm²", "its growth along the whisker κ_slope", "-1e-4").absent("0"),
+        key("root", "", "springs between motor and base", "{ k_theta = 500, k_y = 20 }").absent("none: the base does not give way").note("f is then that of the whisker with its root"),
     ],
 );
 
@@ -36,6 +47,17 @@ pub const GAUGE: Section = section(
         key("foil", "", "a foil that is stiffer than the skin (model §8)", "{ stiffness = 100, length = 6.3, width = 2.8 }")
             .absent("none: the bare strain of the skin")
             .note("strain is then what the foil reads, some twentieth of that of the bare skin, and K is that much larger; strain_limit stays that of the skin"),
+    ],
+);
+
+/// `[sensor]`.
+pub const SENSOR: Section = section(
+    "sensor",
+    "What is read (model §7). K, errors and distances are those of this signal.",
+    &[
+        key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"")
+            .note("\"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
+        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("0"),
     ],
 );
 
@@ -158,6 +180,7 @@ pub const OUTPUT: Section = section(
         key("top", "", "keep only the best N complete rows", "20").absent("all rows"),
         key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\""),
         key("per", "", "what competes: every row, or each design with its best drive", "\"design\""),
+        key("wrench", "", "tell the wrench on the base in tuples.csv (model §7)", "true"),
     ],
 );
 

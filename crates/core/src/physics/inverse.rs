@@ -36,8 +36,13 @@ impl Inverse {
     /// Cuts `curve` into monotone pieces.
     pub fn new(curve: StrainCurve) -> Self {
         let [x1, x2] = curve.gauge;
-        let lo = curve.taper.tau.max(0.0);
-        let hi = if x1 > 0.0 { 1.0 / x1 } else { 1e9 / x2 };
+        let lo = curve.end().map_or(curve.taper.tau.max(0.0), |end| 1.0 / end);
+        let hi = match curve.end() {
+            // The wrench of a contact anywhere has a value.
+            Some(end) if !curve.reads_strain() => 1e3 / end,
+            _ if x1 > 0.0 => 1.0 / x1,
+            _ => 1e9 / x2,
+        };
         if plain(&curve) {
             let [b1, b2] = curve.b();
             let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
@@ -137,5 +142,5 @@ fn highest(curve: &StrainCurve, lo: f64, places: impl Iterator<Item = f64>) -> (
 
 /// Whether the closed form of the quadratic applies.
 fn plain(curve: &StrainCurve) -> bool {
-    curve.drive == Drive::Angle && curve.hub == 0.0 && curve.shear == 0.0
+    curve.drive == Drive::Angle && curve.hub == 0.0 && curve.shear == 0.0 && curve.is_plain()
 }

@@ -8,10 +8,14 @@
 //! Everything is written in u = 1/a and b_i = 1/(1 − τ x_i): nothing divides by τ or cancels as d → D.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
+use super::body::Body;
+use super::flexure::Flexure;
 use super::number::Number;
 use super::taper::Taper;
 use crate::scene::model::Drive;
+use crate::scene::signal::Signal;
 
 /// Deflection y(x) of the centreline, mm, under a transverse force `force` (N) at distance `a` (mm), modulus `e`
 /// (MPa); straight beyond a. Eq. 3.
@@ -31,13 +35,19 @@ pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
 /// Shear length² S = 3 E D²/(16 k G), mm², with k = 6(1+ν)/(7+6ν), G = E/(2(1+ν)); E cancels.
 #[inline(always)]
 pub fn shear_length2<T: Number>(taper: &Taper<T>, nu: f64) -> T {
-    let k = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu);
+    let k = shear_coefficient(nu);
     T::of(3.0) * taper.D * taper.D * T::of(2.0) * T::of(1.0 + nu) / T::of(16.0 * k)
+}
+
+/// k of a round section, 6 (1 + ν)/(7 + 6 ν).
+#[inline(always)]
+pub fn shear_coefficient(nu: f64) -> f64 {
+    6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
 }
 
 /// Strain of a gauge per unit of drive as a function of the contact distance a: f (1/rad), or g = f/a (1/mm) for a
 /// displacement drive, with or without shear.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StrainCurve {
     /// The whisker.
     pub taper: Taper,
@@ -50,6 +60,8 @@ pub struct StrainCurve {
     /// S, mm²; 0 for Euler–Bernoulli.
     pub shear: f64,
     b: [f64; 2],
+    /// What is no cone clamped at its base, or no strain.
+    built: Option<Flexure>,
 }
 
 impl StrainCurve {
@@ -57,7 +69,29 @@ impl StrainCurve {
     pub fn new(taper: Taper, gauge: [f64; 2], hub: f64, drive: Drive, shear: f64) -> Self {
         let hub = if drive == Drive::Displacement { 0.0 } else { hub };
         let b = gauge.map(|x| 1.0 / (1.0 - taper.tau * x));
-        Self { taper, gauge, hub, drive, shear, b }
+        Self { taper, gauge, hub, drive, shear, b, built: None }
+    }
+
+    /// What `signal` shows of the whisker `body`, in place of the strain of a clamped cone.
+    pub fn built(self, body: &Arc<Body>, signal: Signal) -> Self {
+        let Self { gauge, hub, drive, shear, .. } = self;
+        let built = Flexure { body: Arc::clone(body), signal, gauge, hub, drive, shear: shear != 0.0 };
+        Self { built: Some(built), ..self }
+    }
+
+    /// The farthest contact that it knows of, mm; none of a clamped cone, which goes on beyond its tip.
+    pub fn end(&self) -> Option<f64> {
+        self.built.as_ref().map(|built| built.body.length)
+    }
+
+    /// Whether it is that of a gauge.
+    pub fn reads_strain(&self) -> bool {
+        self.built.as_ref().is_none_or(|built| built.signal == Signal::Strain)
+    }
+
+    /// Whether it is that of a cone clamped at its base.
+    pub fn is_plain(&self) -> bool {
+        self.built.is_none()
     }
 
     /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
@@ -75,6 +109,11 @@ impl StrainCurve {
 
     /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
     pub fn at_inverse(&self, u: f64) -> (f64, f64) {
+        if let Some(built) = &self.built {
+            let a = 1.0 / u;
+            let [f, slope] = built.value(a);
+            return (f, -slope * a * a);
+        }
         let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
         if x1 * u >= 1.0 {
             return (0.0, 0.0);
@@ -110,11 +149,22 @@ impl StrainCurve {
 
     /// Contact force per unit of drive, N/rad (or N/mm), modulus `e` in MPa. Eq. 4 with shear.
     pub fn force(&self, e: f64, a: f64) -> f64 {
+        if let Some(built) = &self.built {
+            return built.force(a);
+        }
         let v = 1.0 - self.taper.tau * a;
         let reach = match self.drive {
             Drive::Angle => a + self.hub,
             Drive::Displacement => 1.0,
         };
         3.0 * PI * e * self.taper.D.powi(4) * v * reach / (64.0 * a.powi(3)) / (1.0 + self.shear / (a * a))
+    }
+
+    /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
+    pub fn wrench(&self, e: f64, a: f64) -> [f64; 3] {
+        match &self.built {
+            Some(built) => built.wrench(a),
+            None => [-a, 0.0, -1.0].map(|x| x * self.force(e, a)),
+        }
     }
 }

@@ -1,7 +1,9 @@
 //! The physics, pure: f64, no files, no devices. Units mm, N, MPa, radians.
 
+pub mod body;
 pub mod chebyshev;
 pub mod fit;
+pub mod flexure;
 pub mod inverse;
 pub mod linear;
 pub mod number;

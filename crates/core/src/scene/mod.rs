@@ -4,7 +4,10 @@
 //! from a file, with what that file said beside it. Lengths in mm, angles in degrees, moduli in MPa, as written by the user; radians
 //! and dimensionless groups begin in `physics`.
 
+use std::sync::Arc;
+
 pub mod axis;
+pub mod built;
 pub mod even;
 mod layout;
 pub mod listed;
@@ -13,10 +16,12 @@ pub mod model;
 pub mod run;
 pub mod sampler;
 pub mod search;
+pub mod signal;
 pub mod space;
 pub mod term;
 
 pub use axis::Axis;
+pub use built::Built;
 pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
@@ -25,6 +30,7 @@ pub use model::{
 };
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
+pub use signal::Signal;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 pub use term::{Amount, Term};
 
@@ -44,15 +50,36 @@ pub struct Setup {
     pub estimate: Estimate,
     /// Columns of the pole's direction that tables have.
     pub directions: DirectionColumns,
+    /// What the whisker is beyond its diameters and its length; none of a cone clamped at its base.
+    pub built: Option<Arc<Built>>,
+    /// What the sensor reads.
+    pub signal: Signal,
+    /// Whether tables have the wrench on the base.
+    pub wrench: bool,
 }
 
 impl Setup {
     /// Why there are no taps at poles that tilt, or lean; `None` where there are (model §6, §8).
     pub fn forbids(&self, leaning: [bool; 2]) -> Option<&'static str> {
-        match self.gauge.foil {
-            Some(_) if leaning.contains(&true) => Some("a foil has been computed for upright edges only"),
-            _ => self.model.forbids(leaning),
+        if leaning.contains(&true) {
+            if self.gauge.foil.is_some() {
+                return Some("a foil has been computed for upright edges only");
+            }
+            if let Some(why) = self.built.as_ref().and_then(|built| built.upright(self.model.surface)) {
+                return Some(why);
+            }
         }
+        self.model.forbids(leaning)
+    }
+
+    /// Whether taps are those of a cone clamped at its base, of which only the strain is asked.
+    pub fn is_plain(&self) -> bool {
+        self.built.is_none() && !self.asks_wrench()
+    }
+
+    /// Whether the wrench on the base is asked for.
+    pub fn asks_wrench(&self) -> bool {
+        self.wrench || self.signal != Signal::Strain
     }
 
     /// With this law of the material; moduli in MPa.

@@ -219,7 +219,7 @@ fn seen(
     outcomes: &[Outcome],
     reading: Reading<'_>,
 ) -> Option<Seen> {
-    let curve = design.shared.as_ref()?.model;
+    let curve = &design.shared.as_ref()?.model;
     // Of ε₀, ε₁, ε₂: shares of θ f cos β, less 0, cos β, sin β.
     let shares = |k: usize| {
         let (sin, cos) = radians(taps[k].direction)[0].sin_cos();

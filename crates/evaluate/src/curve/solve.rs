@@ -145,7 +145,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let Self { setup, designs, asks, pieces, .. } = self;
         let made = |(ask, pieces): (&Ask, Vec<Piece>)| {
             let shared = designs[ask.design as usize].shared.as_ref().filter(|_| !pieces.is_empty())?;
-            Some(curve(shared.model, amount(setup.drive, ask.drive), pieces))
+            Some(curve(shared.model.clone(), amount(setup.drive, ask.drive), pieces))
         };
         asks.par_iter().zip(pieces).map(made).collect()
     }

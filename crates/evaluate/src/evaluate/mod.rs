@@ -72,6 +72,8 @@ pub struct Outcome {
     pub tangential_force: f64,
     /// c, mm.
     pub arc: f64,
+    /// What the whisker exerts on its root: M₀, N mm, F_x and F_y, N; NaN where it is not asked for.
+    pub wrench: [f64; 3],
     /// Azimuth φ of the plane in which the whisker bends, rad; NaN where it is not asked for.
     pub azimuth: f64,
     /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
@@ -110,6 +112,7 @@ impl Outcome {
         normal_force: f64::NAN,
         tangential_force: f64::NAN,
         arc: f64::NAN,
+        wrench: [f64::NAN; 3],
         azimuth: f64::NAN,
         slide: f64::NAN,
         axial: f64::NAN,
@@ -263,9 +266,13 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Whether taps are answered by the reference, or the geometry is linear: closed forms in f64 on every backend.
+    /// Whether taps are answered by the reference, as those of a whisker that no kernel knows are, or the geometry is linear: closed forms in f64 on
+    /// every backend.
     fn needs_no_kernel(&self) -> bool {
-        matches!(self.method, Method::Reference) || self.setup.model.geometry == Geometry::Linear
+        let Setup { model, .. } = self.setup;
+        matches!(self.method, Method::Reference)
+            || model.geometry == Geometry::Linear
+            || !self.setup.is_plain()
     }
 
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that

@@ -6,7 +6,7 @@ use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::{Solution, Tap};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem, TiltedTap};
-use crate::scene::{Geometry, Setup, Side};
+use crate::scene::{Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -51,6 +51,7 @@ pub(super) fn fast(
     let found = Found {
         strain,
         deviation,
+        wrench: [f64::NAN; 3],
         beside,
         normal: response.normal,
         tangential: response.tangential,
@@ -100,6 +101,7 @@ pub fn told(
         strain: share * (linear + linear * strain),
         beside,
         deviation,
+        wrench: [f64::NAN; 3],
         normal,
         tangential: friction * normal,
         arc: task.a + task.a * arc,
@@ -110,6 +112,9 @@ pub fn told(
 
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
 fn theories_apart(shared: &Shared, task: &Task) -> f64 {
+    if !shared.model.is_plain() {
+        return shared.theory.curve().value(task.a) / shared.model.value(task.a) - 1.0;
+    }
     let u2 = 1.0 / (task.a * task.a);
     let (model, theory) = (shared.model.shear * u2, shared.theory.curve().shear * u2);
     (model - theory) / (1.0 + theory)
@@ -126,9 +131,17 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         let strain = amount * shared.model.value(task.a);
         let deviation = theories_apart(shared, task);
         let normal = amount * shared.model.force(setup.model.material.e0(), task.a);
-        let beside = None;
-        let upright =
-            Found { strain, deviation, normal, beside, tangential: 0.0, arc: task.a, sticking: false };
+        let wrench = shared.model.wrench(setup.model.material.e0(), task.a).map(|x| amount * x);
+        let upright = Found {
+            strain,
+            deviation,
+            normal,
+            wrench,
+            beside: None,
+            tangential: 0.0,
+            arc: task.a,
+            sticking: false,
+        };
         let found = if task.is_spatial(setup) { upright.tilted(setup, task, amount) } else { upright };
         return outcome(setup, design, shared, task, linear, found);
     }
@@ -141,6 +154,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         drive: setup.drive,
         amount,
         foil: shared.foil,
+        body: shared.body.as_deref(),
         model: &setup.model,
     };
     let solved = if task.is_spatial(setup) {
@@ -154,10 +168,12 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     };
     match solved {
         Ok((tap, beside)) => {
+            let strain = sign(setup) * setup.signal.of(tap.wrench).unwrap_or(tap.strain);
             let found = Found {
-                strain: sign(setup) * tap.strain,
+                strain,
+                wrench: tap.wrench,
                 beside,
-                deviation: linear / (sign(setup) * tap.strain) - 1.0,
+                deviation: linear / strain - 1.0,
                 normal: tap.normal_force,
                 tangential: tap.tangential_force,
                 arc: tap.contact_arc,
@@ -167,6 +183,8 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         }
         Err(RodError::NotConverged) => unsolved(setup, shared, task, linear, Status::NOT_CONVERGED),
         Err(RodError::MaterialLimit) => unsolved(setup, shared, task, linear, Status::MATERIAL_LIMIT),
+        Err(RodError::AtKnot) => unsolved(setup, shared, task, linear, Status::AT_KNOT),
+        Err(RodError::SlippedOff) => unsolved(setup, shared, task, linear, Status::SLIPPED_OFF),
     }
 }
 
@@ -176,6 +194,8 @@ struct Found {
     /// θ f/ε − 1 of the first gauge.
     deviation: f64,
     beside: Option<Beside>,
+    /// What the whisker exerts on its root.
+    wrench: [f64; 3],
     normal: f64,
     tangential: f64,
     arc: f64,
@@ -200,6 +220,7 @@ impl Found {
             strain: self.strain * cos * cos,
             deviation: self.deviation + t2 + self.deviation * t2,
             beside: Some(Beside { strain_2: self.strain * strain_2, axial: 0.0, plane }),
+            wrench: self.wrench.map(|x| x * cos * cos),
             normal: self.normal * cos,
             ..self
         }
@@ -221,16 +242,22 @@ fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) 
     other.map_or(f64::NAN, |other| 0.5 * (one.tap.strain + other.tap.strain))
 }
 
+/// Sign of what the sensor reads: a tap turns and pushes the root back.
 fn sign(setup: &Setup) -> f64 {
-    match setup.gauge.side {
-        Side::Contact => 1.0,
-        Side::Far => -1.0,
+    match (setup.signal, setup.gauge.side) {
+        (Signal::Strain, Side::Contact) => 1.0,
+        _ => -1.0,
     }
 }
 
 /// A strain as the gauge shows it; 0 has no sign.
 fn signed(setup: &Setup, strain: f64) -> f64 {
     sign(setup) * strain + 0.0
+}
+
+/// Whether the contact of such a tap bends no part of the gauge that is read.
+fn unread(setup: &Setup, shared: &Shared, a: f64, arc: f64) -> bool {
+    setup.signal == Signal::Strain && off_gauge(shared.gauge[0], a, arc)
 }
 
 /// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
@@ -254,12 +281,12 @@ pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solutio
 
 /// Whether a tap lies in the domain.
 fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
-    design.admits(setup.drive, task.a, task.drive) && task.direction.is_valid()
+    design.admits(setup, task.a, task.drive) && task.direction.is_valid()
 }
 
 /// No values but the linear theory's.
 fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
-    let off = if task.a <= shared.gauge[0] { Status::NO_STRAIN } else { Status::OK };
+    let off = if unread(setup, shared, task.a, f64::INFINITY) { Status::NO_STRAIN } else { Status::OK };
     Outcome { strain_linear: sign(setup) * linear, status: why | off, ..Outcome::NOTHING }
 }
 
@@ -275,7 +302,7 @@ fn outcome(
         return unsolved(setup, shared, task, linear, Status::NOT_CONVERGED);
     }
     let mut status = Status::OK;
-    let no_strain = off_gauge(shared.gauge[0], task.a, found.arc);
+    let no_strain = unread(setup, shared, task.a, found.arc);
     if no_strain {
         status |= Status::NO_STRAIN;
     }
@@ -309,6 +336,7 @@ fn outcome(
         normal_force: found.normal,
         tangential_force: found.tangential,
         arc: found.arc,
+        wrench: found.wrench,
         azimuth: plane.azimuth,
         slide: plane.slide,
         axial: sign(setup) * axial + 0.0,

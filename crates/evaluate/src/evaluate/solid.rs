@@ -243,7 +243,7 @@ impl Evaluator<'_> {
         let (setup, tolerance) = (self.setup, self.tolerance());
         let begin = |task: &Task| {
             let design = &designs[task.design as usize];
-            let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, task.a, task.drive))?;
+            let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;
             // Where nothing else is found the reference is asked.
             let lost = Solved::lost(super::solve::frame(setup, design, task, Grip::Slide(0.0))?);
             Some((lost, Trial::new(setup, shared, task)))

@@ -13,6 +13,7 @@ mod tilted;
 use glam::DVec2;
 use thiserror::Error;
 
+use crate::physics::body::Body;
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
@@ -39,6 +40,8 @@ pub struct RodTap {
     pub sticking: bool,
     /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
     pub base_angle: f64,
+    /// What the whisker exerts on its root: M₀, N mm, counterclockwise, and F_x and F_y, N, in the motor's frame.
+    pub wrench: [f64; 3],
 }
 
 /// Why a tap has no answer.
@@ -53,6 +56,12 @@ pub enum RodError {
     /// loading path ends before it because a section's tangent vanishes. Never of [`Hooke`](crate::scene::Material::Hooke).
     #[error("a fibre leaves the range of the material law")]
     MaterialLimit,
+    /// The contact leaves the piece of a tabled profile that it began on: what happens at the corner is not described.
+    #[error("the contact reaches a corner of the profile")]
+    AtKnot,
+    /// The contact runs past the tip of a whisker that does not go on there.
+    #[error("the contact runs past the tip")]
+    SlippedOff,
 }
 
 /// One tap, or one displacement of the object. Lengths in mm.
@@ -74,6 +83,8 @@ pub struct RodProblem<'a> {
     pub amount: f64,
     /// A foil that stiffens the rod under the gauge.
     pub foil: Option<Bonded>,
+    /// What is no cone clamped at its base; `taper` then has its D, d and L_a only.
+    pub body: Option<&'a Body>,
     /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
     /// [`Contact::Coulomb`] need `extension` and no `pole_radius`.
     pub model: &'a Model,
@@ -116,7 +127,8 @@ impl RodProblem<'_> {
                 tangential_force: 0.0,
                 contact_arc: self.distance,
                 sticking: self.model.contact != Contact::Frictionless,
-                base_angle: 0.0,
+                base_angle: self.body.map_or(0.0, |body| -body.rest_angle(self.distance)),
+                wrench: [0.0; 3],
             });
         }
         match self.model.contact {
@@ -154,6 +166,15 @@ impl RodProblem<'_> {
             Ok(false) | Err(Ended::NoValue) => return Err(RodError::MaterialLimit),
             Err(Ended::Inaccurate) => return Err(RodError::NotConverged),
         }
+        if let Some(body) = self.body {
+            if shot.load.arc > body.length * (1.0 + 1e-12) {
+                return Err(RodError::SlippedOff);
+            }
+            let [near, far] = body.piece(self.distance);
+            if self.model.surface && !(near..=far).contains(&shot.load.arc) {
+                return Err(RodError::AtKnot);
+            }
+        }
         let [x1, x2] = self.gauge;
         Ok(RodTap {
             strain: self.foil.map_or(1.0, |foil| foil.transfer) * shot.bent.elongation / (x2 - x1),
@@ -162,6 +183,7 @@ impl RodProblem<'_> {
             contact_arc: shot.load.arc,
             sticking: shooter.unknowns == Unknowns::Stick,
             base_angle: shot.bent.angle,
+            wrench: shooter.wrench(&shot.load, &shot.bent),
         })
     }
 }

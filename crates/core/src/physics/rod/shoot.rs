@@ -1,15 +1,19 @@
 //! Shooting: the closure of a tap and Newton's method for the force and the place of the contact (model §3).
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DMat2, DVec2};
 
 use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{RANGE_PARTS, RodError, RodProblem, RodTap};
+use crate::physics::body::Touched;
+use crate::physics::flexure::Flexure;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
+use crate::scene::signal::Signal;
 
 /// Size of the Newton step, relative to the unknowns, at which a shot hits.
 const HIT: f64 = 1e-12;
@@ -86,9 +90,9 @@ impl From<Ended> for Missed {
 pub(super) struct Shooter<'a> {
     problem: &'a RodProblem<'a>,
     pub unknowns: Unknowns,
-    pub whisker: Whisker,
-    /// sin α and cos α of the contact.
-    tilt: DVec2,
+    pub whisker: Whisker<'a>,
+    /// The contact before the tap.
+    touched: Touched,
     hub: f64,
     /// The amount that counts as one: a radian, or a.
     unit: f64,
@@ -108,7 +112,7 @@ fn soft(problem: &RodProblem<'_>) -> Option<Soft> {
 
 impl<'a> Shooter<'a> {
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
-        let RodProblem { taper, model, distance: a, .. } = *problem;
+        let RodProblem { taper, model, distance: a, body, .. } = *problem;
         let e0 = model.material.e0();
         let shear_compliance = Held::new(model).shear_compliance(model);
         let (hub, unit, deflection) = match problem.drive {
@@ -117,11 +121,29 @@ impl<'a> Shooter<'a> {
         };
         let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
         let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * shear_compliance / (16.0 * a * a);
+        let linear = body.map(|body| Flexure {
+            body: Arc::new(body.clone()),
+            signal: Signal::Force,
+            gauge: problem.gauge,
+            hub,
+            drive: problem.drive,
+            shear: model.shear,
+        });
+        let touched = match body {
+            Some(body) => body.touched(a, model.surface),
+            None => Touched {
+                height: if model.surface { taper.radius(a) } else { 0.0 },
+                tilt: if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y },
+                angle: 0.0,
+                place: DVec2::new(a, 0.0),
+            },
+        };
         Self {
             problem,
             unknowns,
             whisker: Whisker {
                 taper,
+                body,
                 law: SectionLaw::new(&model.material),
                 extension: model.extension,
                 shear_compliance,
@@ -131,10 +153,10 @@ impl<'a> Shooter<'a> {
             },
             soft: soft(problem),
             lever: deflection,
-            tilt: if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y },
+            touched,
             hub,
             unit,
-            force: deflection / (bending * shear),
+            force: linear.map_or(deflection / (bending * shear), |linear| linear.force(a) * unit),
         }
     }
 
@@ -264,28 +286,38 @@ impl<'a> Shooter<'a> {
 
     /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
     fn shoot(&self, amount: f64, z: DVec2) -> Result<Shot, Missed> {
-        let RodProblem { taper, gauge, distance: a, .. } = *self.problem;
+        let RodProblem { gauge, distance: a, .. } = *self.problem;
         let normal = self.force * z.x;
         let (slid, tangential) = match self.unknowns {
             Unknowns::Slide(ratio) => (a * z.y, ratio * normal),
             Unknowns::Stick => (0.0, self.force * z.y),
         };
         let arc = a + slid;
-        if !(arc > 0.0 && taper.radius(arc) > 0.0) {
+        if !(arc > 0.0 && self.radius(arc) > 0.0) {
             return Err(Missed::Stalled);
         }
-        // r(c), what the radius grows from a to c, and r(a). As a difference of radii the growth would lose its digits where a is small.
-        let [height, widening, start] = if self.problem.model.surface {
-            [taper.radius(arc), -taper.tan_alpha * slid, taper.radius(a)]
-        } else {
-            [0.0; 3]
-        };
-        let load = self.load(arc, height, [normal, tangential]);
+        let load = self.load(arc, [normal, tangential]);
         let bent = load.bend(&self.whisker, gauge)?;
         let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
-        let miss = self.miss(amount, slid, widening, start, &bent) - depth * self.tilt;
+        let miss = self.miss(amount, slid, &load, &bent) - depth * self.touched.tilt;
         let shot = Shot { normal, tangential, load, bent, miss };
         if miss.is_finite() { Ok(shot) } else { Err(Missed::Stalled) }
+    }
+
+    /// R of the whisker at the arc `arc`, by the piece that holds the contact before the tap.
+    fn radius(&self, arc: f64) -> f64 {
+        let RodProblem { taper, body, distance, .. } = *self.problem;
+        match body {
+            Some(body) if self.problem.model.surface => body.radius(arc, distance),
+            Some(body) => body.radius(arc, arc),
+            None => taper.radius(arc),
+        }
+    }
+
+    /// sin α and cos α of a contact at the arc `arc`.
+    fn tilt(&self, arc: f64) -> DVec2 {
+        let RodProblem { body, distance, model, .. } = *self.problem;
+        body.map_or(self.touched.tilt, |body| body.tilt(arc, distance, model.surface))
     }
 
     /// Whether the material bears `shot`: no fibre is outside the range of the law.
@@ -296,35 +328,73 @@ impl<'a> Shooter<'a> {
         shot.load.is_in_range(&self.whisker, RANGE_PARTS)
     }
 
-    /// P and T, N, on the whisker's surface at the arc `arc`, where its radius, or 0 on the centreline, is `height`, mm.
-    fn load(&self, arc: f64, height: f64, [normal, tangential]: [f64; 2]) -> EndLoad {
-        let force = -normal * self.tilt + tangential * DVec2::new(self.tilt.y, -self.tilt.x);
+    /// P and T, N, on the whisker at the arc `arc`.
+    fn load(&self, arc: f64, [normal, tangential]: [f64; 2]) -> EndLoad {
+        let tilt = self.tilt(arc);
+        let force = -normal * tilt + tangential * DVec2::new(tilt.y, -tilt.x);
+        let height = if self.problem.model.surface { self.radius(arc) } else { 0.0 };
         EndLoad { arc, force, point: DVec2::new(0.0, height) }
     }
 
     /// ∫ of the gauge fibre's strain over the gauge, mm, in the equilibrium `tap`.
     pub fn elongation(&self, tap: &RodTap) -> Option<f64> {
-        let RodProblem { taper, gauge, model, .. } = *self.problem;
-        let height = if model.surface { taper.radius(tap.contact_arc) } else { 0.0 };
-        let load = self.load(tap.contact_arc, height, [tap.normal_force, tap.tangential_force]);
-        load.bend(&self.whisker, gauge).ok().map(|bent| bent.elongation)
+        let load = self.load(tap.contact_arc, [tap.normal_force, tap.tangential_force]);
+        load.bend(&self.whisker, self.problem.gauge).ok().map(|bent| bent.elongation)
+    }
+
+    /// M₀, N mm, about the base section, of a rod bent by `load`.
+    fn moment(load: &EndLoad, bent: &Bent) -> f64 {
+        (load.point + DVec2::new(load.arc, 0.0) - bent.offset).perp_dot(load.force)
+    }
+
+    /// How far the base section has moved, mm, and the angle from the contact's frame to the motor's.
+    fn base(&self, load: &EndLoad, bent: &Bent) -> (DVec2, f64) {
+        let Some(root) = self.problem.body.map(|body| body.root) else { return (DVec2::ZERO, -bent.angle) };
+        let turned = Self::moment(load, bent) / root.k_theta - bent.angle;
+        let force = DVec2::from_angle(turned).rotate(load.force);
+        (force / DVec2::new(root.k_x, root.k_y), turned)
+    }
+
+    /// What the whisker exerts on its root: M₀, F_x and F_y in the motor's frame, N mm and N.
+    pub fn wrench(&self, load: &EndLoad, bent: &Bent) -> [f64; 3] {
+        let force = DVec2::from_angle(self.base(load, bent).1).rotate(load.force);
+        [Self::moment(load, bent), force.x, force.y]
     }
 
     /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The
     /// lengths that cancel are left out, so that a small tap keeps its digits.
-    fn miss(&self, amount: f64, slid: f64, widening: f64, height: f64, bent: &Bent) -> DVec2 {
-        let centre = self.problem.model.pole_radius * self.tilt;
-        let (turn, lift) = match self.problem.drive {
+    fn miss(&self, amount: f64, slid: f64, load: &EndLoad, bent: &Bent) -> DVec2 {
+        let RodProblem { taper, body, distance, model, drive, .. } = *self.problem;
+        let (turn, lift) = match drive {
             Drive::Angle => (amount, 0.0),
             Drive::Displacement => (0.0, amount),
         };
-        let reach = self.problem.distance + centre.x + self.hub;
-        let across = height + centre.y - lift;
-        let turned = bent.angle - turn;
+        let (moved, angle) = self.base(load, bent);
+        let angle = -angle;
+        let moved = DVec2::from_angle(angle).rotate(moved) - bent.offset;
+        if body.is_some_and(|body| !body.is_straight()) {
+            let centre = load.point + model.pole_radius * self.tilt(load.arc) + DVec2::new(load.arc, 0.0);
+            let hub = self.hub * DVec2::X;
+            let begun = self.touched.pole(model.pole_radius) + hub - DVec2::new(0.0, lift);
+            return DVec2::from_angle(angle).rotate(hub) + centre + moved
+                - DVec2::from_angle(angle - turn).rotate(begun);
+        }
+        // What the radius grows from a to c. As a difference of radii it would lose its digits where a is small.
+        let widening = match (model.surface, body) {
+            (false, _) => 0.0,
+            (true, None) => -taper.tan_alpha * slid,
+            (true, Some(body)) => body.widening(distance, slid),
+        };
+        let leaned = if body.is_some() { self.tilt(load.arc) - self.touched.tilt } else { DVec2::ZERO };
+        let centre = model.pole_radius * self.touched.tilt;
+        let reach = distance + centre.x + self.hub;
+        let across = self.touched.height + centre.y - lift;
+        let turned = angle - turn;
         DVec2::new(
-            slid - self.hub * versine(bent.angle) + reach * versine(turned) + across * turned.sin(),
-            widening + lift + self.hub * bent.angle.sin() + across * versine(turned) - reach * turned.sin(),
-        ) - bent.offset
+            slid - self.hub * versine(angle) + reach * versine(turned) + across * turned.sin(),
+            widening + lift + self.hub * angle.sin() + across * versine(turned) - reach * turned.sin(),
+        ) + model.pole_radius * leaned
+            + moved
     }
 }
 

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::RodProblem;
 use super::ode::{self, Ended, Slope};
+use crate::physics::body::Body;
 use crate::physics::section::{SectionLaw, SectionStrain};
 use crate::physics::solid::{Bonded, HALVED, Held, distorted};
 use crate::physics::taper::Taper;
@@ -38,22 +39,30 @@ pub(super) struct Deformation {
 
 /// What a section does under axial force N, shear force Q (N) and moment M (N mm); `None` if it cannot bear them.
 pub(super) trait Response {
-    fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation>;
+    /// Of a section at `s`; `within` is a place between the same [edges](Self::edges).
+    fn deform(&self, at: (f64, f64), axial: f64, shear: f64, moment: f64) -> Option<Deformation>;
 
-    /// Places at which they change suddenly.
-    fn edges(&self) -> Option<[f64; 2]> {
-        None
+    /// Places at which they change suddenly, rising.
+    fn edges(&self) -> Vec<f64> {
+        Vec::new()
     }
 
     /// How much a section between two of these places bends, where it is not as it deforms.
-    fn bends(&self, _s: f64) -> f64 {
+    fn bends(&self, _within: f64) -> f64 {
         1.0
+    }
+
+    /// κ₀ of the resting rod.
+    fn rest(&self, _s: f64) -> f64 {
+        0.0
     }
 }
 
 /// A whisker's sections.
-pub(super) struct Whisker {
+pub(super) struct Whisker<'a> {
     pub taper: Taper,
+    /// What is no cone.
+    pub body: Option<&'a Body>,
     pub law: SectionLaw,
     pub extension: bool,
     /// 1/(kG), 1/MPa; 0 without shear.
@@ -107,40 +116,56 @@ impl Skin {
     }
 }
 
-impl Whisker {
-    fn strain(&self, s: f64, axial: f64, moment: f64) -> Option<SectionStrain> {
-        let r = self.taper.radius(s);
+impl Whisker<'_> {
+    /// R, mm, and what a section does under an axial force and a moment.
+    fn strain(&self, (s, within): (f64, f64), axial: f64, moment: f64) -> Option<(f64, SectionStrain)> {
+        let composite = self.body.filter(|body| body.is_composite());
+        if let Some(body) = composite {
+            let section = body.section(s, within);
+            let stretch = if self.extension { axial / section.axial } else { 0.0 };
+            let strain = SectionStrain { axial: stretch, bending: moment * section.radius / section.bending };
+            return Some((section.radius, strain));
+        }
+        let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
         let n = if self.extension { axial / (r * r) } else { 0.0 };
-        self.law.deform(n, moment / (r * r * r))
+        Some((r, self.law.deform(n, moment / (r * r * r))?))
     }
 }
 
-impl Response for Whisker {
-    fn deform(&self, s: f64, axial: f64, shear: f64, moment: f64) -> Option<Deformation> {
-        let r = self.taper.radius(s);
-        let strain = self.strain(s, axial, moment)?;
+impl Response for Whisker<'_> {
+    fn deform(&self, at: (f64, f64), axial: f64, shear: f64, moment: f64) -> Option<Deformation> {
+        let (r, strain) = self.strain(at, axial, moment)?;
         let sign = if self.side == Side::Far { -1.0 } else { 1.0 };
         let fibre = match &self.skin {
-            Some(skin) => skin.strain(s, strain, shear, sign),
+            Some(skin) => skin.strain(at.0, strain, shear, sign),
             None => strain.axial - sign * strain.bending,
+        };
+        let slide = match self.body.filter(|body| body.is_composite() && self.shear_compliance > 0.0) {
+            Some(body) => shear / body.section(at.0, at.1).shear,
+            None => shear * self.shear_compliance / (std::f64::consts::PI * r * r),
         };
         Some(Deformation {
             stretch: if self.extension { strain.axial } else { 0.0 },
             curvature: strain.bending / r,
-            shear: shear * self.shear_compliance / (std::f64::consts::PI * r * r),
+            shear: slide,
             fibre,
             size: strain.axial.abs() + strain.bending.abs(),
             radius: r,
         })
     }
 
-    fn edges(&self) -> Option<[f64; 2]> {
-        self.foil.map(|foil| foil.span)
+    fn edges(&self) -> Vec<f64> {
+        let foil = self.foil.iter().flat_map(|foil| foil.span);
+        self.body.iter().flat_map(|body| body.knots()).copied().chain(foil).collect()
     }
 
-    fn bends(&self, s: f64) -> f64 {
-        let under = self.foil.filter(|foil| foil.span[0] < s && s < foil.span[1]);
+    fn bends(&self, within: f64) -> f64 {
+        let under = self.foil.filter(|foil| foil.span[0] < within && within < foil.span[1]);
         under.map_or(1.0, |foil| 1.0 - foil.stiffening)
+    }
+
+    fn rest(&self, s: f64) -> f64 {
+        self.body.map_or(0.0, |body| body.curvature(s))
     }
 }
 
@@ -148,7 +173,7 @@ impl Response for Whisker {
 pub(super) struct Bending<F>(pub F);
 
 impl<F: Fn(f64) -> f64> Response for Bending<F> {
-    fn deform(&self, s: f64, _: f64, _: f64, moment: f64) -> Option<Deformation> {
+    fn deform(&self, (s, _): (f64, f64), _: f64, _: f64, moment: f64) -> Option<Deformation> {
         let curvature = moment / (self.0)(s);
         Some(Deformation {
             stretch: 0.0,
@@ -193,23 +218,25 @@ impl EndLoad {
     fn slope(
         &self,
         rod: &impl Response,
-        (over_gauge, length, bends): (bool, f64, f64),
+        (over_gauge, length, within, bends): (bool, f64, f64, f64),
         sigma: f64,
         y: &[f64; 4],
     ) -> Option<Slope<4>> {
         let bent = Bent::from(*y);
         let [axial, shear, moment] = self.resultants(sigma, &bent);
-        let section = rod.deform(self.arc - sigma, axial, shear, moment)?;
+        let s = self.arc - sigma;
+        let section = rod.deform((s, within), axial, shear, moment)?;
+        let rest = rod.rest(s);
         let (sin, cos) = bent.angle.sin_cos();
         let half = (0.5 * bent.angle).sin();
         let (stretched, over) = (f64::from(section.stretch != 0.0), f64::from(over_gauge));
         // The angle is no better known than the curvature that it is summed of.
         let (turn, bend) =
-            (sin.abs() + length * section.size / section.radius, section.size / section.radius);
+            (sin.abs() + length * section.size / section.radius, section.size / section.radius + rest.abs());
         let slide = section.shear.abs();
         Some(Slope {
             rate: [
-                -section.curvature * bends,
+                rest - section.curvature * bends,
                 2.0 * half * half - section.stretch * cos + section.shear * sin,
                 -(1.0 + section.stretch) * sin - section.shear * cos,
                 over * section.fibre,
@@ -233,12 +260,12 @@ impl EndLoad {
     ) -> Result<Bent, Ended> {
         let end = start + length;
         let inside = |sigma: &f64| start < *sigma && *sigma < end;
-        let [far, near] = rod.edges().map_or([start; 2], |[near, far]| [self.arc - far, self.arc - near]);
-        let places = [far, near].into_iter().filter(inside).chain([end]);
+        let places = rod.edges().into_iter().rev().map(|s| self.arc - s).filter(inside).chain([end]);
         let (mut y, mut at) = (from.into(), start);
         for place in places {
-            let bends = rod.bends(self.arc - 0.5 * (at + place));
-            let slope = |sigma, y: &[f64; 4]| self.slope(rod, (over_gauge, length, bends), sigma, y);
+            let within = self.arc - 0.5 * (at + place);
+            let over = (over_gauge, length, within, rod.bends(within));
+            let slope = |sigma, y: &[f64; 4]| self.slope(rod, over, sigma, y);
             // As a difference a short length would lose its digits.
             let part = if at == start && place == end { length } else { place - at };
             y = ode::integrate(slope, |y: &[f64; 4]| Bent::scale(self.arc, y), y, at, part)?;
@@ -256,7 +283,7 @@ impl EndLoad {
     }
 
     /// Whether every fibre of `whisker`, looked at in `parts` + 1 equally spaced sections, is in range.
-    pub fn is_in_range(&self, whisker: &Whisker, parts: u32) -> Result<bool, Ended> {
+    pub fn is_in_range(&self, whisker: &Whisker<'_>, parts: u32) -> Result<bool, Ended> {
         let length = self.arc / f64::from(parts);
         let mut bent = Bent::default();
         for i in 0..=parts {
@@ -265,7 +292,8 @@ impl EndLoad {
                 bent = self.carry(whisker, false, bent, sigma - length, length)?;
             }
             let [axial, _, moment] = self.resultants(sigma, &bent);
-            let strain = whisker.strain(self.arc - sigma, axial, moment).ok_or(Ended::NoValue)?;
+            let s = self.arc - sigma;
+            let (_, strain) = whisker.strain((s, s), axial, moment).ok_or(Ended::NoValue)?;
             if !strain.is_in_range() {
                 return Ok(false);
             }

@@ -1,0 +1,358 @@
+//! What a whisker is beyond a cone clamped at its base, in `[whisker]`, and `[sensor]` (model §7).
+
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::check::{Domain, LENGTH, MOST, domain};
+use super::part::Section;
+use super::reader::{Document, Item, Result};
+use super::schema::Sections;
+use super::table::{self, Columns};
+use super::{keys, space};
+use crate::physics::body::Body;
+use crate::scene::built::{Built, Inner, Profile, Root};
+use crate::scene::{
+    Clamp, Column, Convention, Drive, Gauge, Material, Model, Setup, Signal, Spec, TERMS, Term,
+};
+
+const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
+const EXPONENT: Domain = domain("0.25 … 4 (1: the cone)", |v| (0.25..=4.0).contains(&v));
+const CURVATURE: Domain = domain("-1 … 1 per mm", |v| v.abs() <= 1.0);
+const CORE: Domain =
+    domain("0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", |v| v > 0.0 && v < 1e7);
+const TURN: Domain = domain("> 0 N mm/rad", |v| v > 0.0);
+const SHIFT: Domain = domain("> 0 N/mm", |v| v > 0.0);
+const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
+const INNER: &str = "a diameter in mm, or [[s, diameter], …] with s rising";
+const SHELL: &str = "{ diameter = 0.5, modulus = 60000 } (mm, MPa)";
+const NOISE: Domain = domain(
+    "≥ 0 (one standard deviation, in the unit of the signal: N mm of a moment, N of a force)",
+    |v| v >= 0.0,
+);
+
+/// Key of the thickest part, and how it is held.
+const HELD: &str = "0 < diameter < D everywhere";
+
+/// A profile as it is written.
+struct Shape {
+    diameter: Vec<[f64; 2]>,
+    /// Diameters of what is inside, from the same file: key and table.
+    inner: Option<(&'static str, Vec<[f64; 2]>)>,
+    warning: Option<String>,
+}
+
+/// The whisker of a spec.
+#[derive(Default)]
+pub(super) struct Read {
+    /// None of a cone clamped at its base.
+    pub built: Option<Built>,
+    pub warning: Option<String>,
+}
+
+/// Pairs of numbers, the first of them rising.
+fn pairs(item: &Item<'_>, allowed: &'static str, least: usize) -> Result<Vec<[f64; 2]>> {
+    let wrong = || item.error("this must be a list of pairs").allowed(allowed);
+    let mut all: Vec<[f64; 2]> = Vec::new();
+    for pair in item.elements().ok_or_else(wrong)? {
+        let [s, value] = pair.numbers(allowed)?;
+        if s < 0.0 || all.last().is_some_and(|last| last[0] >= s) {
+            return Err(pair.error("s must be at least 0 and rise from pair to pair").allowed(allowed));
+        }
+        if value <= 0.0 {
+            return Err(pair.error("a diameter must be larger than 0").allowed(allowed));
+        }
+        all.push([s, value]);
+    }
+    if all.len() < least {
+        return Err(item.error(format!("at least {least} pairs are needed")).allowed(allowed));
+    }
+    Ok(all)
+}
+
+/// `profile`.
+fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
+    if item.value.as_str().is_some() {
+        return of_file(item, base);
+    }
+    let diameter = pairs(item, PROFILE, 2)?;
+    if diameter[0][0] != 0.0 {
+        return Err(item.error(format!("the profile begins at s = {} mm", diameter[0][0])).allowed(PROFILE));
+    }
+    Ok(Shape { diameter, inner: None, warning: None })
+}
+
+/// A profile in a file.
+fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
+    const NAMES: [&str; 4] = ["s_mm", "D_mm", "bore_mm", "core_mm"];
+    fn allowed(column: &str) -> &'static str {
+        match column {
+            "s_mm" => "an arc in mm, rising from 0 to L_a",
+            "D_mm" => "a diameter > 0 in mm",
+            _ => "a diameter ≥ 0 in mm, smaller than D_mm",
+        }
+    }
+    let (label, text) = table::open(item, base, "profile")?;
+    let document = Document { file: &label, text: &text };
+    let mut rows: Vec<([f64; 4], usize)> = Vec::new();
+    let columns = Columns { names: NAMES, spare: &NAMES[2..] };
+    let header = table::read(&document, columns, allowed, &mut |row, at| rows.push((row, at)))?;
+    let warning = header.warning(&label);
+    let mut before = -1.0;
+    for (row @ [s, outer, bore, core], at) in &rows {
+        let wrong = [
+            (0, *s <= before || before < 0.0 && *s != 0.0),
+            (1, *outer <= 0.0),
+            (2, *bore < 0.0 || bore >= outer),
+            (3, *core < 0.0 || core >= outer),
+        ];
+        if let Some((column, _)) = wrong.iter().find(|(_, wrong)| *wrong) {
+            let span = table::line_span(&text, *at);
+            let error = document.error(Some(span), "this is no section of a whisker");
+            return Err(error.key(NAMES[*column]).value(row[*column]).allowed(allowed(NAMES[*column])));
+        }
+        before = *s;
+    }
+    if rows.len() < 2 {
+        let error = document.error(None, "a profile needs two rows or more");
+        return Err(error.value(format!("{} rows", rows.len())).allowed(PROFILE));
+    }
+    let of = |column: usize| rows.iter().map(|(row, _)| [row[0], row[column]]).collect::<Vec<_>>();
+    let inner: Vec<_> = [("bore", 2), ("core", 3)]
+        .into_iter()
+        .filter(|(_, column)| header.places[*column].is_some())
+        .map(|(key, column)| (key, of(column)))
+        .collect();
+    if inner.len() > 1 {
+        let error = document.error(None, "a whisker has a bore or a core, not both");
+        return Err(error.key("bore_mm, core_mm").allowed("one of these columns"));
+    }
+    Ok(Shape { diameter: of(1), inner: inner.into_iter().next(), warning })
+}
+
+/// Keys that follow from others the user wrote, as TOML: D, d and L_a from a profile, a place for a gauge that nobody reads.
+pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -> Result<String> {
+    let find = |section: &str, key: &str| {
+        let value = user.get(section)?.get_ref().as_table()?.get(key)?;
+        Some(Item::written(document, format!("{section}.{key}"), value))
+    };
+    let mut text = String::new();
+    if let Some(item) = find("whisker", "profile") {
+        let Shape { diameter, .. } = profile(&item, base)?;
+        for key in ["D", "d", "L_a", "exponent"] {
+            if let Some(other) = find("whisker", key) {
+                let error = other.error("this follows from the profile; remove one of the two");
+                return Err(error.allowed("profile, or D, d, L_a and perhaps exponent"));
+            }
+        }
+        if let Some(tuples) = find("tuples", "file") {
+            let error = tuples.error("a tuple file has its own D, d and L_a; remove it or the profile");
+            return Err(error.allowed("profile with axes, or a tuple file without a profile"));
+        }
+        let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
+        text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", first[1], last[1], last[0]);
+    }
+    let strain = find("sensor", "signal").is_none_or(|signal| signal.value.as_str() == Some("strain"));
+    if !strain && user.get("tuples").is_none() {
+        text += "[gauge]\nx_ss = 0.0\nl = 0.001\n";
+    }
+    Ok(text)
+}
+
+/// `bore`, or the diameter of a core.
+fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
+    match item.elements() {
+        Some(_) => pairs(item, INNER, 2),
+        None => item.within(&LENGTH).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
+    }
+}
+
+/// `core`; `file`: its diameters, where a file has them.
+fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
+    item.only(&keys::CORE.names(), SHELL)?;
+    let modulus = item.needs("modulus", SHELL)?.within(&CORE)?;
+    let diameter = match (item.child("diameter"), file) {
+        (Some(item), None) => inside(&item)?,
+        (None, Some(diameter)) => diameter,
+        (Some(item), Some(_)) => {
+            return Err(item
+                .error("the profile has the core's diameter already")
+                .allowed("core = { modulus }"));
+        }
+        (None, None) => return Err(item.needs("diameter", SHELL).err().expect("it is missing")),
+    };
+    Ok(Inner { modulus, diameter })
+}
+
+/// `root`.
+fn root(item: &Item<'_>) -> Result<Root> {
+    item.only(&keys::ROOT.names(), ROOT)?;
+    let spring = |key: &str, domain: &Domain| item.child(key).map_or(Ok(f64::INFINITY), |k| k.within(domain));
+    let root =
+        Root { k_theta: spring("k_theta", &TURN)?, k_y: spring("k_y", &SHIFT)?, k_x: spring("k_x", &SHIFT)? };
+    if root == Root::RIGID {
+        return Err(item.error("a root needs a spring").allowed(ROOT));
+    }
+    Ok(root)
+}
+
+/// The whisker of `[whisker]` beyond D, d, L_a and hub.
+pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Result<Read> {
+    let shape = section.optional("profile", |item| profile(item, base))?;
+    let (mut outline, mut file, mut warning) = (Profile::Power(1.0), None, None);
+    if let Some(Shape { diameter, inner, warning: told }) = shape {
+        (file, warning) = (inner, told);
+        // Two knots are a cone.
+        if diameter.len() > 2 {
+            outline = Profile::Table(diameter);
+        }
+    } else if let Some(n) = section.optional("exponent", |item| item.within(&EXPONENT))? {
+        outline = Profile::Power(n);
+    }
+    let (bore, shell) = (section.written("bore"), section.written("core"));
+    let double = |item: &Item<'_>, why: &str| Err(item.error(why.to_owned()).allowed("a bore, or a core"));
+    let inner = match (&bore, &shell, file) {
+        (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
+        (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
+        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item)? }),
+        (None, Some(item), Some(("bore", _))) => {
+            return double(item, "the profile's file has a bore already");
+        }
+        (None, Some(item), file) => Some(core(item, file.map(|(_, table)| table))?),
+        (None, None, Some(("bore", diameter))) => Some(Inner { modulus: 0.0, diameter }),
+        (None, None, Some(_)) => {
+            let item = section.get("profile")?;
+            return Err(item
+                .error("the core of this file needs a modulus")
+                .allowed("core = { modulus = 60000 } (MPa)"));
+        }
+        (None, None, None) => None,
+    };
+    let hooke = matches!(model.material, Material::Hooke(_));
+    if let Some(item) = bore.as_ref().or(shell.as_ref()).filter(|_| !hooke) {
+        let why = "a bore or a core needs material = { hooke = E }: the law of the others is charted for solid sections only";
+        return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
+    }
+    let mut bend = [0.0; 2];
+    for (bend, key) in bend.iter_mut().zip(["curvature", "curvature_slope"]) {
+        *bend = section.optional(key, |item| item.within(&CURVATURE))?.unwrap_or(0.0);
+    }
+    let root = section.optional("root", root)?.unwrap_or(Root::RIGID);
+    let built = Built { profile: outline, inner, curvature: bend, root };
+    Ok(Read { built: Some(built).filter(|built| *built != Built::CONE), warning })
+}
+
+/// `[sensor]`: the signal; its noise stands in `gauge`, whose limit is that of a strain.
+pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal> {
+    let signal = section.get("signal")?.word(&Signal::WORDS)?;
+    let noise = section.written("noise");
+    if signal == Signal::Strain {
+        if let Some(item) = noise {
+            let error = item.error("the noise of a strain is noise_strain in [gauge]");
+            return Err(error.allowed("noise with signal = \"moment\" or \"force\""));
+        }
+        return Ok(signal);
+    }
+    gauge.noise_strain = noise.map(|item| item.within(&NOISE)).transpose()?;
+    gauge.strain_limit = f64::INFINITY;
+    Ok(signal)
+}
+
+/// Refuses what does not go together.
+pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
+    let of = |section, key| sections.section(section).get(key);
+    if setup.signal != Signal::Strain || setup.wrench {
+        let (item, what) = match setup.signal {
+            Signal::Strain => (of("output", "wrench")?, "the wrench on the base"),
+            _ => (of("sensor", "signal")?, "a signal other than strain"),
+        };
+        let why = match () {
+            () if tilts => Some(("has been computed for upright edges only", "tilt = 0 and lean = 0")),
+            () if setup.gauge.second => Some(("has no second gauge", "second = false in [gauge]")),
+            () if setup.estimate.convention == Convention::Elongation => {
+                Some(("has no elongation", "convention = \"mean\" in [estimate]"))
+            }
+            () => None,
+        };
+        if let Some((why, instead)) = why {
+            return Err(item.error(format!("{what} {why}")).allowed(instead));
+        }
+        let solid = solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())));
+        if let Some((_, key, instead)) = solid {
+            let why = format!("{what} has been computed for a rod without {key}");
+            return Err(item.error(why).allowed(instead));
+        }
+    }
+    let Some(built) = &setup.built else { return Ok(()) };
+    let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
+    let whisker = sections.section("whisker");
+    let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
+    let item = whisker.get(key)?;
+    if let Some((section, other, instead)) =
+        solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
+    {
+        let why = format!(
+            "{key} and {other} of [{section}] have not been checked together against three-dimensional elasticity"
+        );
+        return Err(item.error(why).allowed(format!("no {key}, or {instead}")));
+    }
+    if let Some(why) = built.upright(setup.model.surface).filter(|_| tilts) {
+        return Err(item.error(why).allowed("tilt = 0 and lean = 0"));
+    }
+    Ok(())
+}
+
+/// What of a solid is on: section, key, and how it is off.
+fn solid(model: &Model) -> Option<(&'static str, &'static str, String)> {
+    let on =
+        |term: &&Term| ["clamp", "indentation", "section"].contains(&term.key) && (term.get)(model).is_on();
+    let told =
+        TERMS.iter().find(on).map(|term| ("model", term.key, format!("{} = {}", term.key, term.off())));
+    told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting)
+}
+
+/// The whisker of the largest diameters, with the nearest contact; none of listed tuples.
+fn largest(spec: &Spec) -> Option<(Body, f64)> {
+    let setup = &spec.study.setup;
+    let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
+    let [base, tip, length] = [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(most);
+    let body =
+        Body::new(setup.built.as_deref()?, [base?, tip?, length?], setup.model.material.e0(), setup.model.nu);
+    Some((body, spec.study.space.axis(Column::Distance)?.min()))
+}
+
+/// Refuses what no whisker of the spec can be: an inner part as thick as the skin, a bend that turns away from every contact.
+pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
+    let Some((body, nearest)) = largest(spec) else { return Ok(()) };
+    if sections.section("optimise").written("variables").is_some() {
+        return Ok(()); // Designs of a search that are no whiskers are not taken.
+    }
+    let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
+    if let Some((s, inner, outer)) = body.burst() {
+        let item = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
+        let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
+        return Err(item.map_or_else(|| whisker.get("bore"), Ok)?.error(why).allowed(HELD));
+    }
+    let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
+    if sections.section("tap").written(space::KEYS[5].1).is_none() || body.is_straight() {
+        return Ok(());
+    }
+    if let Some(why) = body.refuses(nearest, setup.model.pole_radius, hub) {
+        let item = whisker.written("curvature").map_or_else(|| whisker.get("curvature_slope"), Ok)?;
+        return Err(item.error(format!("{why} at a = {nearest} mm")).allowed(
+            "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere",
+        ));
+    }
+    Ok(())
+}
+
+/// Where the equations leave something out.
+pub(super) fn doubts(spec: &Spec) -> Vec<String> {
+    let Some((body, _)) = largest(spec) else { return Vec::new() };
+    let bent = [0.0, body.length].map(|s| (body.curvature(s) * body.radius(s, s)).abs());
+    let most = bent[0].max(bent[1]);
+    let text = format!(
+        "[whisker] curvature times R is {most:.2}: sections of a whisker so bent at rest are not those of a straight one, by about as much (docs/model.md §7)"
+    );
+    (most > 0.05).then_some(text).into_iter().collect()
+}
