@@ -82,6 +82,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         }
         header.get_or_insert(readings.header.clone());
         let contact = readings.numbers("contact_deg")?;
+        Skin::is_known(&whisker.locator.rig)?;
         let skin = Skin::new(&whisker.locator.rig, None);
         for (i, row) in readings.rows.iter().enumerate() {
             let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();

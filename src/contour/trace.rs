@@ -83,6 +83,7 @@ impl Trace {
         };
         let places = placed(readings)?;
         let n = places.len();
+        Skin::is_known(&locator.rig)?;
         let skin = Skin::new(&locator.rig, asked.surface);
         let with_strokes = !asked.taps && places.iter().any(|p| p.stroke.is_some());
         if with_strokes && locator.rig.setup.drive == Drive::Displacement {

@@ -96,6 +96,7 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
                 Parameter::Clamp => {
                     "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket"
                 }
+                Parameter::Root => "root = { k_theta = … } in [whisker], about as stiff as it may be",
                 Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
                     ""
                 }
@@ -118,6 +119,7 @@ fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 
         Parameter::Nu | Parameter::Mu => 0.5,
         Parameter::Ratio => 1.0,
         Parameter::Clamp => 0.2,
+        Parameter::Root => values[p as usize],
         Parameter::Zero => 0.2 * size,
     }
 }

@@ -14,7 +14,7 @@ pub mod taps;
 
 use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;
-use crate::scene::{Contact, Geometry, Spec, Theory};
+use crate::scene::{Contact, Geometry, Signal, Spec, Theory};
 use along::Along;
 use check::Census;
 use domain::Domain;
@@ -77,6 +77,19 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     }
     if setup.gauge.second {
         return refuse("a page shows what one gauge reads", "gauge.second", "true".into(), "false");
+    }
+    if setup.built.is_some() {
+        let allowed = "a cone: D, d, L_a and hub only";
+        return refuse(
+            "a page shows a cone clamped at its base",
+            "whisker",
+            "more than a cone".into(),
+            allowed,
+        );
+    }
+    if setup.signal != Signal::Strain {
+        let value = setup.signal.word().into();
+        return refuse("a page shows the strain of a gauge", "sensor.signal", value, "\"strain\"");
     }
     if let Some(foil) = setup.gauge.foil {
         let value = format!("{} N/mm", foil.stiffness);

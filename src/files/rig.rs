@@ -5,9 +5,13 @@ use std::path::Path;
 use toml::de::DeTable;
 use toml::{Table, Value};
 
+use crate::design::MOST;
 use crate::error::InputError;
 use crate::measure::Rig;
-use crate::scene::{Amount, Contact, Convention, Drive, Geometry, Material, Setup, Side, Spec, TERMS};
+use crate::scene::built::{Built, Inner, Profile, Root};
+use crate::scene::{
+    Amount, Contact, Convention, Drive, Geometry, Material, Setup, Side, Signal, Spec, TERMS,
+};
 use crate::spec;
 
 impl Rig {
@@ -57,16 +61,18 @@ impl Rig {
             ("x_ss", t.x_ss.into()),
             ("l", t.l.into()),
             ("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })),
-            ("strain_limit", s.gauge.strain_limit.into()),
-            ("factor", s.gauge.factor.into()),
         ];
+        let limit = s.gauge.strain_limit;
+        gauge.extend(limit.is_finite().then(|| ("strain_limit", limit.into())));
+        gauge.push(("factor", s.gauge.factor.into()));
         gauge.extend(s.gauge.second.then_some(("second", true.into())));
         gauge.extend(s.gauge.foil.map(|foil| {
             let numbers = [("stiffness", foil.stiffness), ("length", foil.length), ("width", foil.width)];
             let limit = foil.strain_limit.map(|limit| ("strain_limit", limit));
             ("foil", table(numbers.into_iter().chain(limit).map(|(key, x)| (key, x.into())).collect()))
         }));
-        gauge.extend(s.gauge.noise_strain.map(|n| ("noise_strain", n.into())));
+        let strains = s.signal == Signal::Strain;
+        gauge.extend(s.gauge.noise_strain.filter(|_| strains).map(|n| ("noise_strain", n.into())));
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
         estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
@@ -77,6 +83,11 @@ impl Rig {
             let entries = [("gauge", table(gauge)), ("tap", table(vec![("drive", drive)]))];
             return entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
         }
+        let sized = [("D", t.D), ("d", t.d), ("L_a", t.L_a)].map(|(key, x)| (key, x.into()));
+        let tabled = s.built.as_ref().is_some_and(|built| matches!(built.profile, Profile::Table(_)));
+        let mut whisker = if tabled { Vec::new() } else { sized.to_vec() };
+        whisker.push(("hub", s.hub.into()));
+        whisker.extend(s.built.iter().flat_map(|built| beyond(built)));
         let geometry = word(if m.geometry == Geometry::Linear { "linear" } else { "exact" });
         let terms = TERMS.iter().map(|term| match (term.get)(m) {
             Amount::Flag(on) => (term.key, on.into()),
@@ -86,15 +97,7 @@ impl Rig {
         let rest = [("nu", m.nu.into()), ("contact", contact), ("material", table(vec![material]))];
         let model = [("geometry", geometry)].into_iter().chain(terms).chain(rest).collect();
         let entries = [
-            (
-                "whisker",
-                table(vec![
-                    ("D", t.D.into()),
-                    ("d", t.d.into()),
-                    ("L_a", t.L_a.into()),
-                    ("hub", s.hub.into()),
-                ]),
-            ),
+            ("whisker", table(whisker)),
             ("gauge", table(gauge)),
             (
                 "tap",
@@ -103,7 +106,11 @@ impl Rig {
             ("model", table(model)),
             ("estimate", table(estimate)),
         ];
-        entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()
+        let sensor = (s.signal != Signal::Strain).then(|| {
+            let noise = s.gauge.noise_strain.map(|n| ("noise", n.into()));
+            ("sensor", table([("signal", word(s.signal.word()))].into_iter().chain(noise).collect()))
+        });
+        entries.into_iter().chain(sensor).map(|(k, v)| (k.to_owned(), v)).collect()
     }
 
     /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it; without a whisker in
@@ -143,4 +150,44 @@ fn fallback(drive: Drive) -> &'static str {
         Drive::Angle => "[tap]\na = 1e-6\ntheta = 1\n",
         Drive::Displacement => "[tap]\ndrive = \"displacement\"\na = 1e-6\ndelta = 1\n",
     }
+}
+
+/// What `[whisker]` says of a whisker beyond D, d, L_a and hub.
+fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
+    let pairs = |all: &[[f64; 2]]| {
+        Value::Array(all.iter().map(|pair| Value::Array(pair.map(Value::from).to_vec())).collect())
+    };
+    let mut all = Vec::new();
+    match &built.profile {
+        Profile::Power(n) if *n == 1.0 => {}
+        Profile::Power(n) => all.push(("exponent", (*n).into())),
+        Profile::Table(table) => all.push(("profile", pairs(table))),
+    }
+    if let Some(Inner { modulus, diameter }) = &built.inner {
+        let diameter = match diameter[..] {
+            // The same all along.
+            [[_, first], [end, last]] if first == last && end == MOST => first.into(),
+            _ => pairs(diameter),
+        };
+        all.push(match *modulus == 0.0 {
+            true => ("bore", diameter),
+            false => {
+                let core = [("diameter", diameter), ("modulus", (*modulus).into())];
+                ("core", Value::Table(core.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()))
+            }
+        });
+    }
+    let bends = ["curvature", "curvature_slope"].into_iter().zip(built.curvature);
+    all.extend(bends.filter(|(_, x)| *x != 0.0).map(|(key, x)| (key, x.into())));
+    let Root { k_theta, k_y, k_x } = built.root;
+    let springs = [("k_theta", k_theta), ("k_y", k_y), ("k_x", k_x)];
+    let springs: Table = springs
+        .into_iter()
+        .filter(|(_, k)| k.is_finite())
+        .map(|(key, k)| (key.to_owned(), k.into()))
+        .collect();
+    if !springs.is_empty() {
+        all.push(("root", Value::Table(springs)));
+    }
+    all
 }

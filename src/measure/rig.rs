@@ -101,7 +101,11 @@ impl Rig {
             Theory::EulerBernoulli | Theory::Exact => 0.0,
             Theory::Timoshenko => shear_length2(&shared.taper, self.setup.model.nu),
         };
-        StrainCurve::new(shared.taper, shared.gauge, hub, self.setup.drive, shear)
+        let curve = StrainCurve::new(shared.taper, shared.gauge, hub, self.setup.drive, shear);
+        match &shared.body {
+            Some(body) => curve.built(body, self.setup.signal),
+            None => curve,
+        }
     }
 
     /// Largest |strain| that the gauge reads without harm.

@@ -1,6 +1,7 @@
 //! Which place of the whisker touches: on its surface or, where the model has it there, on its centreline.
 
 use super::Rig;
+use crate::error::InputError;
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 
@@ -34,6 +35,19 @@ impl Skin {
             pole: model.pole_radius,
             shear: if model.shear { shear_length2(&taper, model.nu) } else { 0.0 },
         }
+    }
+
+    /// Refuses a whisker that is no cone clamped at its base: where it touches is not known here.
+    ///
+    /// # Errors
+    /// Such a whisker.
+    pub fn is_known(rig: &Rig) -> Result<(), InputError> {
+        if rig.setup.built.is_none() {
+            return Ok(());
+        }
+        let error =
+            InputError::new("the places that a whisker touches are known of a cone clamped at its base");
+        Err(error.key("whisker").value("more than a cone").allowed("D, d, L_a and hub only"))
     }
 
     /// Whether contact is on the surface.

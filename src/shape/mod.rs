@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3};
 
 use crate::design::{Design, amount};
 use crate::evaluate::{Outcome, Task};
+use crate::physics::body::Body;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
@@ -66,6 +67,8 @@ struct Rod<'a> {
     /// Where the rod begins, mm from the face of its clamp.
     start: f64,
     foil: Option<Bonded>,
+    /// What is no cone.
+    body: Option<&'a Body>,
 }
 
 /// The shape of the tap `task` of `design` that has the answer `outcome`, with `nodes` ≥ 3 sections from clamp to contact. `None` where
@@ -78,8 +81,17 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     if model.geometry == Geometry::Linear || ![arc, normal, tangential].iter().all(|x| x.is_finite()) {
         return None;
     }
-    let tilt = if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y };
-    let height = if model.surface { taper.radius(arc) } else { 0.0 };
+    let body = shared.body.as_deref();
+    let tilt = match body {
+        Some(body) => body.tilt(arc, task.a, model.surface),
+        None if model.surface => DVec2::new(taper.sin_alpha(), taper.cos_alpha()),
+        None => DVec2::Y,
+    };
+    let height = match (model.surface, body) {
+        (false, _) => 0.0,
+        (true, Some(body)) => body.radius(arc, task.a),
+        (true, None) => taper.radius(arc),
+    };
     let rod = Rod {
         model,
         taper,
@@ -90,6 +102,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         compliance: Held::new(model).shear_compliance(model),
         start: shared.start,
         foil: shared.foil,
+        body,
     };
     let (bent, held) = rod.bend(nodes)?;
     let turn = match setup.drive {
@@ -99,7 +112,15 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let [base, x, y] = held;
     // The face of the clamp, in line with the section that does not turn.
     let clamp = DVec2::new(x, y) - shared.start * DVec2::from_angle(base);
-    let frame = turn - base;
+    // A root turns and moves the base.
+    let root = body.map(|body| body.root);
+    let force = rod.force;
+    let moment = (rod.point - DVec2::new(x, y)).perp_dot(force);
+    let given = root.map_or(0.0, |root| moment / root.k_theta);
+    let moved = root.map_or(DVec2::ZERO, |root| {
+        DVec2::from_angle(given - base).rotate(force) / DVec2::new(root.k_x, root.k_y)
+    });
+    let frame = turn + given - base;
     let azimuth = if outcome.azimuth.is_nan() { 0.0 } else { outcome.azimuth };
     // The plane of bending is that of rotation, turned round the base tangent by φ.
     let out = |v: DVec2| {
@@ -107,7 +128,9 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         (DVec2::from_angle(turn).rotate(DVec2::new(v.x, m))).extend(azimuth.sin() * v.y)
     };
     let to_lab = |r: DVec2| match azimuth {
-        0.0 => (DVec2::from_angle(turn) * setup.hub + DVec2::from_angle(frame).rotate(r - clamp)).extend(0.0),
+        0.0 => (DVec2::from_angle(turn).rotate(DVec2::X * setup.hub + moved)
+            + DVec2::from_angle(frame).rotate(r - clamp))
+        .extend(0.0),
         _ => out(DVec2::X * setup.hub + DVec2::from_angle(-base).rotate(r - clamp)),
     };
     let direction = |psi: f64| match azimuth {
@@ -132,14 +155,20 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     let length = design.tuple.L_a;
     if arc < length {
         // Nothing is strained beyond the contact, whatever its force does to the section that bears it.
-        let free = |s: f64| Node {
-            s,
-            at: to_lab(DVec2::new(s - arc, 0.0)),
-            psi: 0.0,
-            direction: direction(0.0),
-            strain: 0.0,
+        let free = |s: f64| {
+            let (at, psi) = match body.filter(|body| !body.is_straight()) {
+                None => (DVec2::new(s - arc, 0.0), 0.0),
+                Some(body) => {
+                    let at = body.rest_angle(arc);
+                    let way = DVec2::from_angle(-at).rotate(body.rest(s) - body.rest(arc));
+                    (way, body.rest_angle(s) - at)
+                }
+            };
+            Node { s, at: to_lab(at), psi, direction: direction(psi), strain: 0.0 }
         };
-        all.extend([free(arc), free(length)]);
+        let parts = if body.is_none_or(|body| body.is_straight()) { 1 } else { nodes };
+        all.extend((0..parts).map(|k| free(arc + (length - arc) * k as f64 / parts as f64)));
+        all.push(free(length));
     }
     let sunk = Soft::new(model, &taper, task.a).map_or(0.0, |soft| soft.depth(normal));
     let pole = to_lab(rod.point + (model.pole_radius - sunk) * tilt);
@@ -181,18 +210,29 @@ impl Rod<'_> {
 
     /// Derivatives with respect to σ = c − s, and the strain of the touching side; model §3.
     fn slope(&self, sigma: f64, [psi, x, y]: &State) -> Option<(State, f64)> {
-        let (d1, r) = (DVec2::from_angle(*psi), self.taper.radius(self.arc - sigma));
+        let (d1, s) = (DVec2::from_angle(*psi), self.arc - sigma);
         let arm = self.point - DVec2::new(*x, *y);
         let (axial, shear, moment) =
             (self.force.dot(d1), self.force.dot(d1.perp()), arm.perp_dot(self.force));
-        let n = if self.model.extension { axial / (r * r) } else { 0.0 };
-        let section = self.law.deform(n, moment / (r * r * r))?;
+        let extension = self.model.extension;
+        let (r, section) = match self.body {
+            Some(body) => body.deform((&self.law, extension), (s, s), [axial, moment])?,
+            None => {
+                let r = self.taper.radius(s);
+                let n = if extension { axial / (r * r) } else { 0.0 };
+                (r, self.law.deform(n, moment / (r * r * r))?)
+            }
+        };
         let stretch = if self.model.extension { section.axial } else { 0.0 };
-        let slide = shear * self.compliance / (std::f64::consts::PI * r * r);
+        let slide = match self.body {
+            Some(_) if self.compliance == 0.0 => 0.0,
+            Some(body) => shear / body.section(s, s).shear,
+            None => shear * self.compliance / (std::f64::consts::PI * r * r),
+        };
         let along = (1.0 + stretch) * d1 + slide * d1.perp();
-        let s = self.arc - sigma;
         let under = self.foil.filter(|foil| foil.span[0] < s && s < foil.span[1]);
         let bends = under.map_or(1.0, |foil| 1.0 - foil.stiffening);
-        Some(([-bends * section.bending / r, -along.x, -along.y], section.axial - section.bending))
+        let rest = self.body.map_or(0.0, |body| body.curvature(s));
+        Some(([rest - bends * section.bending / r, -along.x, -along.y], section.axial - section.bending))
     }
 }

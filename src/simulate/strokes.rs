@@ -8,7 +8,7 @@ use super::{Counts, SOURCE, Settings, State};
 use crate::contour::pose::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
-use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry};
+use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
 use crate::sink::csv::Text;
 use crate::sink::table::Field;
 
@@ -38,6 +38,10 @@ pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
     let refuse = |key: &str, message: &str, allowed: &str| {
         Err(InputError::new(format!("a stroke slides along an object: {message}")).key(key).allowed(allowed))
     };
+    if rig.setup.built.is_some() || rig.setup.signal != Signal::Strain {
+        let allowed = "D, d, L_a and hub only, read by a gauge";
+        return refuse("whisker", "its whisker is a cone clamped at its base, its signal a strain", allowed);
+    }
     if rig.setup.gauge.second {
         return refuse("gauge.second", "one gauge reads it, at upright edges", "false");
     }

@@ -39,7 +39,14 @@ impl Extent {
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         // Short of the apex of the cone, where there is no whisker to tap.
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
-        let room = if tau > 0.0 { length + 0.4 * (1.0 / tau - length).max(0.0) } else { f64::INFINITY };
+        let ends = rig.shared().body.is_some();
+        let room = if ends {
+            length
+        } else if tau > 0.0 {
+            length + 0.4 * (1.0 / tau - length).max(0.0)
+        } else {
+            f64::INFINITY
+        };
         let reach = [lo - margin, (hi + margin).max(1.1 * length).min(room.max(hi))];
         let [first, last] = drives;
         let drives = match first < last || ahead > 0.0 {
@@ -93,7 +100,7 @@ impl Exact {
             }
             let i = *p as usize;
             let [lo, hi] = p.domain();
-            let [lo, hi] = [(values[i] - p.step()).max(lo), (values[i] + p.step()).min(hi)];
+            let [lo, hi] = [(values[i] - p.step(values[i])).max(lo), (values[i] + p.step(values[i])).min(hi)];
             let moved = |x: f64| {
                 let mut values = values;
                 values[i] = x;

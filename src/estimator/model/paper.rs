@@ -51,6 +51,9 @@ impl Paper {
     pub fn knots(&self) -> Vec<f64> {
         let curve = self.inverse.curve();
         let [x1, x2] = curve.gauge;
+        if let Some(end) = curve.end() {
+            return vec![x1 + INSIDE * x2, x2, end];
+        }
         let tau = curve.taper.tau;
         // At the gauge's near end, and at the apex, there is no strain.
         vec![x1 + INSIDE * x2, x2, if tau > 0.0 { (1.0 - INSIDE) / tau } else { f64::INFINITY }]

@@ -1,5 +1,7 @@
 //! What can be fitted of a model, and the model with other values of it.
 
+use std::sync::Arc;
+
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
 
 /// A parameter of the model that can be fitted.
@@ -21,6 +23,8 @@ pub enum Parameter {
     Ratio,
     /// c₀, in D: where the clamp holds the rod (model §8).
     Clamp,
+    /// k_θ of the root, N mm/rad (model §7).
+    Root,
     /// z₀, in the unit of the signal: what a sensor that nobody tared shows without contact. It is fitted to be taken off the signal, not
     /// to be kept as a parameter.
     Zero,
@@ -28,7 +32,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// All that a calibration holds, in the order of [`Values`].
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Factor,
         Self::DriveOffset,
         Self::DistanceOffset,
@@ -37,6 +41,7 @@ impl Parameter {
         Self::Mu,
         Self::Ratio,
         Self::Clamp,
+        Self::Root,
     ];
 
     /// Name in files and on the command line.
@@ -51,6 +56,7 @@ impl Parameter {
             (Self::Mu, _) => "mu",
             (Self::Ratio, _) => "C01/C10",
             (Self::Clamp, _) => "c0",
+            (Self::Root, _) => "k_theta",
             (Self::Zero, _) => "zero",
         }
     }
@@ -60,6 +66,7 @@ impl Parameter {
         match (self, kind) {
             (Self::DriveOffset, Drive::Angle) => "degrees",
             (Self::DriveOffset, Drive::Displacement) | (Self::DistanceOffset | Self::Hub, _) => "mm",
+            (Self::Root, _) => "N mm/rad",
             _ => "",
         }
     }
@@ -74,27 +81,29 @@ impl Parameter {
             Self::Mu => [0.0, 2.0],
             Self::Ratio => [-0.9, 1e2],
             Self::Clamp => [-1.0, 0.2],
+            Self::Root => [1e-6, 1e12],
         }
     }
 
     /// Whether another value needs the model to be solved again.
     pub fn is_physical(self) -> bool {
-        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp)
+        matches!(self, Self::Hub | Self::Nu | Self::Mu | Self::Ratio | Self::Clamp | Self::Root)
     }
 
-    /// Step of difference quotients over a physical parameter.
-    pub fn step(self) -> f64 {
+    /// Step of difference quotients over a physical parameter of this value.
+    pub fn step(self, value: f64) -> f64 {
         match self {
             Self::Hub => 0.02,
+            Self::Root => 0.02 * value,
             _ => 2e-3,
         }
     }
 }
 
 /// Values of all parameters, by [`Parameter`].
-pub type Values = [f64; 9];
+pub type Values = [f64; 10];
 
-/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10, c₀ as they stand; NaN where the model has no such thing.
+/// Values of the spec: an ideal gauge, no offsets, r₀, ν, μ, C01/C10, c₀, k_θ as they stand; NaN where the model has no such thing.
 pub fn spec_values(setup: &Setup) -> Values {
     let mu = match setup.model.contact {
         Contact::Coulomb(mu) => mu,
@@ -108,12 +117,13 @@ pub fn spec_values(setup: &Setup) -> Values {
     let hub = if setup.drive == Drive::Angle { setup.hub } else { f64::NAN };
     let nu = if setup.model.shear { setup.model.nu } else { f64::NAN };
     let c0 = if let Clamp::At(c0) = setup.model.clamp { c0 } else { f64::NAN };
-    [1.0, 0.0, 0.0, hub, nu, mu, ratio, c0, 0.0]
+    let turns = setup.built.as_ref().map(|built| built.root.k_theta).filter(|k| k.is_finite());
+    [1.0, 0.0, 0.0, hub, nu, mu, ratio, c0, turns.unwrap_or(f64::NAN), 0.0]
 }
 
 /// `setup` with the physical parameters of `values`.
 pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
-    let [_, _, _, hub, nu, mu, ratio, c0, _] = *values;
+    let [_, _, _, hub, nu, mu, ratio, c0, turns, _] = *values;
     let mut setup = setup.clone();
     if hub.is_finite() {
         setup.hub = hub;
@@ -126,6 +136,9 @@ pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
     }
     if c0.is_finite() {
         setup.model.clamp = Clamp::At(c0);
+    }
+    if let Some(built) = setup.built.as_mut().filter(|_| turns.is_finite()) {
+        Arc::make_mut(built).root.k_theta = turns;
     }
     // A ratio that nobody changed leaves the material as it was written, to the last digit.
     if ratio.is_finite() && ratio != spec_values(&setup)[6] {

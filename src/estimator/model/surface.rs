@@ -175,7 +175,11 @@ impl Piece {
 pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
     let shared = rig.shared();
     let tau = shared.taper.tau;
-    let apex = if tau > 0.0 { 0.98 / tau } else { f64::INFINITY };
+    let apex = match shared.body.as_ref() {
+        Some(body) => body.length,
+        None if tau > 0.0 => 0.98 / tau,
+        None => f64::INFINITY,
+    };
     let reach = [reach[0].max(shared.gauge[0] * 1.02 + 1e-3), reach[1].min(apex)];
     if reach[0].partial_cmp(&reach[1]) != Some(std::cmp::Ordering::Less) {
         return Err(ModelError::InsideGauge);

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::linear::shear_coefficient;
+use super::section::{SectionLaw, SectionStrain};
 use crate::scene::built::{Built, Inner, Profile, Root};
 
 /// Points of Gauss's rule on [−1, 1] and their weights: twelve, of which half are written.
@@ -108,11 +109,6 @@ impl Body {
         self.curvature == [0.0; 2]
     }
 
-    /// Whether something of another stiffness is inside.
-    pub fn is_composite(&self) -> bool {
-        self.inner.is_some()
-    }
-
     /// Places where the whisker is not smooth, rising, mm.
     pub fn knots(&self) -> &[f64] {
         &self.knots
@@ -194,6 +190,25 @@ impl Body {
             + (1.0 - p.powi(3)) / 24.0
             + g * ((a + b_over_p) * p * p / 4.0 + p.powi(3) / 24.0);
         Section { radius, axial, bending, shear: -bending * bending / (PI * e * r2.powi(3) * j) }
+    }
+
+    /// R, mm, and what the section at `at`, as in [`Self::section`], does under an axial force, N, and a moment, N mm; `None` if its `law`
+    /// cannot bear them. What is composite is Hooke's.
+    pub fn deform(
+        &self,
+        (law, extension): (&SectionLaw, bool),
+        (s, within): (f64, f64),
+        [axial, moment]: [f64; 2],
+    ) -> Option<(f64, SectionStrain)> {
+        if self.inner.is_some() {
+            let section = self.section(s, within);
+            let stretch = if extension { axial / section.axial } else { 0.0 };
+            let strain = SectionStrain { axial: stretch, bending: moment * section.radius / section.bending };
+            return Some((section.radius, strain));
+        }
+        let r = self.radius(s, within);
+        let n = if extension { axial / (r * r) } else { 0.0 };
+        Some((r, law.deform(n, moment / (r * r * r))?))
     }
 
     /// κ₀(s), 1/mm.

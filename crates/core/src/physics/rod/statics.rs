@@ -119,14 +119,10 @@ impl Skin {
 impl Whisker<'_> {
     /// R, mm, and what a section does under an axial force and a moment.
     fn strain(&self, (s, within): (f64, f64), axial: f64, moment: f64) -> Option<(f64, SectionStrain)> {
-        let composite = self.body.filter(|body| body.is_composite());
-        if let Some(body) = composite {
-            let section = body.section(s, within);
-            let stretch = if self.extension { axial / section.axial } else { 0.0 };
-            let strain = SectionStrain { axial: stretch, bending: moment * section.radius / section.bending };
-            return Some((section.radius, strain));
+        if let Some(body) = self.body {
+            return body.deform((&self.law, self.extension), (s, within), [axial, moment]);
         }
-        let r = self.body.map_or_else(|| self.taper.radius(s), |body| body.radius(s, within));
+        let r = self.taper.radius(s);
         let n = if self.extension { axial / (r * r) } else { 0.0 };
         Some((r, self.law.deform(n, moment / (r * r * r))?))
     }
@@ -140,7 +136,8 @@ impl Response for Whisker<'_> {
             Some(skin) => skin.strain(at.0, strain, shear, sign),
             None => strain.axial - sign * strain.bending,
         };
-        let slide = match self.body.filter(|body| body.is_composite() && self.shear_compliance > 0.0) {
+        let slide = match self.body {
+            Some(_) if self.shear_compliance == 0.0 => 0.0,
             Some(body) => shear / body.section(at.0, at.1).shear,
             None => shear * self.shear_compliance / (std::f64::consts::PI * r * r),
         };
