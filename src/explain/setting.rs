@@ -50,6 +50,8 @@ pub struct Setting {
     pub lean: Aim,
     /// A foil under the grid.
     pub foil: Option<Foil>,
+    /// Whether the whisker is more than a cone clamped at its base, or its wrench is read: some effects are known of the cone's strain only.
+    pub more: bool,
 }
 
 impl Setting {
@@ -63,6 +65,7 @@ impl Setting {
             tilt,
             lean,
             foil: setup.gauge.foil,
+            more: !setup.is_plain(),
         }
     }
 

@@ -202,8 +202,11 @@ impl Effect {
     /// Why it cannot be switched in `s`, if so.
     fn obstacle(self, s: &Setting, drive: Drive) -> Option<String> {
         let rubs = s.model.contact != Contact::Frictionless;
+        let unsolid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
         let off = |term: &Term| format!("{} = {}", term.key, term.off());
         let why = match self {
+            Self::Foil | Self::Tilt | Self::Lean if s.more => "computed for a cone clamped at its base",
+            Self::Term(term) if s.more && unsolid(term) => "computed for a cone clamped at its base",
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }

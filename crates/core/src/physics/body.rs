@@ -125,10 +125,20 @@ impl Body {
         }
     }
 
+    /// (1 − s/L_a) to the power `n`; a cone goes on beyond its tip, others as they end there.
+    fn power(&self, s: f64, n: f64) -> f64 {
+        let v = 1.0 - s / self.length;
+        match n {
+            0.0 => 1.0,
+            1.0 => v,
+            n => v.max(0.0).powf(n),
+        }
+    }
+
     /// R(s), mm, by the piece that holds `within`.
     pub fn radius(&self, s: f64, within: f64) -> f64 {
         0.5 * match &self.shape {
-            Shape::Power { D, d, n } => d + (D - d) * (1.0 - s / self.length).max(0.0).powf(*n),
+            Shape::Power { D, d, n } => d + (D - d) * self.power(s, *n),
             Shape::Table(table) => line(of_table(table, within), s),
         }
     }
@@ -136,10 +146,8 @@ impl Body {
     /// R′(s), likewise.
     pub fn slope(&self, s: f64, within: f64) -> f64 {
         0.5 * match &self.shape {
-            Shape::Power { D, d, n } => {
-                let v = (1.0 - s / self.length).max(0.0);
-                if D == d { 0.0 } else { -(D - d) * n / self.length * v.powf(n - 1.0) }
-            }
+            Shape::Power { D, d, .. } if D == d => 0.0,
+            Shape::Power { D, d, n } => -(D - d) * n / self.length * self.power(s, n - 1.0),
             Shape::Table(table) => {
                 let [near, far] = of_table(table, within);
                 (far[1] - near[1]) / (far[0] - near[0])
@@ -223,8 +231,12 @@ impl Body {
 
     /// r₀(s), mm, in the frame of the base.
     pub fn rest(&self, s: f64) -> DVec2 {
-        if self.is_straight() {
+        if self.is_straight() || s == 0.0 {
             return DVec2::new(s, 0.0);
+        }
+        if self.curvature[1] == 0.0 {
+            let half = 0.5 * self.curvature[0] * s;
+            return s * half.sin() / half * DVec2::from_angle(-half);
         }
         // As many panels as the angle needs.
         let turned = self.curvature[0].abs() * s + self.curvature[1].abs() * s * s;
@@ -295,7 +307,9 @@ impl Body {
         // ds on the surface per ds of the axis.
         let along = |from: f64, to: f64| {
             let mut sum = 0.0;
-            self.quadrature(from, to, |s, within, w| sum += w * self.slope(s, within).hypot(1.0));
+            self.quadrature(from, to, |Place { s, within, .. }, w| {
+                sum += w * self.slope(s, within).hypot(1.0)
+            });
             sum
         };
         let mut x2 = x1 + l;
@@ -310,21 +324,43 @@ impl Body {
         [x1, x2]
     }
 
-    /// Calls `f` with places s between `from` and `to`, a place within the same smooth piece, and weights: Σ w g(s) is ∫ g ds.
-    pub fn quadrature(&self, from: f64, to: f64, mut f: impl FnMut(f64, f64, f64)) {
+    /// Calls `f` with places between `from` and `to`, both in [0, L_a], and weights: Σ w g(s) is ∫ g ds. Panels get shorter towards the thinner end of
+    /// each smooth piece.
+    pub fn quadrature(&self, from: f64, to: f64, mut f: impl FnMut(Place, f64)) {
         let inside = self.knots.iter().copied().filter(|knot| *knot > from && *knot < to);
         let mut near = from;
         for far in inside.chain([to]) {
             let middle = 0.5 * (near + far);
-            let mut start = near;
-            for k in 1..=PANELS {
-                let end = if k == PANELS { far } else { far - (far - near) * 0.5_f64.powi(k as i32) };
-                each(start, end, |s, w| f(s, middle, w));
-                start = end;
+            let narrows = self.radius(far, middle) < self.radius(near, middle);
+            let place = |k: u32| match (k, narrows) {
+                (0, _) => near,
+                (PANELS, _) => far,
+                (k, true) => far - (far - near) * 0.5_f64.powi(k as i32),
+                (k, false) => near + (far - near) * 0.5_f64.powi((PANELS - k) as i32),
+            };
+            for k in 0..PANELS {
+                self.panel(place(k), place(k + 1), &mut f);
             }
             near = far;
         }
     }
+
+    /// The same on one panel, within a smooth piece.
+    pub fn panel(&self, from: f64, to: f64, mut f: impl FnMut(Place, f64)) {
+        let within = 0.5 * (from + to);
+        each(from, to, |s, weight| f(Place { s, within, end: to }, weight));
+    }
+}
+
+/// A place of a quadrature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Arc, mm.
+    pub s: f64,
+    /// A place on the same smooth piece.
+    pub within: f64,
+    /// Far end of its panel.
+    pub end: f64,
 }
 
 /// Gauss's rule on one panel.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::body::Body;
+use super::body::{Body, Place};
 use crate::scene::model::Drive;
 use crate::scene::signal::Signal;
 
@@ -19,13 +19,28 @@ pub struct Flexure {
     /// What is read.
     pub signal: Signal,
     /// [x1, x2], mm.
-    pub gauge: [f64; 2],
+    gauge: [f64; 2],
     /// r₀, mm; 0 for a displacement drive.
-    pub hub: f64,
+    hub: f64,
     /// What is turned or moved.
-    pub drive: Drive,
+    drive: Drive,
     /// Whether shear counts.
-    pub shear: bool,
+    shear: bool,
+    /// What of the integrals does not depend on the contact: from the base to the tip, and over the gauge.
+    parts: Arc<[Vec<Part>; 2]>,
+}
+
+/// A place of the quadrature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Part {
+    /// Far end of its panel, mm.
+    end: f64,
+    /// r₀, mm.
+    place: DVec2,
+    /// d2.
+    square: DVec2,
+    /// w/EI, w R/EI and w/kGA, w the weight of the place.
+    shares: [f64; 3],
 }
 
 /// A value and its derivative by a.
@@ -37,6 +52,36 @@ fn times([p, dp]: Sloped, [q, dq]: Sloped) -> Sloped {
 
 fn over([p, dp]: Sloped, [q, dq]: Sloped) -> Sloped {
     [p / q, (dp - p * dq / q) / q]
+}
+
+/// The contact of the resting whisker: h, n, d1 and κ₀.
+#[derive(Clone, Copy)]
+struct Contact {
+    h: DVec2,
+    n: DVec2,
+    along: DVec2,
+    bend: f64,
+}
+
+impl Contact {
+    /// m at r₀(s) of a unit force.
+    fn moment(&self, place: DVec2) -> Sloped {
+        let arm = self.h - place;
+        [arm.perp_dot(self.n), 1.0 + self.bend * arm.perp_dot(self.along)]
+    }
+}
+
+impl Part {
+    fn new(body: &Body, Place { s, within, end }: Place, weight: f64) -> Self {
+        let section = body.section(s, within);
+        let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
+        Self {
+            end,
+            place: body.rest(s),
+            square: DVec2::from_angle(body.rest_angle(s)).perp(),
+            shares: shares.map(|share| weight * share),
+        }
+    }
 }
 
 /// What a unit force at a contact does.
@@ -52,25 +97,43 @@ struct Unit {
 }
 
 impl Flexure {
-    /// h, n, d1 and κ₀ of the contact at `a`.
-    fn contact(&self, a: f64) -> (DVec2, DVec2, DVec2, f64) {
-        let along = DVec2::from_angle(self.body.rest_angle(a));
-        (self.body.rest(a), along.perp(), along, self.body.curvature(a))
+    /// Of the whisker `body`; lengths in mm.
+    pub fn new(
+        body: Arc<Body>,
+        signal: Signal,
+        gauge: [f64; 2],
+        (hub, drive): (f64, Drive),
+        shear: bool,
+    ) -> Self {
+        let over = |from: f64, to: f64| {
+            let mut parts = Vec::new();
+            body.quadrature(from, to, |place, weight| parts.push(Part::new(&body, place, weight)));
+            parts
+        };
+        let strained = if signal == Signal::Strain { over(gauge[0], gauge[1]) } else { Vec::new() };
+        let parts = Arc::new([over(0.0, body.length), strained]);
+        Self { body, signal, gauge, hub, drive, shear, parts }
     }
 
-    /// m(s) of a unit force at the contact.
-    fn moment(&self, (h, n, along, bend): (DVec2, DVec2, DVec2, f64), a: f64, s: f64) -> Sloped {
-        if self.body.is_straight() {
-            return [a - s, 1.0];
+    /// h, n, d1 and κ₀ of the contact at `a`.
+    fn contact(&self, a: f64) -> Contact {
+        let along = DVec2::from_angle(self.body.rest_angle(a));
+        Contact { h: self.body.rest(a), n: along.perp(), along, bend: self.body.curvature(a) }
+    }
+
+    /// Calls `add` with the parts from `from` to the contact at `a`, of those that begin there.
+    fn each(&self, parts: &[Part], from: f64, a: f64, mut add: impl FnMut(&Part)) {
+        let whole = parts.partition_point(|part| part.end <= a);
+        parts[..whole].iter().for_each(&mut add);
+        let near = whole.checked_sub(1).map_or(from, |last| parts[last].end);
+        if near < a && whole < parts.len() {
+            self.body.panel(near, a, |place, weight| add(&Part::new(&self.body, place, weight)));
         }
-        let arm = h - self.body.rest(s);
-        [arm.perp_dot(n), 1.0 + bend * arm.perp_dot(along)]
     }
 
     fn unit(&self, a: f64) -> Unit {
-        let body = &self.body;
         let contact = self.contact(a);
-        let (h, n, along, bend) = contact;
+        let Contact { h, n, along, bend } = contact;
         let lever = match self.drive {
             Drive::Angle => {
                 let arm = h + DVec2::new(self.hub, 0.0);
@@ -78,27 +141,25 @@ impl Flexure {
             }
             Drive::Displacement => [n.y, bend * along.y],
         };
-        let moment = self.moment(contact, a, 0.0);
+        let moment = contact.moment(DVec2::ZERO);
         let (across, length) = ([n.y, bend * along.y], [n.x, bend * along.x]);
         let mut work = [0.0; 2];
         let mut add = |share: f64, of: Sloped| {
             work[0] += share * of[0] * of[0];
             work[1] += 2.0 * share * of[0] * of[1];
         };
-        let root = body.root;
+        let root = self.body.root;
         add(1.0 / root.k_theta, moment);
         add(1.0 / root.k_y, across);
         add(1.0 / root.k_x, length);
-        body.quadrature(0.0, a, |s, within, weight| {
-            let section = body.section(s, within);
-            add(weight / section.bending, self.moment(contact, a, s));
+        self.each(&self.parts[0], 0.0, a, |part| {
+            add(part.shares[0], contact.moment(part.place));
             if self.shear {
-                let square = DVec2::from_angle(body.rest_angle(s)).perp();
-                add(weight / section.shear, [n.dot(square), bend * along.dot(square)]);
+                add(part.shares[2], [n.dot(part.square), bend * along.dot(part.square)]);
             }
         });
         if self.shear {
-            work[1] += 1.0 / body.section(a, a * (1.0 - 1e-12)).shear;
+            work[1] += 1.0 / self.body.section(a, a * (1.0 - 1e-12)).shear;
         }
         Unit { lever, work, moment, across }
     }
@@ -113,10 +174,8 @@ impl Flexure {
                 }
                 let contact = self.contact(a);
                 let mut mean = [0.0; 2];
-                self.body.quadrature(x1, x2.min(a), |s, within, weight| {
-                    let section = self.body.section(s, within);
-                    let share = weight * section.radius / (section.bending * (x2 - x1));
-                    let moment = self.moment(contact, a, s);
+                self.each(&self.parts[1], x1, a.min(x2), |part| {
+                    let (share, moment) = (part.shares[1] / (x2 - x1), contact.moment(part.place));
                     mean = [mean[0] + share * moment[0], mean[1] + share * moment[1]];
                 });
                 let unit = self.unit(a);
@@ -131,7 +190,7 @@ impl Flexure {
 
     /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
     pub fn wrench(&self, a: f64) -> [f64; 3] {
-        let (unit, (_, n, ..)) = (self.unit(a), self.contact(a));
+        let (unit, Contact { n, .. }) = (self.unit(a), self.contact(a));
         let force = -unit.lever[0] / unit.work[0];
         [force * unit.moment[0], force * n.x, force * n.y]
     }

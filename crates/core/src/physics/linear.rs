@@ -75,7 +75,7 @@ impl StrainCurve {
     /// What `signal` shows of the whisker `body`, in place of the strain of a clamped cone.
     pub fn built(self, body: &Arc<Body>, signal: Signal) -> Self {
         let Self { gauge, hub, drive, shear, .. } = self;
-        let built = Flexure { body: Arc::clone(body), signal, gauge, hub, drive, shear: shear != 0.0 };
+        let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear != 0.0);
         Self { built: Some(built), ..self }
     }
 

@@ -167,9 +167,6 @@ impl RodProblem<'_> {
             Err(Ended::Inaccurate) => return Err(RodError::NotConverged),
         }
         if let Some(body) = self.body {
-            if shot.load.arc > body.length * (1.0 + 1e-12) {
-                return Err(RodError::SlippedOff);
-            }
             let [near, far] = body.piece(self.distance);
             if self.model.surface && !(near..=far).contains(&shot.load.arc) {
                 return Err(RodError::AtKnot);

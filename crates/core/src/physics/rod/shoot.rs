@@ -37,6 +37,9 @@ const MOST_STRIDES: u32 = 120;
 /// theory's. Past it a stride may have landed on another branch: a displaced tip of 0.5 mm against a pole of 5 mm did.
 const FORESEEN: f64 = 0.5;
 
+/// Contact arcs over L_a from which on a whisker that ends there has slipped off.
+const BEYOND: f64 = 1.0 + 1e-12;
+
 /// Newton steps of a stride, and halvings of a step. Where they do not do, a shorter stride is cheaper: with 40 and 9 the hardest
 /// taps took six times as long, to the same ends.
 const MOST_STEPS: u32 = 15;
@@ -121,13 +124,9 @@ impl<'a> Shooter<'a> {
         };
         let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
         let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * shear_compliance / (16.0 * a * a);
-        let linear = body.map(|body| Flexure {
-            body: Arc::new(body.clone()),
-            signal: Signal::Force,
-            gauge: problem.gauge,
-            hub,
-            drive: problem.drive,
-            shear: model.shear,
+        let linear = body.map(|body| {
+            let drive = (hub, problem.drive);
+            Flexure::new(Arc::new(body.clone()), Signal::Force, problem.gauge, drive, model.shear)
         });
         let touched = match body {
             Some(body) => body.touched(a, model.surface),
@@ -197,6 +196,11 @@ impl<'a> Shooter<'a> {
                 Ok((z, shot))
             });
             match hit {
+                Ok((_, shot))
+                    if self.problem.body.is_some_and(|body| shot.load.arc > body.length * BEYOND) =>
+                {
+                    return Err(Stopped { why: RodError::SlippedOff, farthest: Some(shot) });
+                }
                 Ok((_, shot)) if next == amount => return Ok(shot),
                 Ok((z, shot)) => {
                     (before, at) = (at, (next, z));
