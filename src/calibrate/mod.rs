@@ -124,7 +124,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
     let modelled = recorded && rig.known && no_exact.is_none();
-    let found = noise::stated(&rig, data.unit.is_strain(), &taps, &sides);
+    let found = noise::stated(&rig, data.unit.is_absolute(), &taps, &sides);
     let found = match found {
         Some(found) => found,
         None => noise::scatter(&rig, &taps, &sides, modelled, &options.fit, &open)?,
@@ -164,7 +164,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         }
     }
     let used = results.iter().map(|s| s.used).sum();
-    if !data.unit.is_strain() {
+    if !data.unit.is_absolute() {
         // Noise of a reading is none of a strain; the calibration itself says it.
         rig.setup.gauge.noise_strain = None;
     }
@@ -222,6 +222,11 @@ pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
 
 /// Refuses data and options that do not belong together.
 fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
+    if let Some(signal) = data.unit.signal().filter(|signal| rig.known && *signal != rig.setup.signal) {
+        let message = format!("the whisker's spec has signal = \"{}\"", rig.setup.signal.word());
+        let error = InputError::new(message).at(&data.file, Some(1)).key(data.unit.column());
+        return Err(error.allowed(format!("signal = \"{}\" in [sensor] of the spec", signal.word())));
+    }
     let kind = rig.setup.drive;
     let flag = if kind == Drive::Angle { "--theta" } else { "--delta" };
     if let Some(found) = data.drive

@@ -12,7 +12,7 @@ use crate::measure::group::Groups;
 use crate::measure::text::plain;
 use crate::measure::zero::{Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig};
-use crate::scene::{Drive, Side, Theory};
+use crate::scene::{Drive, Side, Signal, Theory};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
@@ -86,7 +86,7 @@ pub fn prepare(
         let turned = constant::reference(&usable);
         if let Some(found) = constant::without_theory(&usable) {
             tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
-        } else if let Some(value) = turned.filter(|_| !data.unit.is_strain()) {
+        } else if let Some(value) = turned.filter(|_| !data.unit.is_absolute()) {
             tare((data, rig), &mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
         }
     }
@@ -265,7 +265,7 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
         return Err(InputError::new(message).at(&data.file, None));
     }
     let middle = crate::reduce::median(&mut sizes);
-    if data.unit.is_strain() && middle > ABSURD {
+    if data.unit.signal() == Some(Signal::Strain) && middle > ABSURD {
         let message = format!("half of all strains are above {middle:.3e}: this is another unit");
         return Err(InputError::new(message).at(&data.file, None).key(data.unit.column()).allowed(
             "strain (0.001 is 0.1 %), microstrain, bridge_mV_per_V, or reading for any other unit",
@@ -312,7 +312,7 @@ fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
 /// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its
 /// taps are on the side that the spec names.
 fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
-    if data.unit.is_strain() {
+    if data.unit.signal() == Some(Signal::Strain) {
         return if sign > 0.0 { Side::Contact } else { Side::Far };
     }
     match (rig.setup.gauge.side, sign == most) {

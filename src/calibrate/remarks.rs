@@ -77,7 +77,7 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
         let about_one = rig.known && rig.setup.gauge.foil.is_none();
         if let Some(k) = s
             .mean_k()
-            .filter(|k| data.unit.is_strain() && s.recorded && about_one && !(0.33..3.0).contains(k))
+            .filter(|k| data.unit.is_absolute() && s.recorded && about_one && !(0.33..3.0).contains(k))
         {
             let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
             all.push(format!(
@@ -109,7 +109,7 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     let fit = side.fit.as_ref()?;
     let mut found = Vec::new();
     let [factor, error] = [fit.exact.values[Parameter::Factor as usize], fit.errors(unread)[0]];
-    if data.unit.is_strain() && (factor - 1.0).abs() > (ERRORS * error).max(ORDINARY) {
+    if data.unit.is_absolute() && (factor - 1.0).abs() > (ERRORS * error).max(ORDINARY) {
         found.push(format!("the strain is {factor:.3} ± {error:.1e} times what the model of the spec gives"));
     }
     let both = side.answered_by_all(&[EXACT, CURVE]);
@@ -129,7 +129,8 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     (!found.is_empty()).then(|| {
         format!(
             "{}: {}. Is this the whisker that was measured? Check D, d, L_a, x_ss and l, from where a_mm is measured, gauge.factor, the unit \
-             of {} and the drive; then material, contact or --fit",
+             of {} and the drive; then how the base is held: a root that gives way ([whisker] root, --fit k_theta), [model] clamp; then material, \
+             contact or --fit",
             data.file,
             found.join("; "),
             data.unit.column()

@@ -12,7 +12,7 @@ use crate::error::InputError;
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
-use crate::scene::{Drive, Spec};
+use crate::scene::{Drive, Signal, Spec};
 use crate::sink::run_json;
 
 /// Suspect rows listed one by one; the rest stands in rows.csv.
@@ -246,9 +246,10 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     let mut t = String::new();
     let kind = rig.setup.drive;
     let (symbol, degree) = crate::sink::table::drive_unit(kind);
-    let unit = match data.unit.is_strain() {
-        true => format!("{:.3} µε", 1e6 * found.calibration.noise),
-        false => format!("{:.4e}", found.calibration.noise),
+    let unit = match data.unit.signal() {
+        Some(Signal::Strain) => format!("{:.3} µε", 1e6 * found.calibration.noise),
+        Some(other) => format!("{:.4e} {}", found.calibration.noise, other.unit()),
+        None => format!("{:.4e}", found.calibration.noise),
     };
     let used: usize = found.sides.iter().map(|s| s.used).sum();
     let _ = writeln!(

@@ -114,7 +114,7 @@ impl KTable {
 /// A cell as a tap of a sweep: forces and arc are not measured.
 fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
     let limit = ask.rig.strain_limit();
-    let beyond = ask.data.unit.is_strain() && c.signal > limit;
+    let beyond = ask.data.unit.is_absolute() && c.signal > limit;
     Outcome {
         strain: ask.sign * c.signal,
         strain_linear: ask.sign * c.linear,

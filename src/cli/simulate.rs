@@ -86,7 +86,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
     let unit = match &args.signal {
-        None => Unit::Strain,
+        None => Unit::of_signal(rig.setup.signal),
         Some(name) => Unit::of_column(name).ok_or_else(|| {
             let known = Unit::ALL.map(Unit::column).join(", ");
             InputError::new("there is no such signal").key("--signal").value(name).allowed(known)

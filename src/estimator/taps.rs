@@ -97,7 +97,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     ];
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
-    let turn = match data.unit.is_strain() {
+    let turn = match data.unit.is_absolute() {
         true => None,
         false => counts::turn(&data.rows.iter().map(count).collect::<Vec<_>>()),
     };

@@ -261,7 +261,7 @@ impl Export<'_> {
             ));
         }
         lines.push(match self.locator.unit {
-            Unit::Strain | Unit::Reading => "    signal -= zero;".to_owned(),
+            Unit::Strain | Unit::Reading | Unit::Moment | Unit::Force => "    signal -= zero;".to_owned(),
             Unit::Microstrain => format!("    signal = (signal - zero) * {};", real.number(1e-6)),
             Unit::Bridge => "    signal = strain_F(signal - zero);".to_owned(),
         });

@@ -111,7 +111,7 @@ impl Export<'_> {
     /// Strain of `value`, and what `signal` is above `zero`.
     fn arithmetic(&self) -> [String; 2] {
         let strain = match self.locator.unit {
-            Unit::Strain | Unit::Reading => "value".to_owned(),
+            Unit::Strain | Unit::Reading | Unit::Moment | Unit::Force => "value".to_owned(),
             Unit::Microstrain => "value * 1e-6".to_owned(),
             Unit::Bridge => {
                 let factor = number(self.locator.rig.setup.gauge.factor);

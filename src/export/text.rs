@@ -42,6 +42,8 @@ impl Export<'_> {
             Unit::Microstrain => "microstrain, tension positive",
             Unit::Bridge => "mV/V of a quarter bridge, tension positive",
             Unit::Reading => "the reading of the calibration",
+            Unit::Moment => "N mm, the moment on the root, counterclockwise",
+            Unit::Force => "N, the force on the root, towards the object",
         }
     }
 
@@ -72,7 +74,7 @@ impl Export<'_> {
     /// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.
     pub(super) fn limit(&self, factor: f64) -> f64 {
         let limit = self.locator.rig.strain_limit();
-        let limit = if self.locator.unit.is_strain() { limit } else { limit * factor.abs() };
+        let limit = if self.locator.unit.is_absolute() { limit } else { limit * factor.abs() };
         if limit.is_nan() { f64::INFINITY } else { limit }
     }
 

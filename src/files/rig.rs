@@ -57,11 +57,10 @@ impl Rig {
             Contact::Stick => word("stick"),
             Contact::Coulomb(mu) => table(vec![("coulomb", mu.into())]),
         };
-        let mut gauge = vec![
-            ("x_ss", t.x_ss.into()),
-            ("l", t.l.into()),
-            ("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })),
-        ];
+        let strains = s.signal == Signal::Strain;
+        let places = [("x_ss", t.x_ss.into()), ("l", t.l.into())];
+        let mut gauge: Vec<(&str, Value)> = places.into_iter().filter(|_| strains).collect();
+        gauge.push(("side", word(if s.gauge.side == Side::Far { "far" } else { "contact" })));
         let limit = s.gauge.strain_limit;
         gauge.extend(limit.is_finite().then(|| ("strain_limit", limit.into())));
         gauge.push(("factor", s.gauge.factor.into()));
@@ -71,7 +70,6 @@ impl Rig {
             let limit = foil.strain_limit.map(|limit| ("strain_limit", limit));
             ("foil", table(numbers.into_iter().chain(limit).map(|(key, x)| (key, x.into())).collect()))
         }));
-        let strains = s.signal == Signal::Strain;
         gauge.extend(s.gauge.noise_strain.filter(|_| strains).map(|n| ("noise_strain", n.into())));
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];

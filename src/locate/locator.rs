@@ -334,7 +334,7 @@ impl Locator {
     }
 
     fn limit(&self, signal: f64, factor: f64) -> Status {
-        let strain = if self.unit.is_strain() { signal } else { signal / factor };
+        let strain = if self.unit.is_absolute() { signal } else { signal / factor };
         if strain.abs() > self.rig.strain_limit() { Status::STRAIN_LIMIT } else { Status::OK }
     }
 }

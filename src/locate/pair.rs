@@ -238,7 +238,7 @@ impl Locator {
             return Err(Status::NO_STRAIN);
         }
         let strains =
-            if self.unit.is_strain() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
+            if self.unit.is_absolute() { signs } else { [0, 1].map(|k| signs[k] / two.transfer.factors[k]) };
         let beyond = strains[0].hypot(strains[1]) > self.rig.strain_limit();
         let status = if beyond { Status::STRAIN_LIMIT } else { Status::OK };
         // A strain of the second gauge alone is no tilt that a whisker can tell: 90° or more.

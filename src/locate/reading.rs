@@ -7,7 +7,7 @@ use crate::error::InputError;
 use crate::measure::columns::{Columns, Names, may_drive};
 use crate::measure::text::{Decimals, fields, separator};
 use crate::measure::{Unit, text};
-use crate::scene::Drive;
+use crate::scene::{Drive, Signal};
 
 /// The first line of a file, if it names columns.
 struct Header {
@@ -54,9 +54,13 @@ impl<'a> Lines<'a> {
 
     fn find(&self, names: &[String], said: &Names) -> Result<Columns, InputError> {
         let (locator, kind) = (self.locator, self.locator.rig.setup.drive);
-        let allowed = match locator.unit.is_strain() {
-            true => "exactly one of strain, microstrain, bridge_mV_per_V; or --columns strain=NAME",
-            false => "reading, in the unit of the calibration; or --columns reading=NAME",
+        let allowed = match locator.unit.signal() {
+            Some(Signal::Strain) => {
+                "exactly one of strain, microstrain, bridge_mV_per_V; or --columns strain=NAME"
+            }
+            Some(Signal::Moment) => "moment_Nmm; or --columns moment=NAME",
+            Some(Signal::Force) => "force_N; or --columns force=NAME",
+            None => "reading, in the unit of the calibration; or --columns reading=NAME",
         };
         let columns = Columns::find(names, said, Some(kind)).map_err(|e| match e.key.as_deref() {
             Some("strain") => InputError {
@@ -79,7 +83,7 @@ impl<'a> Lines<'a> {
             }
             _ => {}
         }
-        if columns.signal.0.is_strain() != locator.unit.is_strain() {
+        if columns.signal.0.signal() != locator.unit.signal() {
             let error = InputError::new("the calibration was made with another kind of signal");
             return Err(error.key(&names[columns.signal.1]).allowed(allowed));
         }

@@ -28,7 +28,7 @@ pub enum Role {
 
 impl Role {
     /// All, with the short name and the column's own name.
-    const ALL: [(&'static str, &'static str, Self); 13] = [
+    const ALL: [(&'static str, &'static str, Self); 15] = [
         ("a", DISTANCE, Self::Distance),
         ("theta", "theta_deg", Self::Drive(Drive::Angle)),
         ("delta", "delta_mm", Self::Drive(Drive::Displacement)),
@@ -36,6 +36,8 @@ impl Role {
         ("microstrain", "microstrain", Self::Signal(Unit::Microstrain)),
         ("bridge", "bridge_mV_per_V", Self::Signal(Unit::Bridge)),
         ("reading", "reading", Self::Signal(Unit::Reading)),
+        ("moment", "moment_Nmm", Self::Signal(Unit::Moment)),
+        ("force", "force_N", Self::Signal(Unit::Force)),
         ("strain_2", "strain_2", Self::Second(Unit::Strain)),
         ("microstrain_2", "microstrain_2", Self::Second(Unit::Microstrain)),
         ("bridge_2", "bridge_mV_per_V_2", Self::Second(Unit::Bridge)),

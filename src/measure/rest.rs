@@ -117,8 +117,9 @@ impl Rows<'_> {
         let beyond = |i: &usize| {
             self.ends(*i).is_some_and(|[small, large]| {
                 let signal = self.signals[*i];
-                let other_side =
-                    self.data.unit.is_strain() && signal * large < 0.0 && signal.abs() > STILL * large.abs();
+                let other_side = self.data.unit.is_absolute()
+                    && signal * large < 0.0
+                    && signal.abs() > STILL * large.abs();
                 let still = (signal - base).abs() <= STILL * (small - base).abs();
                 (signal - small) * (small - large) > 0.0 && still && !other_side
             })

@@ -1,5 +1,7 @@
 //! What the signal column holds.
 
+use crate::scene::Signal;
+
 /// Unit of the recorded signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
@@ -11,11 +13,16 @@ pub enum Unit {
     Bridge,
     /// Any signal proportional to the bending at one place; the factor is unknown.
     Reading,
+    /// M₀ at the base, N mm, counterclockwise (model §7).
+    Moment,
+    /// F_y at the base, N.
+    Force,
 }
 
 impl Unit {
     /// All, by column name.
-    pub const ALL: [Self; 4] = [Self::Strain, Self::Microstrain, Self::Bridge, Self::Reading];
+    pub const ALL: [Self; 6] =
+        [Self::Strain, Self::Microstrain, Self::Bridge, Self::Reading, Self::Moment, Self::Force];
 
     /// Name of the column that holds it.
     pub fn column(self) -> &'static str {
@@ -24,6 +31,27 @@ impl Unit {
             Self::Microstrain => "microstrain",
             Self::Bridge => "bridge_mV_per_V",
             Self::Reading => "reading",
+            Self::Moment => "moment_Nmm",
+            Self::Force => "force_N",
+        }
+    }
+
+    /// What of a whisker it tells; none of a reading, which tells any.
+    pub fn signal(self) -> Option<Signal> {
+        match self {
+            Self::Strain | Self::Microstrain | Self::Bridge => Some(Signal::Strain),
+            Self::Reading => None,
+            Self::Moment => Some(Signal::Moment),
+            Self::Force => Some(Signal::Force),
+        }
+    }
+
+    /// The unit in which `signal` is told.
+    pub fn of_signal(signal: Signal) -> Self {
+        match signal {
+            Signal::Strain => Self::Strain,
+            Signal::Moment => Self::Moment,
+            Signal::Force => Self::Force,
         }
     }
 
@@ -33,7 +61,7 @@ impl Unit {
             Self::Strain => "strain_2",
             Self::Microstrain => "microstrain_2",
             Self::Bridge => "bridge_mV_per_V_2",
-            Self::Reading => "reading_2",
+            Self::Reading | Self::Moment | Self::Force => "reading_2",
         }
     }
 
@@ -42,25 +70,25 @@ impl Unit {
         Self::ALL.into_iter().find(|u| u.column() == name)
     }
 
-    /// Whether the signal says how large the strain is.
-    pub fn is_strain(self) -> bool {
-        self != Self::Reading
+    /// Whether the signal says how large the strain, the moment or the force is.
+    pub fn is_absolute(self) -> bool {
+        self.signal().is_some()
     }
 
-    /// Column in which every table gives the signal: strain, or the reading as it is.
+    /// Column in which every table gives the signal: strain, or what else it is.
     pub fn common(self) -> &'static str {
-        if self.is_strain() { "strain" } else { "reading" }
+        self.signal().map_or(Self::Reading, Self::of_signal).column()
     }
 
     /// The same of a second gauge.
     pub fn second_common(self) -> &'static str {
-        if self.is_strain() { "strain_2" } else { "reading_2" }
+        if self.is_absolute() { "strain_2" } else { "reading_2" }
     }
 
-    /// Strain of a recorded value, tension positive; a `reading` stays as it is. NaN where the bridge cannot give `value`.
+    /// Strain of a recorded value, tension positive; what is no strain stays as it is. NaN where the bridge cannot give `value`.
     pub fn strain(self, value: f64, gauge_factor: f64) -> f64 {
         match self {
-            Self::Strain | Self::Reading => value,
+            Self::Strain | Self::Reading | Self::Moment | Self::Force => value,
             Self::Microstrain => value * 1e-6,
             Self::Bridge => quarter_bridge_strain(value, gauge_factor),
         }
@@ -81,7 +109,7 @@ impl Unit {
     /// The value that is recorded at a strain: the inverse of [`Self::strain`].
     pub fn value(self, strain: f64, gauge_factor: f64) -> f64 {
         match self {
-            Self::Strain | Self::Reading => strain,
+            Self::Strain | Self::Reading | Self::Moment | Self::Force => strain,
             Self::Microstrain => strain * 1e6,
             Self::Bridge => quarter_bridge_output(strain, gauge_factor),
         }

@@ -11,7 +11,7 @@ use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
 use crate::scene::sampler::Sampler;
-use crate::scene::{DirectionColumns, Drive, Layout, Spec, Tuple};
+use crate::scene::{DirectionColumns, Drive, Layout, Signal, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::run_json;
 use crate::sink::table::Field;
@@ -136,7 +136,7 @@ impl Settings {
                     .allowed("≥ 0"));
             }
         }
-        if self.noise >= 0.5 {
+        if self.noise >= 0.5 && self.unit.signal() == Some(Signal::Strain) {
             return Err(InputError::new("this is more noise than strain")
                 .key("--noise")
                 .value(self.noise)

@@ -149,7 +149,7 @@ impl<'a> Stroker<'a> {
             drive: Drive::Angle,
             amount: turn,
             foil: shared.foil,
-            body: shared.body.as_deref(),
+            body: None,
             model: &self.model,
         };
         let tap = (0.0..PI).contains(&turn).then(|| problem.solve().ok())??;

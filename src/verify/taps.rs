@@ -157,7 +157,7 @@ fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
         drive: setup.drive,
         amount: amount(setup.drive, tuple.drive),
         foil: shared.foil,
-        body: shared.body.as_deref(),
+        body: shared.body.as_deref().filter(|_| setup.built.is_some()),
         model: &model,
     };
     problem.solve()

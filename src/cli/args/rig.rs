@@ -18,7 +18,7 @@ use super::common::{Common, number, whole, words};
 )]
 pub struct Calibrate {
     /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
-    /// bridge_mV_per_V, reading; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    /// bridge_mV_per_V, reading, moment_Nmm, force_N; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
     pub data: PathBuf,
     /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
     /// curve, table and, with one drive, paper (with f falling as 1/a)
@@ -37,7 +37,7 @@ pub struct Calibrate {
     /// [default: from the gaps of the data]
     #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true, value_parser = number)]
     pub group: Vec<f64>,
-    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10, c0
+    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10, c0, k_theta
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
     /// Write what answers readings as a program of one file for a robot too, comma between
@@ -170,7 +170,7 @@ pub struct Simulate {
     /// after first touch at which they are read -> strokes.csv (docs/contour.md)
     #[arg(long, value_name = "OBJECT")]
     pub object: Option<PathBuf>,
-    /// What is recorded: strain, microstrain, bridge_mV_per_V or reading [default: strain]
+    /// What is recorded: strain, microstrain, bridge_mV_per_V, reading, moment_Nmm or force_N [default: the signal of the spec]
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
     #[command(flatten)]

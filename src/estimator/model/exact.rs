@@ -39,9 +39,10 @@ impl Extent {
         let margin = 0.15 * (hi - lo) + 0.02 * hi;
         // Short of the apex of the cone, where there is no whisker to tap.
         let (length, tau) = (rig.design.tuple.L_a, rig.shared().taper.tau);
-        let ends = rig.shared().body.is_some();
+        // Taps next to the tip of a whisker that ends there slip off.
+        let ends = rig.setup.built.is_some();
         let room = if ends {
-            length
+            0.97 * length
         } else if tau > 0.0 {
             length + 0.4 * (1.0 / tau - length).max(0.0)
         } else {

@@ -175,8 +175,8 @@ impl Piece {
 pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple), ModelError> {
     let shared = rig.shared();
     let tau = shared.taper.tau;
-    let apex = match shared.body.as_ref() {
-        Some(body) => body.length,
+    let apex = match shared.model.end() {
+        Some(end) => end,
         None if tau > 0.0 => 0.98 / tau,
         None => f64::INFINITY,
     };

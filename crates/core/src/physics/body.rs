@@ -104,6 +104,18 @@ impl Body {
         Self { length: L_a, shape, inner, curvature, root, modulus, nu, knots }
     }
 
+    /// The farthest contact that linear theory is asked of, mm: a cone clamped at its base goes on beyond its tip, almost to its apex.
+    pub fn reach(&self) -> f64 {
+        let plain = self.inner.is_none() && self.is_straight() && self.root == Root::RIGID;
+        match &self.shape {
+            Shape::Power { D, d, n: 1.0 } if plain => {
+                let apex = if D > d { 0.99 * self.length * D / (D - d) } else { f64::INFINITY };
+                apex.min(10.0 * self.length)
+            }
+            _ => self.length,
+        }
+    }
+
     /// Whether the whisker is straight at rest.
     pub fn is_straight(&self) -> bool {
         self.curvature == [0.0; 2]

@@ -111,7 +111,7 @@ impl Flexure {
             parts
         };
         let strained = if signal == Signal::Strain { over(gauge[0], gauge[1]) } else { Vec::new() };
-        let parts = Arc::new([over(0.0, body.length), strained]);
+        let parts = Arc::new([over(0.0, body.reach()), strained]);
         Self { body, signal, gauge, hub, drive, shear, parts }
     }
 

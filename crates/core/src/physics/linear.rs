@@ -81,7 +81,7 @@ impl StrainCurve {
 
     /// The farthest contact that it knows of, mm; none of a clamped cone, which goes on beyond its tip.
     pub fn end(&self) -> Option<f64> {
-        self.built.as_ref().map(|built| built.body.length)
+        self.built.as_ref().map(|built| built.body.reach())
     }
 
     /// Whether it is that of a gauge.

@@ -154,7 +154,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
         drive: setup.drive,
         amount,
         foil: shared.foil,
-        body: shared.body.as_deref(),
+        body: shared.body.as_deref().filter(|_| setup.built.is_some()),
         model: &setup.model,
     };
     let solved = if task.is_spatial(setup) {
