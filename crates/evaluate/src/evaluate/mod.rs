@@ -269,10 +269,9 @@ impl<'a> Evaluator<'a> {
     /// Whether taps are answered by the reference, as those of a whisker that no kernel knows are, or the geometry is linear: closed forms in f64 on
     /// every backend.
     fn needs_no_kernel(&self) -> bool {
-        let Setup { model, .. } = self.setup;
         matches!(self.method, Method::Reference)
-            || model.geometry == Geometry::Linear
-            || !self.setup.is_plain()
+            || self.setup.model.geometry == Geometry::Linear
+            || self.setup.built.is_some()
     }
 
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
@@ -303,7 +302,13 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
     ) -> Result<Vec<Option<Solved>>, SolveError> {
         let setup = self.setup;
-        if tasks.iter().any(|task| task.is_spatial(setup)) {
+        if setup.asks_wrench() {
+            // The angle at the base tells which way the force acts there.
+            self.spatial = true;
+            let solved = self.solutions(designs, tasks);
+            self.spatial = false;
+            solved
+        } else if tasks.iter().any(|task| task.is_spatial(setup)) {
             self.spatial_solutions(designs, tasks)
         } else {
             self.solutions(designs, tasks)

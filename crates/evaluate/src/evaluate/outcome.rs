@@ -3,10 +3,11 @@
 use super::solve::{Plane, Solved};
 use super::{Outcome, Task, beside_linear, path};
 use crate::design::{Design, Shared, amount, radians};
+use crate::kernel::tap::Response;
 use crate::kernel::{Solution, Tap};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem, TiltedTap};
-use crate::scene::{Geometry, Setup, Side, Signal};
+use crate::scene::{Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -48,10 +49,18 @@ pub(super) fn fast(
             (strain, deviation, Some(Beside { strain_2: axial + bending * sin, axial, plane: *plane }))
         }
     };
+    let wrench = match setup.asks_wrench() {
+        true => wrench(setup, shared, task, &response, solution.base),
+        false => [f64::NAN; 3],
+    };
+    let (strain, deviation) = match setup.signal.of(wrench) {
+        None => (strain, deviation),
+        Some(reading) => (sign(setup) * reading, linear / (sign(setup) * reading) - 1.0),
+    };
     let found = Found {
         strain,
         deviation,
-        wrench: [f64::NAN; 3],
+        wrench,
         beside,
         normal: response.normal,
         tangential: response.tangential,
@@ -60,6 +69,32 @@ pub(super) fn fast(
     };
     let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
     Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
+}
+
+/// What a cone clamped at its base exerts on its root in the tap `task`: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. Its force goes through the
+/// object's centre: where there is friction that is a point.
+fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base: f64) -> [f64; 3] {
+    let (model, taper) = (&setup.model, &shared.taper);
+    let (height, sin, cos) = match model.surface {
+        true => (taper.radius(task.a), taper.sin_alpha(), taper.cos_alpha()),
+        false => (0.0, 0.0, 1.0),
+    };
+    let amount = amount(setup.drive, task.drive);
+    let [x, y] = [task.a + model.pole_radius * sin, height + model.pole_radius * cos];
+    let [x, y] = match setup.drive {
+        Drive::Angle => {
+            let (s, c) = amount.sin_cos();
+            let x = x + setup.hub;
+            [x * c + y * s - setup.hub, y * c - x * s]
+        }
+        Drive::Displacement => [x, y - amount],
+    };
+    let (s, c) = base.sin_cos();
+    // The contact's normal and tangent, in the frame of the base.
+    let [nx, ny] = [sin * c + cos * s, cos * c - sin * s];
+    let (normal, along) = (response.normal, response.tangential);
+    let [fx, fy] = [along * ny - normal * nx, -along * nx - normal * ny];
+    [x * fy - y * fx, fx, fy]
 }
 
 /// |θ f/ε| of a tap, f of the estimator's theory; 1 where there is none.

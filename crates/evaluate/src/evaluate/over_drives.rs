@@ -19,7 +19,8 @@ impl Evaluator<'_> {
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
         let setup = self.setup;
-        if self.needs_no_kernel() || solid::asked(setup) || tasks.iter().any(|task| task.is_spatial(setup)) {
+        let told = solid::asked(setup) || setup.asks_wrench();
+        if self.needs_no_kernel() || told || tasks.iter().any(|task| task.is_spatial(setup)) {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
         let ways = DriveAxis::ways(drives);

@@ -113,7 +113,7 @@ impl Evaluator<'_> {
         self.taps.extend(frames.iter().flatten().map(|frame| *frame.tap()));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
         let effects = Effects { spatial: self.spatial, ..effects };
-        let plane = self.spatial.then(Plane::default);
+        let plane = (self.spatial && !setup.asks_wrench()).then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let mut solutions = self.solutions.iter();
         let solved = |(i, frame): (usize, &Option<Frame>)| {
