@@ -160,6 +160,7 @@ fn a_round_object_is_a_pole_of_its_radius() {
                 drive: Drive::Angle,
                 amount: *angle,
                 foil: None,
+                body: None,
                 model: &model,
             };
             let tap = problem.solve().unwrap();

@@ -97,7 +97,7 @@ fn dimensions(t: &Tuple) -> [f64; 7] {
 
 fn alone(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
-    let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+    let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
     let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
     let grip = if model.contact == Contact::Stick { Grip::Stick } else { Grip::Slide(0.0) };
     let ask =

@@ -4,6 +4,7 @@ mod agreement;
 mod bench;
 mod both;
 mod bounded;
+mod built;
 mod calibrate;
 mod changed;
 mod charted;

@@ -39,6 +39,7 @@ fn solve(row: &Row) -> RodTap {
         drive,
         amount,
         foil: None,
+        body: None,
         model: &model,
     }
     .solve()

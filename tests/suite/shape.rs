@@ -103,6 +103,7 @@ fn strain_along_the_whisker_is_the_gauges() {
             drive: Drive::Angle,
             amount: 6f64.to_radians(),
             foil: None,
+            body: None,
             model: &model,
         };
         let tap = problem.solve().unwrap();

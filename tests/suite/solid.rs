@@ -36,9 +36,20 @@ fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Optio
     let gauge = taper.gauge(x_ss, get("l_mm"));
     let foil = foil.map(|foil| Bonded::new(&foil, &taper, gauge, E));
     let distance = get("a_mm");
-    RodProblem { taper, gauge, side, distance, hub: 0.0, drive: Drive::Angle, amount, foil, model }
-        .solve()
-        .unwrap_or_else(|error| panic!("{row:?}: {error}"))
+    RodProblem {
+        taper,
+        gauge,
+        side,
+        distance,
+        hub: 0.0,
+        drive: Drive::Angle,
+        amount,
+        foil,
+        body: None,
+        model,
+    }
+    .solve()
+    .unwrap_or_else(|error| panic!("{row:?}: {error}"))
 }
 
 /// Largest |found/expected − 1| of some numbers, printed.

@@ -84,6 +84,7 @@ fn reference(case: &Case, direction: Direction) -> TiltedTap {
         drive: case.setup.drive,
         amount: amount(case.setup.drive, drive),
         foil: None,
+        body: None,
         model: &case.setup.model,
     };
     problem.solve_tilted(radians(direction)).expect("it converges")

@@ -256,7 +256,7 @@ fn a_robust_tilt_is_never_calibrated_away() {
     let spec = spec::parse("t.toml", &linear(""), "".as_ref()).expect("a spec");
     let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
     let design = Design::new(&spec.study.setup, whisker);
-    let curve = *design.shared.as_ref().expect("a whisker").theory.curve();
+    let curve = design.shared.as_ref().expect("a whisker").theory.curve();
     let squares = [21.0, 33.0, 48.0].map(|a| (curve.value(a) / curve.slope(a)).powi(2));
     let wanted = 0.97334 * 2f64.to_radians().powi(2) * (squares.iter().sum::<f64>() / 3.0).sqrt();
     let each = total(&robust(""), CPU);

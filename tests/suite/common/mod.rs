@@ -58,6 +58,7 @@ pub fn tap<'a>(model: &'a Model, d: f64, distance: f64, degrees: f64) -> RodProb
         drive: Drive::Angle,
         amount: degrees.to_radians(),
         foil: None,
+        body: None,
         model,
     }
 }

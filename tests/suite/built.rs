@@ -1,0 +1,419 @@
+//! Whiskers as they are built (model §7): 80 cases of another code, what holds of all of them, the wrench on every backend, and bad input.
+
+use std::collections::HashMap;
+use std::fmt::Write;
+
+use crate::common::program::Desk;
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep};
+use vibrissa::measure::Rig;
+use vibrissa::spec;
+
+type Row = HashMap<String, String>;
+
+/// Rows of tests/data/general_cases.csv, good to 1e-10: by shooting and by collocation, checked by energy and virtual work.
+fn cases() -> Vec<Row> {
+    let path = format!("{}/tests/data/general_cases.csv", env!("CARGO_MANIFEST_DIR"));
+    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
+    let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed");
+    assert_eq!(rows.len(), 80);
+    rows
+}
+
+/// `s:D;s:D` as a list of pairs.
+fn pairs(text: &str) -> String {
+    let pair = |pair: &str| format!("[{}]", pair.replace(':', ", "));
+    format!("[{}]", text.split(';').map(pair).collect::<Vec<_>>().join(", "))
+}
+
+/// The spec of a case, its gauge on `side`.
+fn case(row: &Row, side: &str) -> String {
+    let get = |key: &str| row[key].as_str();
+    let mut whisker = String::new();
+    let mut say = |key: &str, value: &str| {
+        if !value.is_empty() {
+            let _ = writeln!(whisker, "{key} = {value}");
+        }
+    };
+    match get("profile") {
+        "" => ["D", "d", "L_a"].iter().for_each(|key| say(key, get(&format!("{key}_mm")))),
+        profile => say("profile", &pairs(profile)),
+    }
+    say("exponent", get("exponent"));
+    say("hub", get("hub_mm"));
+    say("curvature", get("kappa_base_per_mm"));
+    say("curvature_slope", get("kappa_slope_per_mm2"));
+    let inner = |key: &str| if get(key).is_empty() { String::new() } else { pairs(get(key)) };
+    say("bore", &inner("bore"));
+    if !get("core").is_empty() {
+        say("core", &format!("{{ diameter = {}, modulus = {} }}", inner("core"), get("E_core_MPa")));
+    }
+    let springs = [("k_theta", "k_theta_Nmm_per_rad"), ("k_y", "k_y_N_per_mm"), ("k_x", "k_x_N_per_mm")];
+    let springs: Vec<String> = springs
+        .iter()
+        .filter(|(_, column)| get(column) != "inf")
+        .map(|(key, column)| format!("{key} = {}", get(column)))
+        .collect();
+    if !springs.is_empty() {
+        say("root", &format!("{{ {} }}", springs.join(", ")));
+    }
+    let (drive, key, amount) = match get("delta_mm") {
+        "" => ("angle", "theta", get("theta_deg")),
+        delta => ("displacement", "delta", delta),
+    };
+    let contact = match get("contact") {
+        "coulomb" => format!("{{ coulomb = {} }}", get("mu")),
+        other => format!("{other:?}"),
+    };
+    format!(
+        "[whisker]\n{whisker}[gauge]\nx_ss = {}\nl = {}\nside = {side:?}\nstrain_limit = 1.0\n[tap]\ndrive = {drive:?}\na = {}\n{key} = {amount}\n\
+         [model]\nshear = {}\nextension = {}\nsurface = {}\npole_radius = {}\nnu = {}\ncontact = {contact}\nmaterial = {{ {} = {} }}\n\
+         [output]\nwrench = true\n",
+        get("x_ss_mm"),
+        get("l_mm"),
+        get("a_mm"),
+        get("shear"),
+        get("extension"),
+        get("surface"),
+        get("pole_radius_mm"),
+        get("nu"),
+        get("material"),
+        get("E_MPa"),
+    )
+}
+
+#[test]
+fn every_case_of_another_code() {
+    let known = |row: &Row, key: &str| row[key].parse::<f64>().unwrap_or(f64::NAN);
+    let mut worst = 0.0_f64;
+    for (i, row) in cases().iter().enumerate() {
+        let name = format!("case {i}, {}", row["config"]);
+        let found = sweep(&case(row, "contact"), REFERENCE).tuples.rows.remove(0);
+        let status = found["status"].split('+').find(|word| !["ambiguous", "no_root"].contains(word));
+        assert_eq!(status.unwrap_or("ok"), row["status"], "{name}");
+        if row["status"] != "ok" {
+            assert_eq!(found["strain"], "", "{name}");
+            continue;
+        }
+        let far = sweep(&case(row, "far"), REFERENCE).tuples.rows.remove(0);
+        let force = known(row, "base_fx_N").hypot(known(row, "base_fy_N"));
+        let mut check = |what: &str, found: Option<f64>, expected: f64, scale: f64| {
+            let error = (found.unwrap_or(f64::NAN) - expected).abs() / scale;
+            assert!(error < 1e-8, "{name}: {what} is {found:?}, not {expected}");
+            worst = worst.max(error);
+        };
+        for (column, scale) in [
+            ("strain", f64::NAN),
+            ("K", f64::NAN),
+            ("base_moment_Nmm", f64::NAN),
+            ("base_fx_N", force),
+            ("base_fy_N", force),
+            ("normal_force_N", f64::NAN),
+            ("tangential_force_N", force),
+            ("contact_arc_mm", f64::NAN),
+        ] {
+            let expected = known(row, column);
+            let scale = if scale.is_nan() { expected.abs() } else { scale };
+            check(column, number(&found, column), expected, scale);
+        }
+        let expected = known(row, "strain_far");
+        check("far strain", number(&far, "strain"), expected, expected.abs());
+    }
+    println!("largest error {worst:.1e}");
+}
+
+/// A whisker with something of everything, in the unit of length `z` and of stiffness `e`.
+fn whisker(z: f64, e: f64, signal: &str) -> String {
+    let [base, tip, length, hub, x_ss, l, pole] = [10.0, 4.0, 50.0, 5.0, 5.0, 2.0, 2.0].map(|x| x * z);
+    let [slope, bend] = [1e-4 / (z * z), 4e-3 / z];
+    format!(
+        "[whisker]\nD = {base}\nd = {tip}\nL_a = {length}\nexponent = 1.3\nhub = {hub}\ncurvature = {bend}\ncurvature_slope = {slope}\n\
+         core = {{ diameter = {}, modulus = {} }}\nroot = {{ k_theta = {}, k_y = {}, k_x = {} }}\n[gauge]\nx_ss = {x_ss}\nl = {l}\n\
+         [sensor]\nsignal = {signal:?}\n[tap]\na = [{}, {}]\ntheta = [2, 9]\n\
+         [model]\nshear = true\nextension = true\nsurface = true\npole_radius = {pole}\nmaterial = {{ hooke = {} }}\n[output]\nwrench = true\n",
+        0.5 * z,
+        600.0 * e,
+        1000.0 * e * z.powi(3),
+        20.0 * e * z,
+        30.0 * e * z,
+        21.0 * z,
+        40.0 * z,
+        3.2 * e,
+    )
+}
+
+/// Largest relative difference of a column of two sweeps, the second times `scale`.
+fn apart(one: &[Row], other: &[Row], column: &str, scale: f64) -> f64 {
+    let pair = |(a, b): (&Row, &Row)| {
+        let [a, b] = [a, b].map(|row| number(row, column).expect("a value"));
+        (scale * b / a - 1.0).abs()
+    };
+    assert!(!one.is_empty() && one.len() == other.len());
+    one.iter().zip(other).map(pair).fold(0.0, f64::max)
+}
+
+#[test]
+fn stiffnesses_and_lengths_scale() {
+    let rows = |text: &str| sweep(text, REFERENCE).tuples.rows;
+    let plain = rows(&whisker(1.0, 1.0, "strain"));
+    for (z, e) in [(1.0, 7.0), (2.5, 1.0), (0.2, 0.1)] {
+        let other = rows(&whisker(z, e, "strain"));
+        for (column, scale) in [
+            ("strain", 1.0),
+            ("K", 1.0),
+            ("contact_arc_mm", 1.0 / z),
+            ("base_moment_Nmm", 1.0 / (e * z.powi(3))),
+            ("base_fx_N", 1.0 / (e * z * z)),
+            ("base_fy_N", 1.0 / (e * z * z)),
+        ] {
+            let error = apart(&plain, &other, column, scale);
+            assert!(error < 1e-9, "{column} at z = {z}, e = {e}: {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn signals_are_of_the_wrench() {
+    let rows = |signal: &str| sweep(&whisker(1.0, 1.0, signal), REFERENCE).tuples.rows;
+    for (signal, column) in [("moment", "base_moment_Nmm"), ("force", "base_fy_N")] {
+        for row in rows(signal) {
+            let [read, of_wrench, linear, k] =
+                ["signal", column, "signal_linear", "K"].map(|c| number(&row, c).expect("a value"));
+            assert_eq!(read, of_wrench);
+            assert!(read < 0.0 && (k - linear / read).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn linear_theory_of_a_curve_does_not_know_its_sign_and_moment_over_force_is_the_distance() {
+    let linear = |more: &str, signal: &str| {
+        let text = format!(
+            "[whisker]\nD = 10\nd = 4\nL_a = 50\n{more}\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\nsignal = {signal:?}\n[tap]\na = [12, 33, 48]\n\
+             theta = 3\n[model]\ngeometry = \"linear\"\n[output]\nwrench = true\n"
+        );
+        sweep(&text, REFERENCE).tuples.rows
+    };
+    for signal in ["strain", "moment", "force"] {
+        let column = if signal == "strain" { "strain" } else { "signal" };
+        let [plus, minus] = ["curvature = 0.012", "curvature = -0.012"].map(|more| linear(more, signal));
+        assert!(apart(&plus, &minus, column, 1.0) < 1e-12);
+        assert!(apart(&plus, &minus, "base_fx_N", -1.0) < 1e-12);
+        // So does the straight one with a bore, at the same place as without: another whisker.
+        assert!(apart(&plus, &linear("", signal), column, 1.0) > 1e-4);
+    }
+    for more in ["exponent = 0.6", "bore = 3", "root = { k_theta = 200, k_y = 4 }", "hub = 12"] {
+        for row in linear(more, "strain") {
+            let [m, f, a] = ["base_moment_Nmm", "base_fy_N", "a_mm"].map(|c| number(&row, c).unwrap());
+            assert!((m / f / a - 1.0).abs() < 1e-12, "{more}: {m} / {f} is not {a}");
+        }
+    }
+}
+
+#[test]
+fn a_uniform_bent_rod_has_a_closed_form() {
+    // Point gauge at x: f = (D/2) κ sin κ(a − x) sin κa/(a κ/2 − sin(2κa)/4); here without a hub, over a short grid.
+    let text = "[whisker]\nD = 10\nd = 10\nL_a = 50\ncurvature = 0.02\n[gauge]\nx_ss = 0\nl = 1e-4\n[tap]\na = 33\ntheta = 1\n\
+                [model]\ngeometry = \"linear\"\n";
+    let row = sweep(text, REFERENCE).tuples.rows.remove(0);
+    let f = number(&row, "strain_linear").unwrap() / 1f64.to_radians();
+    assert!((f - 0.428_042_6).abs() < 2e-6, "{f}");
+}
+
+#[test]
+fn what_changes_nothing_changes_no_byte() {
+    let cone = "[whisker]\nD = 10\nd = 4\nL_a = 50\n";
+    let rest = "[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 48]\ntheta = [1, 8]\n[model]\nsurface = true\nextension = true\n";
+    let plain = sweep(&format!("{cone}{rest}"), CPU).tuples.text;
+    for same in
+        [format!("{cone}exponent = 1\ncurvature = 0\n"), "[whisker]\nprofile = [[0, 10], [50, 4]]\n".into()]
+    {
+        assert_eq!(sweep(&format!("{same}{rest}"), CPU).tuples.text, plain, "{same}");
+    }
+    // Another way to the same: knots on the cone, a core of its own stiffness, springs that hardly give way.
+    let of = |whisker: &str| sweep(&format!("{whisker}{rest}"), REFERENCE).tuples.rows;
+    let expected = of(cone);
+    for (same, bound) in [
+        ("[whisker]\nprofile = [[0, 10], [10, 8.8], [33.5, 5.98], [50, 4]]\n".to_owned(), 1e-10),
+        (format!("{cone}core = {{ diameter = 2, modulus = 3.2 }}\n"), 1e-10),
+        (format!("{cone}bore = 1e-4\n"), 1e-10),
+        (format!("{cone}root = {{ k_theta = 1e12, k_y = 1e11, k_x = 1e11 }}\n"), 1e-8),
+        (format!("{cone}curvature = 1e-12\n"), 1e-9),
+    ] {
+        let found = of(&same);
+        for column in ["strain", "K", "normal_force_N", "contact_arc_mm", "distance_mm"] {
+            let error = apart(&expected, &found, column, 1.0);
+            assert!(error < bound, "{same}: {column} by {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn the_wrench_of_a_cone_on_every_backend() {
+    let models = [
+        "",
+        "[model]\nsurface = true\nshear = true\nextension = true\npole_radius = 3\nmaterial = { neo-hookean = 3.2 }\n",
+        "[model]\nextension = true\ncontact = \"stick\"\n",
+        "[model]\nextension = true\nsurface = true\ncontact = { coulomb = 0.3 }\n",
+    ];
+    let drives = ["theta = [0.1, 2, 12]\n", "drive = \"displacement\"\ndelta = [0.1, 1, 4]\n"];
+    for (model, drive) in models.iter().flat_map(|model| drives.map(|drive| (model, drive))) {
+        for signal in ["strain", "moment", "force"] {
+            let text = format!(
+                "[whisker]\nD = [8, 10]\nd = [2, 10]\nL_a = 50\nhub = 6\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\nsignal = {signal:?}\n\
+                 [tap]\na = [12, 25, 40]\n{drive}{model}[output]\nwrench = true\n"
+            );
+            let rows = |place: Place| sweep(&text, place).tuples.rows;
+            let expected = rows(REFERENCE);
+            for (place, bound) in [(CPU, 2e-5), (CPU_F64, 5e-8), (GPU, 2e-5)] {
+                for (found, known) in rows(place).iter().zip(&expected) {
+                    assert_eq!(found["status"], known["status"]);
+                    let force =
+                        number(known, "base_fx_N").unwrap().hypot(number(known, "base_fy_N").unwrap());
+                    let read = if signal == "strain" { "strain" } else { "signal" };
+                    for column in [read, "base_moment_Nmm", "base_fx_N", "base_fy_N"] {
+                        let [a, b] = [found, known].map(|row| number(row, column).unwrap());
+                        let scale = if column.starts_with("base_f") { force } else { b.abs() };
+                        let error = (a - b).abs() / scale;
+                        assert!(error < bound, "{place:?} {model}{drive}{signal}: {column} {a} {b}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_rig_comes_back_from_its_table() {
+    let text = |whisker: &str, signal: &str| {
+        format!(
+            "[whisker]\n{whisker}\n[sensor]\nsignal = {signal:?}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 3\n"
+        )
+    };
+    for whisker in [
+        "D = 10\nd = 4\nL_a = 50\nexponent = 2\ncurvature = 0.01\nroot = { k_theta = 300, k_y = 5 }",
+        "profile = [[0, 14], [8, 9], [50, 4]]\ncurvature_slope = -1e-4",
+        "D = 10\nd = 4\nL_a = 50\nbore = [[0, 3], [25, 1]]\nroot = { k_x = 2 }",
+        "D = 10\nd = 4\nL_a = 50\ncore = { diameter = 0.5, modulus = 60000 }",
+    ] {
+        for signal in ["strain", "moment"] {
+            let base = std::path::Path::new("");
+            let spec = spec::parse("rig.toml", &text(whisker, signal), base).unwrap();
+            let rig = Rig::of_spec(&spec, "rig.toml").unwrap();
+            let written = rig.to_table().to_string();
+            let (again, _) = Rig::parse_with("again.toml", &written, base, None)
+                .unwrap_or_else(|e| panic!("{e}\n{written}"));
+            assert_eq!(again.setup, rig.setup, "{written}");
+            let place = |rig: &Rig| (rig.design.tuple.D, rig.design.tuple.d, rig.design.tuple.L_a);
+            assert_eq!(place(&again), place(&rig));
+        }
+    }
+}
+
+/// A rig of a cone of 10 to 4 mm, whose whisker says `more`.
+fn rig(more: &str) -> String {
+    format!(
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\n{more}\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\n\
+         a = {{ from = 21, to = 45, step = 4 }}\ntheta = {{ from = 2, to = 8, step = 2 }}\n\
+         [model]\nshear = true\nextension = true\nsurface = true\n"
+    )
+}
+
+#[test]
+fn a_root_is_calibrated_by_one_who_knows_of_it_and_told_to_one_who_does_not() {
+    // 100 EI₀/L.
+    let root = "root = { k_theta = 3141.593 }";
+    let desk = Desk::new(&rig(""));
+    desk.write("rooted.toml", rig(root));
+    desk.write("guess.toml", rig("root = { k_theta = 1000 }"));
+    let calibrated = |data: &str, whisker: &str, more: &[&str]| {
+        desk.run(&["simulate", data, "--repeats", "3", "--out", "data", "--force"]).exits(0);
+        let args =
+            ["calibrate", "data/measurements.csv", "--whisker", whisker, "--out", "cal", "--force", "--json"];
+        let ran = desk.run(&[&args[..], more].concat()).exits(0);
+        let side = ran.json()["result"]["sides"][0].clone();
+        let error = side["estimators"]["exact"]["held_out_rms_mm"].as_f64().expect("a number");
+        (error, ran.stdout + &ran.stderr)
+    };
+    let plain = calibrated("spec.toml", "spec.toml", &[]);
+    let known = calibrated("rooted.toml", "rooted.toml", &[]);
+    let unaware = calibrated("rooted.toml", "spec.toml", &[]);
+    let fitted = calibrated("rooted.toml", "guess.toml", &["--fit", "k_theta"]);
+    println!("mm on distances left out: {} {} {} {}", plain.0, known.0, unaware.0, fitted.0);
+    assert!(known.0 < 1.2 * plain.0 && fitted.0 < 1.2 * plain.0);
+    assert!(unaware.0 > 3.0 * plain.0);
+    assert!(unaware.1.contains("a root that gives way"), "{}", unaware.1);
+    assert!(!known.1.contains("a root that gives way"), "{}", known.1);
+    let record: toml::Table = desk.read("cal/calibration.toml").parse().expect("TOML");
+    assert!(record.to_string().contains("k_theta"));
+}
+
+/// Bad input: what `[whisker]` says beside or in place of a cone, what follows it, and what the message names.
+#[test]
+fn bad_input_is_named() {
+    const CONE: &str = "D = 10.0\nd = 4.0\nL_a = 50.0\n";
+    for (whisker, rest, key, said) in [
+        ("profile = [[0, 10], [20, 8], [15, 6], [50, 4]]", "", "whisker.profile", "rise"),
+        ("profile = [[0, 10], [20, -8], [50, 4]]", "", "whisker.profile", "larger than 0"),
+        ("profile = [[1, 10], [20, 8], [50, 4]]", "", "whisker.profile", "begins at s = 1"),
+        ("D = 10.0\nprofile = [[0, 10], [50, 4]]", "", "whisker.D", "follows from the profile"),
+        ("profile = [[0, 10]]", "", "whisker.profile", "at least 2"),
+        ("profile = \"none.csv\"", "", "whisker.profile", "no such profile file"),
+        ("+core = { diameter = 5, modulus = 60000 }", "", "whisker.core", "at s = 50 mm it is 5 mm"),
+        ("+core = { diameter = 0.5 }", "", "whisker.core.modulus", "missing"),
+        ("+core = { diameter = 0.5, modulus = 60e9 }", "", "whisker.core.modulus", "out of range"),
+        ("+bore = 4.5", "", "whisker.bore", "at s = 50 mm"),
+        ("+bore = 2\ncore = { diameter = 1, modulus = 9 }", "", "whisker.bore", "not both"),
+        ("+bore = 2", "[model]\nmaterial = { neo-hookean = 3.2 }", "whisker.bore", "hooke"),
+        ("+exponent = 9", "", "whisker.exponent", "0.25 … 4"),
+        ("+curvature = 0.05", "", "whisker.curvature", "90°"),
+        ("+curvature = -0.03", "[model]\npole_radius = 40", "whisker.curvature", "does not fit"),
+        ("+root = { k_theta = 0 }", "", "whisker.root.k_theta", "> 0 N mm/rad"),
+        ("+root = { k_theta = 9, k_y = -1 }", "", "whisker.root.k_y", "> 0 N/mm"),
+        ("+root = { ktheta = 9 }", "", "whisker.root.ktheta", "did you mean k_theta?"),
+        ("+root = {}", "", "whisker.root", "needs a spring"),
+        ("+root = { k_theta = 9 }", "[model]\nclamp = \"bonded\"", "whisker.root", "clamp"),
+        ("+", "[sensor]\nsignal = \"torque\"", "sensor.signal", "\"moment\""),
+        ("+", "[sensor]\nnoise = 1", "sensor.noise", "noise_strain"),
+        ("+", "[sensor]\nsignal = \"moment\"\n[gauge2]\n", "gauge2", "unknown section"),
+    ] {
+        let whisker =
+            whisker.strip_prefix('+').map_or_else(|| whisker.to_owned(), |more| format!("{CONE}{more}"));
+        let text =
+            format!("[whisker]\n{whisker}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 33\ntheta = 5\n{rest}\n");
+        let ran = Desk::new(&text).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
+        let message = ran.stderr.replace("\n  │ ", " ");
+        assert!(message.contains(key) && message.contains(said), "{key}, {said}: {message}");
+        assert!(message.contains("spec.toml:"), "{message}");
+    }
+}
+
+#[test]
+fn a_profile_from_a_file() {
+    let text = |more: &str| {
+        format!(
+            "[whisker]\nprofile = \"p.csv\"\n{more}\n[gauge]\nx_ss = 9\nl = 2\n[tap]\na = [20, 40]\ntheta = 4\n"
+        )
+    };
+    let desk = Desk::new(&text("core = { modulus = 60000 }"));
+    desk.write("p.csv", "# a whisker\ns_mm,D_mm,core_mm,note\n0,14,0.6,a\n8,9,0.6,b\n50,4,0.4,c\n");
+    desk.run(&["sweep", "spec.toml", "--out", "one"]).exits(0);
+    desk.write(
+        "inline.toml",
+        "[whisker]\nprofile = [[0, 14], [8, 9], [50, 4]]\ncore = { diameter = [[0, 0.6], [8, 0.6], [50, 0.4]], modulus = 60000 }\n\
+         [gauge]\nx_ss = 9\nl = 2\n[tap]\na = [20, 40]\ntheta = 4\n",
+    );
+    desk.run(&["sweep", "inline.toml", "--out", "two"]).exits(0);
+    assert_eq!(desk.read("one/tuples.csv"), desk.read("two/tuples.csv"));
+    for (file, line, key) in [
+        ("s_mm,D_mm\n0,14\n8,9\n7,4\n", 4, "s_mm"),
+        ("s_mm,D_mm\n0,14\n8,-9\n50,4\n", 3, "D_mm"),
+        ("s_mm,D_mm,bore_mm\n0,14,3\n8,9,9.5\n", 3, "bore_mm"),
+        ("s_mm,D_mm\n1,14\n8,9\n", 2, "s_mm"),
+        ("s_mm,width\n0,14\n", 1, "D_mm"),
+    ] {
+        desk.write("p.csv", file);
+        desk.write("spec.toml", text(""));
+        let ran = desk.run(&["sweep", "spec.toml", "--out", "three"]).exits(2);
+        assert!(ran.stderr.contains(&format!("p.csv:{line}:")) && ran.stderr.contains(key), "{}", ran.stderr);
+    }
+}
