@@ -270,7 +270,7 @@ impl Taps {
         let framed = |i: usize| {
             let t = given.tap(i);
             let (grip, design) = (Grip::Slide(0.0), Design::new(setup, t));
-            let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+            let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
             let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
             let amount = amount(setup.drive, t.drive);
             Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })

@@ -85,6 +85,8 @@ class Tap(NamedTuple):
 
 _SECTION = {
     "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "second": "gauge", "foil": "gauge", "theory": "estimate",
+    "exponent": "whisker", "bore": "whisker", "core": "whisker", "curvature": "whisker", "curvature_slope": "whisker", "root": "whisker",
+    "signal": "sensor",
     "backend": "run", "adapter": "run", "precision": "run", "tolerance": "run", "threads": "run",
 }
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
@@ -203,7 +205,9 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         progress: True (a bar, if tqdm is installed) or a function of (taps done, taps).
         **model: keys of a spec's [model] (``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``,
             ``contact``, ``material={"neo-hookean": 3.2}``, ``clamp``, ``indentation``, ``section``, ``solid``), and ``hub``, ``side``, ``second``,
-            ``foil={"stiffness": 100, "length": 6.3, "width": 2.8}`` (N/mm, mm), ``strain_limit``, ``theory``,
+            ``foil={"stiffness": 100, "length": 6.3, "width": 2.8}`` (N/mm, mm), ``strain_limit``, ``theory``, those of [whisker]
+            (``exponent``, ``bore``, ``core={"diameter": 0.5, "modulus": 60000}``, ``curvature``, ``curvature_slope``, ``root={"k_theta": 500}``),
+            ``signal`` ("moment": N mm, or "force": N, is then told in place of the strain),
             ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f32"), ``tolerance`` (1e-5 in f32), ``threads``.
 
     Returns:

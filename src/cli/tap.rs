@@ -100,13 +100,14 @@ fn summary(spec: &Spec, report: &Report) -> String {
     let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
     let line = |name: &str, s: &Sample, theory: Theory, end: &str| {
         format!(
-            "{name} {symbol} {:.4}{unit}{end}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, strain {}\n",
+            "{name} {symbol} {:.4}{unit}{end}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, {} {}\n",
             s.drive,
             number(s.row.total_rms()),
             bias(theory, s.row.error_rms(), &number),
             number(s.row.noise_rms()),
             s.row.deviation.mean().map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m)),
             number(s.row.deviation.sd()),
+            spec.study.setup.signal.word(),
             number(s.row.strain_max()),
         )
     };

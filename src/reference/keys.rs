@@ -101,6 +101,15 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
             let searched: Table = "d = [2.0, 8.0]".parse().expect("a table");
             table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
         }
+        ("whisker", "profile") if value.is_some() => {
+            let whisker = table(&mut spec, "whisker");
+            ["D", "d", "L_a"].map(|key| whisker.remove(key)).into_iter().for_each(drop);
+            let searched: Table = "theta = [1.0, 8.0]".parse().expect("a table");
+            table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
+        }
+        ("sensor", "noise") => {
+            table(&mut spec, "sensor").insert("signal".to_owned(), "moment".into());
+        }
         ("model", "indentation" | "solid") => {
             table(&mut spec, "model").insert("pole_radius".to_owned(), 3.0.into());
         }

@@ -77,7 +77,8 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
         "Of {} of whisker and tap that keep every limit, {whisker}, {tap},",
         count(kept.len(), "row")
     );
-    let strain = match table.number("strain_max", best) {
+    let largest = if table.has("strain_max") { table.number("strain_max", best) } else { f64::NAN };
+    let strain = match largest {
         x if x.is_finite() => format!(", with strains up to {}", percent(x)),
         _ => String::new(),
     };
@@ -94,7 +95,7 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
 
 /// A sweep of single taps alone.
 pub fn of_taps(table: &Table) -> String {
-    let fine = table.rows(|r| table.word("status", r) == "ok");
+    let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));
     let strain = range(fine.iter().map(|r| 100.0 * table.number("strain", *r)), rounded, " %");
     let strain = strain.map_or(String::new(), |s| format!("; their strains are {s}"));
     format!(

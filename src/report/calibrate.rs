@@ -21,7 +21,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_calibration(source), ..Content::default() };
     let rows = source.table("rows.csv")?;
     let cells = source.table("K_table.csv")?;
-    let signal = cells.first(&["strain", "reading"]).ok_or_else(|| lacks(&cells, "strain"))?;
+    let signal = cells
+        .first(&["strain", "reading", "moment_Nmm", "force_N"])
+        .ok_or_else(|| lacks(&cells, "strain"))?;
     let drive = rows.first(&DRIVES).ok_or_else(|| lacks(&rows, "theta_deg"))?;
     let drives = Drives::of(source, &cells, drive)?;
     c.figure(curves(&rows, &cells, drive, signal, &drives)?);

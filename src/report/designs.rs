@@ -108,7 +108,7 @@ pub fn parallel(
     let Some(colour) = by.iter().position(|n| table.has(n)) else { return Ok(None) };
     let first = names.len();
     names.extend(by[colour..].iter().filter(|n| table.has(n)));
-    names.extend(["strain_max", "force_max_N"].into_iter().filter(|n| table.has(n)));
+    names.extend(["strain_max", "signal_max", "force_max_N"].into_iter().filter(|n| table.has(n)));
     if first < 2 || rows.len() < 3 {
         return Ok(None);
     }

@@ -41,7 +41,9 @@ impl Limits {
         table.word("status", row).split('+').all(|word| match (word, self.strain) {
             ("ok" | "", _) => true,
             ("ambiguous", _) => !self.unambiguous,
-            ("strain_limit", Some(limit)) => table.number("strain_max", row) <= limit,
+            ("strain_limit", Some(limit)) if table.has("strain_max") => {
+                table.number("strain_max", row) <= limit
+            }
             _ => false,
         })
     }

@@ -9,7 +9,7 @@ const DIGITS: i32 = 4;
 const MOST: i32 = 17;
 
 /// Column, label, unit, by decades.
-const KNOWN: [(&str, &str, &str, bool); 39] = [
+const KNOWN: [(&str, &str, &str, bool); 42] = [
     ("D_mm", "base diameter D", "mm", false),
     ("d_mm", "tip diameter d", "mm", false),
     ("L_a_mm", "length L_a", "mm", false),
@@ -25,6 +25,9 @@ const KNOWN: [(&str, &str, &str, bool); 39] = [
     ("bending_azimuth_deg", "azimuth φ", "°", false),
     ("slide_mm", "slide λ", "mm", false),
     ("signal", "signal", "", false),
+    ("signal_max", "largest signal", "", false),
+    ("moment_Nmm", "moment on the root M₀", "N mm", false),
+    ("force_N", "force on the root F_y", "N", false),
     ("reading", "reading", "as recorded", false),
     ("K", "K", "", false),
     ("K_mm", "K", "mm", false),

@@ -136,15 +136,16 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
     let (whiskers, of) = designs::whiskers(table, &limits.kept(table), k, WHISKERS)?;
     let left = left_out(table, whiskers.len(), of, k);
     let linear = linear(table)?;
+    let read = table.first(&["strain", "signal"]).ok_or_else(|| lacks(table, "strain"))?;
     let columns = Taps {
         a: table.numbers("a_mm")?,
         drive: table.numbers(drive)?,
-        strain: table.numbers("strain")?,
+        strain: table.numbers(read)?,
         linear: &linear,
         k: table.numbers(k)?,
         distance: table.numbers("distance_mm")?,
         error: table.numbers("error_mm")?,
-        names: ["a_mm", drive, k],
+        names: ["a_mm", drive, k, read],
     };
     let each = |f: &dyn Fn(&Taps<'_>, &Whisker) -> Panel| {
         whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
@@ -152,7 +153,12 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
     let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
     let which = if table.has("strain_2") { "first gauge" } else { "gauge" };
     let share = if table.has("tilt_deg") { ", θ f cos² β" } else { "" };
-    let theory = format!("Strain of the {which}: exact rod (points) beside linear theory{share} (dashed)");
+    let what = if read == "strain" {
+        format!("Strain of the {which}")
+    } else {
+        "Moment, or force, on the root".to_owned()
+    };
+    let theory = format!("{what}: exact rod (points) beside linear theory{share} (dashed)");
     c.figure(Figure::new(
         "strain_drive",
         "Strain against the tap",
@@ -189,7 +195,9 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
 
 /// Strains of linear theory: that of an upright pole, and of one that is tilted cos² β of it (model §6.3).
 fn linear(table: &Table) -> Result<Vec<f64>, InputError> {
-    let upright = table.numbers("strain_linear")?;
+    let theory =
+        table.first(&["strain_linear", "signal_linear"]).ok_or_else(|| lacks(table, "strain_linear"))?;
+    let upright = table.numbers(theory)?;
     if !table.has("tilt_deg") {
         return Ok(upright.to_vec());
     }
@@ -206,7 +214,8 @@ struct Taps<'a> {
     k: &'a [f64],
     distance: &'a [f64],
     error: &'a [f64],
-    names: [&'static str; 3],
+    /// Of a, the drive, K and what is read.
+    names: [&'static str; 4],
 }
 
 impl Taps<'_> {
@@ -221,7 +230,7 @@ impl Taps<'_> {
     fn strain(&self, w: &Whisker, along: usize) -> Panel {
         let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
         let mut panel =
-            Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis("strain"));
+            Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis(self.names[3]));
         let values = self.some(w, other);
         let names = quantity::told_apart(self.names[1 - along], &values);
         for (i, (value, name)) in values.into_iter().zip(names).enumerate() {

@@ -10,6 +10,9 @@ use crate::error::{Error, InputError};
 use crate::figure::{Along, Figure, Mark, Marker, Panel, Path};
 use crate::scene::RankBy;
 
+/// Largest size of what is read.
+const LARGEST: [&str; 2] = ["strain_max", "signal_max"];
+
 /// The ringed tap.
 const BEST: &str = "best within the limits";
 
@@ -59,9 +62,14 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         vec![optimum(spread, sd)],
     ));
     let limit = source.in_force("gauge.strain_limit").and_then(|t| t.parse().ok()).unwrap_or(f64::NAN);
-    let mut strain = Panel::new("", quantity::axis(drive), quantity::axis("strain_max"))
-        .with(Mark::line(Path::new("largest strain", 0, column("strain_max")?), 0));
-    let largest = table.numbers("strain_max")?.iter().copied().fold(0.0, f64::max);
+    let most = table.first(&LARGEST).ok_or_else(|| lacks(LARGEST[0]))?;
+    let (what, title) = match most == LARGEST[0] {
+        true => ("strain", "Strain of the gauge"),
+        false => ("signal", "What the sensor reads"),
+    };
+    let mut strain = Panel::new("", quantity::axis(drive), quantity::axis(most))
+        .with(Mark::line(Path::new(format!("largest {what}"), 0, column(most)?), 0));
+    let largest = table.numbers(most)?.iter().copied().fold(0.0, f64::max);
     if limit < 1.5 * largest {
         strain = strain.with(Mark::Rule {
             along: Along::X,
@@ -73,9 +81,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     }
     c.figure(Figure::new(
         "strain",
-        "Strain of the gauge",
-        "Largest strain over the distances (tap.csv).",
-        vec![optimum(strain, "strain_max")],
+        title,
+        format!("Largest {what} over the distances (tap.csv)."),
+        vec![optimum(strain, most)],
     ));
     if let Some(best) = result["optimum"][drive].as_f64() {
         c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));

@@ -149,6 +149,15 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
             let error = tuples.error("a tuple file has its own D, d and L_a; remove it or the profile");
             return Err(error.allowed("profile with axes, or a tuple file without a profile"));
         }
+        let variables = find("optimise", "variables");
+        if let Some(other) =
+            variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
+        {
+            let error = other.error("this follows from the profile and cannot be searched over");
+            return Err(
+                error.allowed("x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile")
+            );
+        }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
         text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", first[1], last[1], last[0]);
     }

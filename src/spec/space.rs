@@ -54,7 +54,7 @@ fn written<'a>(
 
 /// No tuples yet, of `sections` that name none either: they are listed elsewhere.
 pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> {
-    let drives = [("tap", "theta"), ("tap", "delta"), ("tuples", "file")];
+    let drives = [("tap", "theta"), ("tap", "delta"), ("tuples", "file"), ("whisker", "profile")];
     if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }

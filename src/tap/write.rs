@@ -9,7 +9,7 @@ use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::csv::Text;
 use crate::sink::folder::Folder;
 use crate::sink::run_json;
-use crate::sink::table::{Field, drive_unit};
+use crate::sink::table::{Field, LARGEST, drive_unit};
 
 /// The bias, as in all tables.
 const ERROR: &str = RankBy::ErrorRms.name();
@@ -87,7 +87,7 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
         BIAS,
         "noise_rms_mm",
         "total_rms_mm",
-        "strain_max",
+        LARGEST.of(&study.setup),
         ERROR,
         "status",
     ])?;

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::rows::TableFormat;
 use crate::scene::{Convention, Drive, Setup, Signal};
 use crate::status::Status;
-pub use swept::{AtDistance, AtDrive, TapRow};
+pub use swept::{AtDistance, AtDrive, LARGEST, TapRow};
 
 /// A table that a sweep writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

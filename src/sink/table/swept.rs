@@ -2,7 +2,7 @@
 
 use super::Field::{self, Count, Number, Word};
 use super::Name::{Drive as DriveName, Is, K, Read};
-use super::{Column, Only, column, only};
+use super::{Column, Name, Only, column, only};
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
 use crate::scene::{Direction, Tuple};
@@ -56,6 +56,9 @@ pub struct AtDistance<'a> {
     /// Unit of K.
     pub unit: f64,
 }
+
+/// The largest size of what is read.
+pub const LARGEST: Name = Read("strain_max", "signal_max");
 
 const DIAMETER: &str = "base diameter D";
 const TIP: &str = "tip diameter d";
@@ -174,9 +177,11 @@ impl AtDrive<'_> {
         column(Is("total_rms_mm"), "bias (error_rms_mm) and noise in quadrature (§4.4)", |r| {
             r.row.total_rms().into()
         }),
-        column(Is("strain_max"), "largest |strain|; of two gauges √(ε₁² + ε₂²)", |r| {
-            r.row.strain_max.into()
-        }),
+        column(
+            LARGEST,
+            "largest |strain|; of two gauges √(ε₁² + ε₂²); or largest |signal| (§7)",
+            |r| r.row.strain_max.into(),
+        ),
         column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max.into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
     ];

@@ -57,7 +57,7 @@ pub const SENSOR: Section = section(
     &[
         key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"")
             .note("\"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
-        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("0"),
+        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("none"),
     ],
 );
 
