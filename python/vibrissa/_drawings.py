@@ -121,7 +121,8 @@ def _whisker(result: Shapes, taps: list[int], ax: Axes) -> None:
         rows = np.flatnonzero(shape["tap"] == tap)
         x, y, s, turn = (shape[c][rows] for c in ("x_mm", "y_mm", "s_mm", "direction_deg"))
         D, d, length = (contacts[c][tap] for c in ("D_mm", "d_mm", "L_a_mm"))
-        radius, turn = 0.5 * (D + (d - D) * s / length), np.radians(turn)
+        wide = shape["diameter_mm"][rows] if "diameter_mm" in shape else D + (d - D) * s / length
+        radius, turn = 0.5 * wide, np.radians(turn)
         across = np.stack([-radius * np.sin(turn), radius * np.cos(turn)])
         upper, lower = np.stack([x, y]) + across, np.stack([x, y]) - across
         colour = _COLOURS[k % 7]

@@ -82,6 +82,7 @@ fn told(command: &str, (name, meaning): &Told) -> Described {
         "tilt_deg" if asked => Only::Tilt,
         "lean_deg" if asked => Only::Lean,
         name if asked && name.ends_with("z_mm") => Only::Direction,
+        "diameter_mm" => Only::Built,
         name if asked && name.starts_with("strain_2") => Only::Second,
         _ => Only::Always,
     };

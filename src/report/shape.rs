@@ -118,13 +118,19 @@ fn whiskers(
     let [x, y, s, psi] = ["x_mm", "y_mm", "s_mm", "direction_deg"].map(|n| shape.numbers(n));
     let (x, y, s, psi) = (x?, y?, s?, psi?);
     let number = |n: &str, r: usize| contacts.number(n, r);
+    // Of whiskers that are no cones.
+    let wide = shape.has("diameter_mm").then(|| shape.numbers("diameter_mm")).transpose()?;
     let hub = number("hub_mm", rows[0]);
     let length = number("L_a_mm", rows[0]);
-    panel = panel.with(Mark::line(Path::new("at first touch", 7, [(hub, 0.0), (hub + length, 0.0)]), 1));
+    let bent =
+        ["whisker.curvature", "whisker.curvature_slope"].iter().any(|key| source.in_force(key).is_some());
+    if !bent {
+        panel = panel.with(Mark::line(Path::new("at first touch", 7, [(hub, 0.0), (hub + length, 0.0)]), 1));
+    }
     for (i, r) in rows.iter().enumerate() {
         let nodes = &taps[*r];
         let (d0, d1) = (number("D_mm", *r), number("d_mm", *r));
-        let radius = |k: usize| 0.5 * (d0 + (d1 - d0) * s[k] / length);
+        let radius = |k: usize| 0.5 * wide.map_or(d0 + (d1 - d0) * s[k] / length, |wide| wide[k]);
         let side = |k: usize, sign: f64| {
             let (sin, cos) = psi[k].to_radians().sin_cos();
             (x[k] - sign * radius(k) * sin, y[k] + sign * radius(k) * cos)

@@ -18,6 +18,9 @@ use crate::scene::{Drive, Geometry, Model, Setup};
 pub use asked::{check, document, method};
 pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, Tables, rows, tables};
 
+/// Sections from the contact to the tip of a whisker that is no cone.
+const FREE: usize = 16;
+
 /// Runge–Kutta steps between two nodes.
 const STEPS: usize = 8;
 
@@ -35,6 +38,8 @@ pub struct Node {
     pub direction: f64,
     /// Strain of the fibre on the side that touches.
     pub strain: f64,
+    /// Of the unloaded section, mm.
+    pub diameter: f64,
 }
 
 /// A bent whisker.
@@ -140,16 +145,25 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
             along.y.atan2(along.x)
         }
     };
+    let diameter = |s: f64| 2.0 * body.map_or_else(|| taper.radius(s), |body| body.radius(s, s));
     let node = |(s, [psi, x, y], strain): &(f64, State, f64)| Node {
         s: *s,
         at: to_lab(DVec2::new(*x, *y)),
         psi: *psi,
         direction: direction(*psi),
         strain: *strain,
+        diameter: diameter(*s),
     };
     let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
     if rod.start > 0.0 {
-        let face = Node { s: 0.0, at: to_lab(clamp), psi: base, direction: direction(base), strain: 0.0 };
+        let face = Node {
+            s: 0.0,
+            at: to_lab(clamp),
+            psi: base,
+            direction: direction(base),
+            strain: 0.0,
+            diameter: diameter(0.0),
+        };
         all.insert(0, face);
     }
     let length = design.tuple.L_a;
@@ -164,9 +178,9 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
                     (way, body.rest_angle(s) - at)
                 }
             };
-            Node { s, at: to_lab(at), psi, direction: direction(psi), strain: 0.0 }
+            Node { s, at: to_lab(at), psi, direction: direction(psi), strain: 0.0, diameter: diameter(s) }
         };
-        let parts = if body.is_none_or(|body| body.is_straight()) { 1 } else { nodes };
+        let parts = if body.is_none() { 1 } else { FREE };
         all.extend((0..parts).map(|k| free(arc + (length - arc) * k as f64 / parts as f64)));
         all.push(free(length));
     }

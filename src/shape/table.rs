@@ -24,7 +24,7 @@ const PART: usize = 256;
 
 /// Columns of `shape.csv`, those of the pole's direction and z where the spec says tilt or lean; the place of the drive is told by its
 /// name.
-pub const COLUMNS: [&str; 17] = [
+pub const COLUMNS: [&str; 18] = [
     "tap",
     "D_mm",
     "d_mm",
@@ -42,6 +42,7 @@ pub const COLUMNS: [&str; 17] = [
     "psi_deg",
     "direction_deg",
     "strain",
+    "diameter_mm",
 ];
 
 /// Columns of `contacts.csv`.
@@ -124,7 +125,7 @@ pub fn tables(
         counts.shapes += usize::from(bent.is_some());
         let of = |s: &Shape| s.nodes.clone();
         for node in bent.as_ref().map(of).unwrap_or_default() {
-            nodes_text.row(&mut section(setup.directions, i, &tuples[i], &node))?;
+            nodes_text.row(&mut section(setup, i, &tuples[i], &node))?;
         }
         contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
     }
@@ -140,6 +141,7 @@ fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
         .filter(|c| match **c {
             "tilt_deg" => tilt,
             "lean_deg" => lean,
+            "diameter_mm" => setup.built.is_some(),
             name => tilt || lean || !name.ends_with("z_mm"),
         })
         .map(|c| if *c == "theta_deg" { Column::Drive.name(setup.drive) } else { *c })
@@ -154,7 +156,8 @@ fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
 /// Too many taps; more rows than there is room for.
 pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
     // Two more from contact to tip.
-    let rows = tuples(space)?.len() as u64 * (nodes as u64 + 2);
+    // Two more from contact to tip, or as many as the outline of what is no cone needs.
+    let rows = tuples(space)?.len() as u64 * (nodes + super::FREE + 1) as u64;
     match rows <= room {
         true => Ok(rows),
         false => Err(InputError::new("there is no memory for so many sections")
@@ -197,11 +200,13 @@ fn place(DirectionColumns { tilt, lean }: DirectionColumns, at: DVec3) -> impl I
     [at.x, at.y].into_iter().chain((tilt || lean).then_some(at.z))
 }
 
-fn section(shown: DirectionColumns, tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
+fn section(setup: &Setup, tap: usize, tuple: &Tuple, node: &Node) -> Vec<Field> {
     let mut row = vec![Field::Count(tap as u64)];
+    let shown = setup.directions;
     row.extend(tap_columns(shown, tuple));
     let angles = [node.psi, node.direction].map(f64::to_degrees);
     let numbers = [node.s].into_iter().chain(place(shown, node.at)).chain(angles).chain([node.strain]);
+    let numbers = numbers.chain(setup.built.is_some().then_some(node.diameter));
     row.extend(numbers.map(Field::Number));
     row
 }

@@ -28,6 +28,7 @@ pub const SHAPE: Table = table(
         ("psi_deg", "ψ: turn of the section against that at the contact"),
         ("direction_deg", "direction of the section's normal against x"),
         ("strain", "strain of the fibre on the side that touches; tension positive"),
+        ("diameter_mm", "diameter of the unloaded section (model §7)"),
     ],
 );
 

@@ -131,6 +131,8 @@ pub enum Only {
     Second,
     /// Where the spec asks for the wrench.
     Wrench,
+    /// Of whiskers that are more than a cone clamped at its base.
+    Built,
 }
 
 impl Only {
@@ -143,6 +145,7 @@ impl Only {
             Self::Direction => setup.directions.tilt || setup.directions.lean,
             Self::Second => setup.gauge.second,
             Self::Wrench => setup.wrench,
+            Self::Built => setup.built.is_some(),
         }
     }
 
@@ -155,6 +158,7 @@ impl Only {
             Self::Direction => "where tilt or lean is said",
             Self::Second => "with a second gauge",
             Self::Wrench => "with wrench = true",
+            Self::Built => "of more than a cone clamped at its base",
         }
     }
 }
