@@ -6,18 +6,19 @@ use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
 use super::beside;
-use super::build::{Built, build, check_points};
+use super::build::{Bound, Built, build, check_points};
 pub use super::function::{FUNCTIONS, Function, linear_force, power, room, solved};
-use super::function::{SHARE, bounds, functions, over_drives};
+use super::function::{SHARE, bounds, built, functions, over_drives};
 use super::gauge::Rule;
 use super::ranges::holds;
+use super::series::Series;
 use super::taps::Taps;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
 use crate::physics::{onset::Grip, root::bracketed};
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Setup};
+use crate::scene::{Contact, Direction, Setup, Signal};
 
 /// Share of the tolerance that the mean over the points of a gauge may be off.
 const FOLDED: f64 = 0.02;
@@ -44,6 +45,8 @@ pub struct DistanceChart {
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
     pub branches: Vec<Built<FUNCTIONS>>,
+    /// (1 − x/a)(f/f_cone − 1) of a built whisker, over the same box but for the drive.
+    pub theory: Option<Series>,
     /// What is beside the first gauge's strain, where there is a second: functions of [`super::beside`], over a box of their own.
     pub beside: Option<Built<FUNCTIONS>>,
     /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
@@ -68,7 +71,7 @@ impl DistanceChart {
     }
 
     /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty. With `all_drives` the range of the drive is not cut. `None` also where the contact of one that is not upright, or is told by
-    /// two gauges, has friction, with a foil: that is centred on its gauge, where a chart knows points of the bare skin; and what is no cone, or more than its strain.
+    /// two gauges, has friction, with a foil: that is centred on its gauge, where a chart knows points of the bare skin; and moments and forces at the root.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
@@ -76,11 +79,15 @@ impl DistanceChart {
         (power, tolerance, stop): (i32, f64, &AtomicBool),
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
-        if setup.gauge.foil.is_some() || !setup.is_plain() {
+        let spatial = setup.gauge.second || !direction.is_upright();
+        if setup.gauge.foil.is_some() || setup.signal != Signal::Strain || spatial && setup.built.is_some() {
             return Ok(None);
         }
         let served = |mut chart: Self| {
             chart.gauges = Rule::fewest(&chart, width, FOLDED * tolerance)?;
+            if setup.built.is_some() {
+                chart.theory = Some(theory(setup, a, *chart.axes(), FOLDED * tolerance)?);
+            }
             Some(chart)
         };
         let maps = [
@@ -157,7 +164,7 @@ impl DistanceChart {
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
         let gauges = Rule { width: 0.0, points: Vec::new() };
-        Self { a, direction, gauges, power, branches, beside, ratios, error, sweeps }
+        Self { a, direction, gauges, power, branches, theory: None, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -192,8 +199,12 @@ impl DistanceChart {
     pub fn at(&self, q: &[f64; AXES]) -> [f64; FUNCTIONS] {
         let x = std::array::from_fn(|k| self.axes()[k].place(q[k]));
         let scale = q[Quantity::Drive as usize].powi(self.power);
-        let read =
-            |b: &Built<FUNCTIONS>| -> [f64; FUNCTIONS] { std::array::from_fn(|f| b.series[f].at(x) * scale) };
+        let share = self.theory.as_ref().map_or(1.0, |theory| 1.0 + theory.at(x) / room(q));
+        let read = |b: &Built<FUNCTIONS>| -> [f64; FUNCTIONS] {
+            let mut values = std::array::from_fn(|f| b.series[f].at(x) * scale);
+            values[Function::Strain as usize] /= share;
+            values
+        };
         if self.ratios.is_empty() {
             return read(&self.branches[0]);
         }
@@ -230,6 +241,17 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
     let vandermonde = DMatrix::from_fn(n, n, |i, k| points[i].powi(k as i32));
     let inverse = vandermonde.try_inverse().unwrap_or_else(|| DMatrix::zeros(n, n));
     (0..n).map(|k| (0..n).map(|i| inverse[(k, i)]).collect()).collect()
+}
+
+/// (1 − x/a)(f/f_cone − 1) of a built whisker at `a` mm over `axes`, at whatever drive, good to `error`; `None` where that is not smooth.
+fn theory(setup: &Setup, a: f64, mut axes: [Axis; AXES], error: f64) -> Option<Series> {
+    let drive = &mut axes[Quantity::Drive as usize];
+    drive.range = [drive.range[1]; 2];
+    let value = |q: &[f64; AXES]| Some([room(q) * (built(setup, a, q).share - 1.0)]);
+    let made = build(axes, &[Bound::of(error)], &mut |q| Ok(q.iter().map(value).collect()));
+    let made = made.ok().flatten().filter(|made| made.axes == axes)?;
+    let [series] = made.series;
+    Some(series)
 }
 
 /// Box and series of taps at `a` mm held by `grip`.

@@ -2,9 +2,14 @@
 
 use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
+use super::taps::design;
 use crate::design::radians;
 use crate::evaluate::Outcome;
-use crate::physics::{linear::shear_length2, solid::is_solid, taper::Taper};
+use crate::physics::{
+    linear::{StrainCurve, shear_length2},
+    solid::is_solid,
+    taper::Taper,
+};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
@@ -12,7 +17,7 @@ use crate::status::Status;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
     /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
-    /// contact as 1 − x/a does, and δ there is steep.
+    /// contact as 1 − x/a does, and δ there is steep. Of a built whisker f/f_cone times that, which is folded as that of a cone is.
     Strain,
     /// c/a − 1.
     Arc,
@@ -41,7 +46,8 @@ pub fn power(setup: &Setup) -> i32 {
     let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
     let solid = is_solid(model) || model.clamp != Clamp::Rigid;
     let limit = frictionless && !model.surface && theory && !solid;
-    let even = !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
+    let straight = setup.built.as_ref().is_none_or(|built| built.is_straight());
+    let even = straight && !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
     let angle = setup.drive == Drive::Angle;
     match (limit, even && angle) {
         (false, _) => 0,
@@ -95,7 +101,35 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear_force(setup, a, q) * cos) - 1.0])
+    let (strain, force) = match &setup.built {
+        None => (strain, linear_force(setup, a, q)),
+        Some(_) => {
+            let own = built(setup, a, q);
+            (strain * own.share, own.force)
+        }
+    };
+    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0])
+}
+
+/// Linear theory of a built whisker with a point gauge.
+pub struct OwnTheory {
+    /// f over that of the cone with its D, d and L_a, clamped at its base.
+    pub share: f64,
+    /// P, N.
+    pub force: f64,
+}
+
+/// That of the quantities `q` at `a` mm.
+pub fn built(setup: &Setup, a: f64, q: &[f64; AXES]) -> OwnTheory {
+    let amount = q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a };
+    let design = design(setup, a, q);
+    let Some(shared) = &design.shared else { return OwnTheory { share: f64::NAN, force: f64::NAN } };
+    let StrainCurve { taper, gauge, hub, drive, shear, .. } = *shared.theory.curve();
+    let cone = StrainCurve::new(taper, gauge, hub, drive, shear);
+    OwnTheory {
+        share: shared.theory.curve().value(a) / cone.value(a),
+        force: amount * shared.model.force(setup.model.material.e0(), a),
+    }
 }
 
 /// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.

@@ -3,6 +3,7 @@
 use super::axis::AXES;
 use crate::design::amount;
 use crate::physics::taper::Taper;
+use crate::scene::built::Profile;
 use crate::scene::{Column, Drive, Layout, Setup};
 
 /// Largest x2/a of a charted tap: nearer contacts are solved.
@@ -56,10 +57,21 @@ impl Wanted {
         let shortest = self.l[0] / steepest.hypot(1.0);
         let place = [self.x_ss[0], (self.x_ss[1] + self.l[1]).min(gauge_end)];
         let drive = self.drive.map(|drive| amount(setup.drive, drive));
-        let ranges = [drive, [0.0; 2], self.D, tau, place];
+        // Where the shape knows its length charts are of one length.
+        let length = match shaped(setup) {
+            true if self.L_a[0] < self.L_a[1] => return None,
+            true => self.L_a,
+            false => [0.0; 2],
+        };
+        let ranges = [drive, length, self.D, tau, place];
         let whole = ranges.iter().all(|[lo, hi]| lo.is_finite() && lo <= hi);
         (whole && drive[0] > 0.0 && shortest > 0.0 && self.D[0] > 0.0).then_some((ranges, self.l[1]))
     }
+}
+
+/// Whether the whiskers of `setup` have a profile that is no cone: it knows its own length.
+pub fn shaped(setup: &Setup) -> bool {
+    setup.built.as_ref().is_some_and(|built| built.profile != Profile::Power(1.0))
 }
 
 /// Whether `value` lies in the range, or next to it.

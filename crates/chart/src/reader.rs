@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, linear_force, power};
 use super::lanes::Readings;
-use super::ranges::{NEAREST, Wanted, factors, holds, scaled};
+use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use super::scope::Summary;
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
@@ -59,7 +59,8 @@ impl Reader {
         // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read, in one plane.
         let sticks = setup.model.contact == Contact::Stick;
         let planar = !setup.gauge.second && directions.iter().all(|d| d.is_upright());
-        if sticks || planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain() {
+        let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
+        if sticks || plain && setup.built.is_none() {
             return Ok(None);
         }
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;
@@ -114,14 +115,20 @@ impl Reader {
                     let task = &tasks[*place];
                     let mut mm = *q;
                     mm[0] /= if factors(setup.drive, chart.a)[0] == 1.0 { 1.0 } else { chart.a };
-                    let force =
-                        linear_force(setup, chart.a, &mm) * cos * (1.0 + f64::from(read.functions[2]));
+                    let design = &designs[task.design as usize];
+                    let linear = match (&setup.built, &design.shared) {
+                        (Some(_), Some(shared)) => {
+                            let e0 = setup.model.material.e0();
+                            amount(setup.drive, task.drive) * shared.model.force(e0, task.a)
+                        }
+                        _ => linear_force(setup, chart.a, &mm),
+                    };
+                    let force = linear * cos * (1.0 + f64::from(read.functions[2]));
                     let friction = match self.contact {
                         Contact::Coulomb(mu) if mu != 0.0 => f64::from(read.share) * mu,
                         _ => 0.0,
                     };
                     let sticking = friction != 0.0 && read.share.abs() < 1.0;
-                    let design = &designs[task.design as usize];
                     let [strain, arc, _] = read.functions.map(f64::from);
                     let beside = found_beside.get(k).map(|read| read.functions.map(f64::from));
                     out[*place] =
@@ -151,7 +158,8 @@ impl Reader {
         let drive = amount(setup.drive, task.drive);
         let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
         let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
-        let ends = [x1, x2].map(|x| [scaled, 0.0, base, taper, x / a]);
+        let length = if shaped(setup) { design.tuple.L_a / a } else { 0.0 };
+        let ends = [x1, x2].map(|x| [scaled, length, base, taper, x / a]);
         let inside = |chart: &DistanceChart| {
             holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
         };

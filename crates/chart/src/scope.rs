@@ -4,7 +4,7 @@ use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
 use super::distance::DistanceChart;
 use super::maker::{Maker, Many};
-use super::ranges::{NEAREST, Wanted, holds};
+use super::ranges::{NEAREST, Wanted, holds, shaped};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
@@ -117,6 +117,7 @@ impl Scope {
     pub fn fits(study: &Study, layout: &Layout) -> bool {
         let ranked = !matches!(study.output.by, RankBy::StrainMax | RankBy::ForceMax);
         let few = study.output.top.is_some_and(|top| top <= 1 << 16);
+        let ranked = ranked && (study.setup.built.is_none() || study.output.by == RankBy::KSd);
         let sizes = (2..=between::MOST).contains(&layout.n_distances) && layout.n_drives <= MOST_DRIVES;
         charted(&study.setup) && layout.is_upright() && ranked && sizes && layout.len() >= LEAST_TAPS && few
     }
@@ -162,7 +163,8 @@ impl Scope {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
-        if !charted(setup) || !(2..=between::MOST).contains(&(distances.len() as u64)) {
+        // What distances are told of built whiskers is not known to lanes.
+        if !charted(setup) || setup.built.is_some() || !(2..=between::MOST).contains(&(distances.len() as u64)) {
             return Ok((None, 0));
         }
         Self::over(setup, (distances, &[]), wanted, (tolerance, MOST_DISTANCES[0]))
@@ -222,7 +224,8 @@ impl Scope {
         } else {
             self.within[Quantity::Drive as usize][0]
         };
-        let numbers = [x1, x2].map(|x| [drive, 0.0, t.D, taper.tau, x]);
+        let length = if shaped(&self.setup) { t.L_a } else { 0.0 };
+        let numbers = [x1, x2].map(|x| [drive, length, t.D, taper.tau, x]);
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
         let inside = !tilted

@@ -1,15 +1,18 @@
 //! Taps of a chart as whiskers, solved in f64.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
 use super::axis::{AXES, POINT, Quantity};
+use super::ranges::shaped;
 use crate::design::{Design, Shared};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::kernel::{Rung, cpu::Cpu};
 use crate::physics::{
+    body::Body,
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
@@ -17,7 +20,7 @@ use crate::physics::{
     taper::Taper,
 };
 use crate::reduce::Sweeps;
-use crate::scene::{Direction, Drive, Precision, Setup, Theory, Tuple};
+use crate::scene::{Direction, Drive, Precision, Setup, Signal, Theory, Tuple};
 
 /// Solves taps at one distance for what a chart holds.
 pub struct Taps<'a> {
@@ -80,16 +83,26 @@ impl<'a> Taps<'a> {
 
 /// A whisker, longer than any contact, with a point of a gauge, of which a tap at `a` mm has the quantities `q`.
 #[allow(non_snake_case)]
-fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
+pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
     let (D, width, place) = (of(Quantity::Base), a * POINT, of(Quantity::Place));
     let p = q[Quantity::Taper as usize];
-    let reach = if p > 0.0 { (0.5 + 0.5 / p).min(1.5) } else { 1.5 };
+    let reach = match () {
+        () if shaped(setup) => q[Quantity::Length as usize],
+        () if p > 0.0 => (0.5 + 0.5 / p).min(1.5),
+        () => 1.5,
+    };
     let L_a = a * reach;
     let d = D * (1.0 - p * reach);
     let taper = Taper::new(D, d, L_a);
     let gauge = [place - 0.5 * width, place + 0.5 * width];
-    let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
+    let body = setup.built.as_deref().map(|built| {
+        Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu))
+    });
+    let curve = |shear| {
+        let cone = StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
+        body.as_ref().map_or(cone.clone(), |body| cone.built(body, Signal::Strain))
+    };
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
     let bare = Inverse::new(curve(0.0));
@@ -113,7 +126,7 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             peak: bare.peak().1,
             theory,
             foil: None,
-            body: None,
+            body: body.clone(),
             start: Held::new(&setup.model).start(&taper),
         }),
     }

@@ -46,6 +46,8 @@ pub(super) struct Charted {
     pub products: Products,
     /// Strain, arc and force of each branch.
     pub branches: Vec<[Flat; FUNCTIONS]>,
+    /// (1 − x/a)(f/f_cone − 1) of a built whisker.
+    pub theory: Option<Flat>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
     pub most_arc: f32,
 }
@@ -63,14 +65,19 @@ impl Charted {
         let mut products = Products::default();
         let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
         let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale) as f32;
+        let theory = chart.theory.as_ref();
         Self {
+            theory: theory.map(|series| Flat::new(series, true, &mut products)),
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
             gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
             maps: axes.each_ref().map(|axis| axis.map),
-            sizes: std::array::from_fn(|k| sizes.iter().map(|s| s[k]).max().unwrap_or(1)),
+            sizes: std::array::from_fn(|k| {
+                let of_theory = theory.map_or(1, |series| series.sizes()[k]);
+                sizes.iter().map(|s| s[k]).max().unwrap_or(1).max(of_theory)
+            }),
             at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
             branches: chart
                 .branches
@@ -98,6 +105,20 @@ impl Charted {
         read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
         self.fold([*near, *far], *taper, &mut basis[4]);
         self.products.fill(basis, products);
+    }
+
+    /// f over that of the cone, of the gauge whose polynomials these are; 1 of a cone.
+    #[inline(always)]
+    pub fn share<const FMA: bool>(
+        &self,
+        basis: &[Vec<Lanes<FMA>>; AXES],
+        products: &Values<FMA>,
+    ) -> Lanes<FMA> {
+        let one = Lanes::<FMA>::of(1.0);
+        match &self.theory {
+            None => one,
+            Some(theory) => one + theory.read(basis, products)[0],
+        }
     }
 
     /// The variable of axis `k`, in [−1, 1].

@@ -121,6 +121,29 @@ impl Body {
         self.curvature == [0.0; 2]
     }
 
+    /// R(0), R(L_a), mm, and n of a diameter that is a power of the distance from the tip; none of a cone and of a table.
+    pub fn power(&self) -> Option<[f64; 3]> {
+        match self.shape {
+            Shape::Power { D, d, n } if n != 1.0 => Some([0.5 * D, 0.5 * d, n]),
+            _ => None,
+        }
+    }
+
+    /// κ_base and κ_slope, 1/mm and 1/mm².
+    pub fn base_curvature(&self) -> [f64; 2] {
+        self.curvature
+    }
+
+    /// Modulus of what is inside, MPa; 0 where there is nothing, or a bore.
+    pub fn core_modulus(&self) -> f64 {
+        self.inner.as_ref().map_or(0.0, |inner| inner.modulus)
+    }
+
+    /// Whether something is inside.
+    pub fn is_composite(&self) -> bool {
+        self.inner.is_some()
+    }
+
     /// Places where the whisker is not smooth, rising, mm.
     pub fn knots(&self) -> &[f64] {
         &self.knots
@@ -138,7 +161,7 @@ impl Body {
     }
 
     /// (1 − s/L_a) to the power `n`; a cone goes on beyond its tip, others as they end there.
-    fn power(&self, s: f64, n: f64) -> f64 {
+    fn powered(&self, s: f64, n: f64) -> f64 {
         let v = 1.0 - s / self.length;
         match n {
             0.0 => 1.0,
@@ -150,7 +173,7 @@ impl Body {
     /// R(s), mm, by the piece that holds `within`.
     pub fn radius(&self, s: f64, within: f64) -> f64 {
         0.5 * match &self.shape {
-            Shape::Power { D, d, n } => d + (D - d) * self.power(s, *n),
+            Shape::Power { D, d, n } => d + (D - d) * self.powered(s, *n),
             Shape::Table(table) => line(of_table(table, within), s),
         }
     }
@@ -159,7 +182,7 @@ impl Body {
     pub fn slope(&self, s: f64, within: f64) -> f64 {
         0.5 * match &self.shape {
             Shape::Power { D, d, .. } if D == d => 0.0,
-            Shape::Power { D, d, n } => -(D - d) * n / self.length * self.power(s, n - 1.0),
+            Shape::Power { D, d, n } => -(D - d) * n / self.length * self.powered(s, n - 1.0),
             Shape::Table(table) => {
                 let [near, far] = of_table(table, within);
                 (far[1] - near[1]) / (far[0] - near[0])
@@ -183,7 +206,7 @@ impl Body {
     }
 
     /// Diameter of what is inside at `s`, mm; 0 where there is nothing.
-    fn inside(&self, s: f64, within: f64) -> f64 {
+    pub fn inside(&self, s: f64, within: f64) -> f64 {
         let Some(Inner { diameter, .. }) = &self.inner else { return 0.0 };
         let (first, last) = (diameter[0][0], diameter[diameter.len() - 1][0]);
         if within < first || within > last { 0.0 } else { line(of_table(diameter, within), s) }

@@ -1,5 +1,6 @@
 //! From designs and taps to outcomes, on whichever backend: the one place where statuses of the physics are decided.
 
+mod built;
 mod guard;
 mod outcome;
 mod over_drives;
@@ -266,12 +267,12 @@ impl<'a> Evaluator<'a> {
         }
     }
 
-    /// Whether taps are answered by the reference, as those of a whisker that no kernel knows are, or the geometry is linear: closed forms in f64 on
-    /// every backend.
-    fn needs_no_kernel(&self) -> bool {
+    /// Whether `tasks` are answered by the reference, as those of a built whisker at a pole that is not upright are, or the geometry is linear: closed
+    /// forms in f64 on every backend.
+    fn needs_no_kernel(&self, tasks: &[Task]) -> bool {
         matches!(self.method, Method::Reference)
             || self.setup.model.geometry == Geometry::Linear
-            || self.setup.built.is_some()
+            || self.setup.built.is_some() && tasks.iter().any(|task| task.is_spatial(self.setup))
     }
 
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
@@ -280,13 +281,15 @@ impl<'a> Evaluator<'a> {
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);
-        let outcomes = if self.needs_no_kernel() {
+        let outcomes = if self.needs_no_kernel(tasks) {
             // A tap takes the reference up to a second.
             let answer = |t: &Task| match stop.load(Ordering::Relaxed) {
                 true => Outcome::NOTHING,
                 false => reference(setup, &designs[t.design as usize], t),
             };
             tasks.par_iter().map(answer).collect()
+        } else if built::asked(setup) {
+            self.built(designs, tasks, None)?
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
@@ -324,6 +327,9 @@ impl<'a> Evaluator<'a> {
         grip: Grip,
     ) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
+        if built::asked(self.setup) {
+            return self.built(designs, tasks, Some(grip));
+        }
         let solved = self.solve(designs, tasks, &|_| grip)?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance) = (self.setup, self.tolerance());
@@ -342,7 +348,7 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         expected: &[Outcome],
     ) -> Result<Vec<Outcome>, SolveError> {
-        if self.needs_no_kernel() {
+        if self.needs_no_kernel(tasks) || built::asked(self.setup) {
             return self.run(designs, tasks);
         }
         let solved = self.solutions_anywhere(designs, tasks)?;

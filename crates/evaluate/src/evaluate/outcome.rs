@@ -203,7 +203,7 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
     };
     match solved {
         Ok((tap, beside)) => {
-            let strain = sign(setup) * setup.signal.of(tap.wrench).unwrap_or(tap.strain);
+            let strain = reading(setup, tap.wrench, tap.strain);
             let found = Found {
                 strain,
                 wrench: tap.wrench,
@@ -224,21 +224,21 @@ pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome 
 }
 
 /// A solved tap before its status is known; strain as on the contact side.
-struct Found {
-    strain: f64,
+pub(super) struct Found {
+    pub strain: f64,
     /// θ f/ε − 1 of the first gauge.
-    deviation: f64,
-    beside: Option<Beside>,
+    pub deviation: f64,
+    pub beside: Option<Beside>,
     /// What the whisker exerts on its root.
-    wrench: [f64; 3],
-    normal: f64,
-    tangential: f64,
-    arc: f64,
-    sticking: bool,
+    pub wrench: [f64; 3],
+    pub normal: f64,
+    pub tangential: f64,
+    pub arc: f64,
+    pub sticking: bool,
 }
 
 /// What is told of a tap where the plane of bending is asked for; strain as on the contact side.
-struct Beside {
+pub(super) struct Beside {
     strain_2: f64,
     axial: f64,
     plane: Plane,
@@ -275,6 +275,11 @@ fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) 
     let side = if setup.gauge.side == Side::Far { Side::Contact } else { Side::Far };
     let other = RodProblem { side, ..*problem }.solve_tilted(radians(task.direction));
     other.map_or(f64::NAN, |other| 0.5 * (one.tap.strain + other.tap.strain))
+}
+
+/// What the sensor reads in a tap with this wrench and strain, positive as on the contact side.
+pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
+    sign(setup) * setup.signal.of(wrench).unwrap_or(strain)
 }
 
 /// Sign of what the sensor reads: a tap turns and pushes the root back.
@@ -315,17 +320,17 @@ pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solutio
 }
 
 /// Whether a tap lies in the domain.
-fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
+pub(super) fn admitted(setup: &Setup, design: &Design, task: &Task) -> bool {
     design.admits(setup, task.a, task.drive) && task.direction.is_valid()
 }
 
 /// No values but the linear theory's.
-fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
+pub(super) fn unsolved(setup: &Setup, shared: &Shared, task: &Task, linear: f64, why: Status) -> Outcome {
     let off = if unread(setup, shared, task.a, f64::INFINITY) { Status::NO_STRAIN } else { Status::OK };
     Outcome { strain_linear: sign(setup) * linear, status: why | off, ..Outcome::NOTHING }
 }
 
-fn outcome(
+pub(super) fn outcome(
     setup: &Setup,
     design: &Design,
     shared: &Shared,

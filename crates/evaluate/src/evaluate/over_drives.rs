@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::solve::Solved;
-use super::{Evaluator, Outcome, Task, frame, solid};
+use super::{Evaluator, Outcome, Task, built, frame, solid};
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::kernel::drives::DriveAxis;
@@ -19,8 +19,8 @@ impl Evaluator<'_> {
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
         let setup = self.setup;
-        let told = solid::asked(setup) || setup.asks_wrench();
-        if self.needs_no_kernel() || told || tasks.iter().any(|task| task.is_spatial(setup)) {
+        let told = solid::asked(setup) || setup.asks_wrench() || built::asked(setup);
+        if self.needs_no_kernel(tasks) || told || tasks.iter().any(|task| task.is_spatial(setup)) {
             return Ok((self.run(designs, tasks)?, tasks.len() as u64));
         }
         let ways = DriveAxis::ways(drives);

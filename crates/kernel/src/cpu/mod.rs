@@ -5,7 +5,8 @@
 #![cfg_attr(test, allow(dead_code, unused_variables, unreachable_code))]
 
 mod exact;
-pub(crate) mod pack;
+pub mod law;
+pub mod pack;
 
 use rayon::prelude::*;
 
@@ -38,13 +39,15 @@ impl Cpu {
     }
 }
 
+/// Whether lanes have fused multiply–add and 256 bits.
 #[cfg(target_arch = "x86_64")]
-pub(crate) fn fused() -> bool {
+pub fn fused() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
+/// Whether lanes have fused multiply–add and 256 bits.
 #[cfg(not(target_arch = "x86_64"))]
-pub(crate) fn fused() -> bool {
+pub fn fused() -> bool {
     false
 }
 

@@ -1,5 +1,6 @@
 //! Constants of a rule in the kernel's own precision.
 
+use super::super::law::{Law, polynomial};
 use super::super::pack::{Pack, Scalar};
 use crate::{Chart, Rule, nodes::Nodes};
 
@@ -16,37 +17,6 @@ pub struct Tables<T, const N: usize> {
     one_minus_cos: Vec<T>,
     x_minus_sin: Vec<T>,
     law: Option<Law<T>>,
-}
-
-/// A section chart.
-#[derive(Debug, Clone)]
-struct Law<T> {
-    error: f64,
-    /// Whether the chart tells of the material wherever a section bends beyond it.
-    covers: bool,
-    /// 1/axial.
-    scale: T,
-    bending: [T; 2],
-    r: Vec<T>,
-    c: Vec<T>,
-    p: Vec<Vec<T>>,
-    q: Vec<Vec<T>>,
-}
-
-impl<T: Scalar> Law<T> {
-    fn new(chart: &Chart) -> Self {
-        let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
-        Self {
-            error: chart.error,
-            covers: chart.covers,
-            scale: T::of(1.0 / chart.axial),
-            bending: chart.bending.map(T::of),
-            r: line(&chart.r),
-            c: line(&chart.c),
-            p: chart.p.iter().map(line).collect(),
-            q: chart.q.iter().map(line).collect(),
-        }
-    }
 }
 
 impl<T: Scalar, const N: usize> Tables<T, N> {
@@ -92,23 +62,17 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
         x * z * polynomial(&self.x_minus_sin, z)
     }
 
-    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
+    /// [`Law::section`]; zeros of Hooke's.
     #[inline(always)]
     pub fn section<const L: usize, const FMA: bool>(
         &self,
         t: Pack<T, L, FMA>,
         b: Pack<T, L, FMA>,
     ) -> [Pack<T, L, FMA>; 3] {
-        let of = Pack::<T, L, FMA>::of;
-        let Some(law) = &self.law else { return [of(0.0); 3] };
-        let most = t.mul_add(Pack::splat(law.bending[1]), Pack::splat(law.bending[0]));
-        let b2 = b * b;
-        let beta = b2 / (most * most);
-        let x = t * Pack::splat(law.scale);
-        let load = if law.covers { x.abs() } else { beta.max(x.abs()) };
-        let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
-        let (extra, chi) = (plane(&law.p, x, y), plane(&law.q, x, y));
-        [t * t * polynomial(&law.r, x) + b2 * extra, t * polynomial(&law.c, x) + b2 * chi, load]
+        match &self.law {
+            Some(law) => law.section(t, b),
+            None => [Pack::of(0.0); 3],
+        }
     }
 }
 
@@ -116,31 +80,6 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
 pub fn series(terms: usize, first: u32) -> Vec<f64> {
     let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
     (0..terms as u32).map(|k| (if k % 2 == 0 { 1.0 } else { -1.0 }) / factorial(first + 2 * k)).collect()
-}
-
-/// Σ c_k z^k.
-#[inline(always)]
-fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
-    let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
-    let mut sum = Pack::splat(last);
-    for &next in others.iter().rev() {
-        sum = sum.mul_add(z, Pack::splat(next));
-    }
-    sum
-}
-
-/// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
-#[inline(always)]
-fn plane<T: Scalar, const L: usize, const FMA: bool>(
-    c: &[Vec<T>],
-    x: Pack<T, L, FMA>,
-    y: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let mut sum = Pack::of(0.0);
-    for row in c.iter().rev() {
-        sum = sum.mul_add(y, polynomial(row, x));
-    }
-    sum
 }
 
 /// Σ row_j y_j over the first `n`.

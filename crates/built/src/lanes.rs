@@ -1,0 +1,361 @@
+//! Several taps side by side: what does not change while they are solved, and the rod under a load that is tried.
+
+use vibrissa_kernel::cpu::law::{Law, polynomial};
+use vibrissa_kernel::cpu::{Pack, Scalar, series};
+use vibrissa_kernel::{Chart, rule::limits::TINY};
+
+use super::tableau::{A, B, C, STAGES};
+use super::{Effects, Piece, Tap};
+
+/// Terms of the series of 1 − cos x and x − sin x: good to 2 rad.
+const TERMS: usize = 14;
+
+/// The largest ratio of radii over which 1/R is linear within a step.
+const STEEPEST: f64 = 30.0;
+
+/// Constants in the kernel's own precision.
+pub struct Fixed<T> {
+    one_minus_cos: Vec<T>,
+    x_minus_sin: Vec<T>,
+    pub law: Option<Law<T>>,
+}
+
+impl<T: Scalar> Fixed<T> {
+    pub fn new(chart: Option<&Chart>) -> Self {
+        let of = |first| series(TERMS, first).into_iter().map(T::of).collect();
+        Self { one_minus_cos: of(2), x_minus_sin: of(3), law: chart.map(Law::new) }
+    }
+
+    /// 1 − cos x and sin x.
+    #[inline(always)]
+    pub fn turn<const L: usize, const FMA: bool>(&self, x: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+        let z = x * x;
+        [z * polynomial(&self.one_minus_cos, z), x - x * z * polynomial(&self.x_minus_sin, z)]
+    }
+}
+
+/// A piece of each whisker, and how many steps cross it.
+pub struct Lane<P> {
+    near: P,
+    far: P,
+    radius: [P; 2],
+    inner: [P; 2],
+    gauge: P,
+    steps: usize,
+}
+
+/// Taps as they are asked.
+pub struct Ground<P> {
+    pub effects: Effects,
+    pieces: Vec<Lane<P>>,
+    /// R(0) − R(L_a), R(L_a), 1/L_a and n of each lane.
+    power: [P; 4],
+    pub a: P,
+    pub hub: P,
+    pub turn: P,
+    pub lift: P,
+    pub ratio: P,
+    pub force: P,
+    pub least: P,
+    pub pole: P,
+    pub width: P,
+    pub root: [P; 3],
+    pub curvature: [P; 2],
+    moduli: [P; 2],
+    /// π E, and ¾ + ν/2.
+    skin: [P; 2],
+    /// R and R′ at a.
+    contact: [P; 2],
+}
+
+/// The rod under a load: the state at its base, in the contact frame, and what was seen on the way.
+#[derive(Clone, Copy)]
+pub struct Bent<P> {
+    /// ψ less that of the resting whisker, the way the base has moved against it, x and y, ∫ of the gauge's fibre, and where the resting base is, (c, 0) added.
+    pub state: [P; 6],
+    /// Estimated errors of the angle, the way across, and the fibre's.
+    pub errors: [P; 3],
+    /// Largest load of a fibre, and of a section on its chart.
+    pub load: P,
+    pub beyond: P,
+}
+
+/// P and T, N, at the arc c, mm.
+#[derive(Clone, Copy)]
+pub struct Load<P> {
+    pub arc: P,
+    pub normal: P,
+    pub tangential: P,
+    /// sin α and cos α of the contact.
+    pub tilt: [P; 2],
+    /// R on the surface, else 0.
+    pub height: P,
+    /// Along and across the whisker at the contact.
+    pub force: [P; 2],
+}
+
+impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+    /// Of the taps that `lane` names, with `steps` over each whisker at least.
+    pub fn new<'a>(lane: impl Fn(usize) -> &'a Tap<'a>, effects: Effects, steps: usize) -> Self {
+        let pack = |f: &dyn Fn(&Tap<'a>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
+        let count = (0..L).map(|i| lane(i).rod.pieces.len()).max().unwrap_or(0);
+        let pieces = (0..count).map(|k| {
+            // A whisker of fewer pieces has empty ones at its base.
+            let of = |tap: &Tap<'a>| {
+                let missing = count - tap.rod.pieces.len();
+                if k < missing { Piece::default() } else { tap.rod.pieces[k - missing] }
+            };
+            let field = |f: &dyn Fn(Piece) -> f64| pack(&|tap| f(of(tap)).min(1e30));
+            let share = (0..L).map(|i| of(lane(i)).share).fold(0.0, f64::max);
+            Lane {
+                near: field(&|p| p.near),
+                far: field(&|p| p.far),
+                radius: [field(&|p| p.radius[0]), field(&|p| p.radius[1])],
+                inner: [field(&|p| p.inner[0]), field(&|p| p.inner[1])],
+                gauge: field(&|p| p.gauge),
+                steps: (steps as f64 * share).ceil().max(1.0) as usize,
+            }
+        });
+        let power = |k: usize| {
+            pack(&|tap| {
+                let [base, tip, n] = tap.rod.power.unwrap_or([0.0; 3]);
+                [base - tip, tip, 1.0 / tap.rod.length, n][k]
+            })
+        };
+        let whisker = |f: &dyn Fn(&super::Rod) -> f64| pack(&|tap| f(tap.rod));
+        Self {
+            effects,
+            pieces: pieces.collect(),
+            power: std::array::from_fn(power),
+            a: pack(&|tap| tap.a),
+            hub: pack(&|tap| tap.hub),
+            turn: pack(&|tap| tap.turn),
+            lift: pack(&|tap| tap.lift),
+            ratio: pack(&|tap| tap.ratio),
+            force: pack(&|tap| tap.force),
+            least: pack(&|tap| tap.least),
+            pole: pack(&|tap| tap.pole),
+            width: whisker(&|rod| rod.width),
+            root: std::array::from_fn(|k| whisker(&|rod| rod.root[k])),
+            curvature: std::array::from_fn(|k| whisker(&|rod| rod.curvature[k])),
+            moduli: std::array::from_fn(|k| whisker(&|rod| rod.moduli[k])),
+            skin: [
+                whisker(&|rod| std::f64::consts::PI * rod.moduli[0]),
+                whisker(&|rod| 0.75 + 0.5 * rod.nu),
+            ],
+            contact: std::array::from_fn(|k| pack(&|tap| tap.rod.radius(tap.a, tap.a)[k])),
+        }
+    }
+
+    /// R and R′ at `s` of a diameter that is a power of the distance from the tip.
+    #[inline(always)]
+    fn powered(&self, s: Pack<T, L, FMA>, sloped: bool) -> [Pack<T, L, FMA>; 2] {
+        let [wider, tip, length, n] = self.power;
+        let v = Pack::of(1.0) - s * length;
+        let (mut vn, mut slope) = (v, v);
+        for i in 0..L {
+            let (v, n) = (v.0[i].get().max(0.0), n.0[i].get());
+            vn.0[i] = T::of(v.powf(n));
+            slope.0[i] = T::of(if sloped && v > 0.0 { v.powf(n - 1.0) } else { 0.0 });
+        }
+        [tip + wider * vn, Pack::of(0.0) - wider * n * length * slope]
+    }
+
+    /// R and R′ at the arc `s`, by the piece that holds a.
+    #[inline(always)]
+    fn radius(&self, s: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+        if self.effects.power {
+            return self.powered(s, true);
+        }
+        let [at, slope] = self.contact;
+        [at + slope * (s - self.a), slope]
+    }
+
+    /// R and sin α, cos α of a contact at the arc `s`; 0, 0 and 1 on the centreline.
+    #[inline(always)]
+    pub fn touched(&self, s: Pack<T, L, FMA>) -> (Pack<T, L, FMA>, [Pack<T, L, FMA>; 2]) {
+        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+        if !self.effects.surface {
+            return (zero, [zero, one]);
+        }
+        let [radius, slope] = self.radius(s);
+        let mut tan = zero - slope;
+        if self.effects.curved {
+            let [base, rising] = self.curvature;
+            tan = tan / (one + (base + rising * s) * radius);
+        }
+        let cos = one / (one + tan * tan).sqrt();
+        (radius, [tan * cos, cos])
+    }
+
+    /// The load of P and T, N, at the arc c.
+    #[inline(always)]
+    pub fn load(
+        &self,
+        arc: Pack<T, L, FMA>,
+        normal: Pack<T, L, FMA>,
+        tangential: Pack<T, L, FMA>,
+    ) -> Load<Pack<T, L, FMA>> {
+        let (height, [sin, cos]) = self.touched(arc);
+        let zero = Pack::of(0.0);
+        let force = [tangential * cos - normal * sin, zero - normal * cos - tangential * sin];
+        Load { arc, normal, tangential, tilt: [sin, cos], height, force }
+    }
+
+    /// The rod under `load`; with its errors where `judging`.
+    #[inline(always)]
+    pub fn bend(
+        &self,
+        fixed: &Fixed<T>,
+        load: &Load<Pack<T, L, FMA>>,
+        judging: bool,
+    ) -> Bent<Pack<T, L, FMA>> {
+        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        let mut bent = Bent { state: [zero; 6], errors: [zero; 3], load: zero, beyond: zero };
+        let states = if self.effects.curved { 6 } else { 4 };
+        for k in 0..self.pieces.len() {
+            let piece = &self.pieces[self.pieces.len() - 1 - k];
+            let (high, low) = (piece.far.min(load.arc), piece.near.min(load.arc));
+            let length = high - low;
+            if length.all_at_most(zero) {
+                continue;
+            }
+            let [thin, thick] = [self.of_piece(piece, high), self.of_piece(piece, low)];
+            let ratio = (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
+            let step = 1.0 / piece.steps as f64;
+            for number in 0..piece.steps {
+                let mut slopes = [[zero; 6]; STAGES];
+                for stage in 0..STAGES {
+                    let mut state = bent.state;
+                    for &(before, weight) in A[stage] {
+                        let weight = Pack::of(step * weight);
+                        for m in 0..states {
+                            state[m] = weight.mul_add(slopes[before][m], state[m]);
+                        }
+                    }
+                    let t = Pack::of(step * (number as f64 + C[stage]));
+                    let spread = t + (one - t) * ratio;
+                    let s = high - length * t / spread;
+                    let rate = length * ratio / (spread * spread);
+                    slopes[stage] = self.slope(fixed, load, piece, (s, rate), &state, &mut bent);
+                }
+                let mut errors = [[zero; 2]; 3];
+                for stage in 0..STAGES {
+                    let [all, fifth, third] = B[stage];
+                    for m in 0..states {
+                        bent.state[m] = Pack::of(step * all).mul_add(slopes[stage][m], bent.state[m]);
+                    }
+                    if judging {
+                        for (error, m) in errors.iter_mut().zip([0, 2, 3]) {
+                            error[0] = Pack::of(step * fifth).mul_add(slopes[stage][m], error[0]);
+                            error[1] = Pack::of(step * third).mul_add(slopes[stage][m], error[1]);
+                        }
+                    }
+                }
+                if judging {
+                    for (sum, [fifth, third]) in bent.errors.iter_mut().zip(errors) {
+                        let (fifth, third) = (fifth * fifth, third * third);
+                        let both = (fifth + Pack::of(0.01) * third).max(Pack::of(TINY * TINY));
+                        *sum = *sum + fifth / both.sqrt();
+                    }
+                }
+            }
+        }
+        bent
+    }
+
+    /// R at `s` by `piece`.
+    #[inline(always)]
+    fn of_piece(&self, piece: &Lane<Pack<T, L, FMA>>, s: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+        if self.effects.power {
+            return self.powered(s, false)[0];
+        }
+        piece.radius[0] + piece.radius[1] * (s - piece.near)
+    }
+
+    /// Derivatives of the state by the step's own variable, of which the distance from the contact grows by `rate`; at the arc `s`.
+    #[inline(always)]
+    fn slope(
+        &self,
+        fixed: &Fixed<T>,
+        load: &Load<Pack<T, L, FMA>>,
+        piece: &Lane<Pack<T, L, FMA>>,
+        (s, rate): (Pack<T, L, FMA>, Pack<T, L, FMA>),
+        state: &[Pack<T, L, FMA>; 6],
+        seen: &mut Bent<Pack<T, L, FMA>>,
+    ) -> [Pack<T, L, FMA>; 6] {
+        let of = Pack::<T, L, FMA>::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let Effects { shear, extension, law, far, curved, inner, .. } = self.effects;
+        let [turned, along, across, _, rest_x, rest_y] = *state;
+        let [fx, fy] = load.force;
+        let distance = load.arc - s;
+        let [versine, sine] = fixed.turn(turned);
+        let (mut arm_x, mut arm_y) = (distance - along, load.height - across);
+        // d1 at rest.
+        let (mut behind, mut leaned) = (zero, zero);
+        if curved {
+            let [base, rising] = self.curvature;
+            [behind, leaned] = fixed.turn(distance * (base + of(0.5) * rising * (load.arc + s)));
+            (arm_x, arm_y) = (arm_x - rest_x, arm_y - rest_y);
+        }
+        // d1 less that at rest, and d1.
+        let upright = one - behind;
+        let (dx, dy) = match curved {
+            true => (zero - upright * versine - leaned * sine, upright * sine - leaned * versine),
+            false => (zero - versine, sine),
+        };
+        let (cos, sin) = (upright + dx, leaned + dy);
+        let moment = arm_x * fy - arm_y * fx;
+        let axial = fx * cos + fy * sin;
+
+        let r = self.of_piece(piece, s);
+        let r2 = r * r;
+        let [skin, quarter] = self.skin;
+        let (mut area, mut inertia) = (skin * r2, of(0.25) * skin * r2 * r2);
+        let (mut p, mut g) = (zero, zero);
+        if inner {
+            let i = piece.inner[0] + piece.inner[1] * (s - piece.near);
+            let i2 = i * i;
+            g = self.moduli[1] / self.moduli[0];
+            p = i2 / r2;
+            let other = skin * (g - one);
+            area = area + other * i2;
+            inertia = inertia + of(0.25) * other * i2 * i2;
+        }
+        let mut bending = moment * r / inertia;
+        let mut stretch = if extension { axial / area } else { zero };
+        if let Some(chart) = fixed.law.as_ref().filter(|_| law) {
+            let [extra, chi, beyond] = chart.section(stretch, bending.abs());
+            stretch = stretch + extra;
+            bending = bending * (one + chi);
+            let size = bending.abs();
+            seen.load = seen.load.max(stretch + size).max(of(2.0) * (size - stretch));
+            seen.beyond = seen.beyond.max(beyond);
+        }
+        let fibre = if far { stretch + bending } else { stretch - bending };
+        let (mut ux, mut uy) = (zero - dx, zero - dy);
+        if extension {
+            (ux, uy) = (ux - stretch * cos, uy - stretch * sin);
+        }
+        if shear {
+            let across = fy * cos - fx * sin;
+            let over = zero - (one - g) * quarter * (one - p) / (one + g - (one - g) * p);
+            let (b, a) = (p * over, p * over - quarter);
+            let j = of(0.25) * a * (one - p * p)
+                + of(0.5) * b * (one - p)
+                + of(1.0 / 24.0) * (one - p * p * p)
+                + g * (of(0.25) * (a + over) * p * p + of(1.0 / 24.0) * p * p * p);
+            let slide = zero - across * skin * r2 * r2 * r2 * j / (inertia * inertia);
+            (ux, uy) = (ux + slide * sin, uy - slide * cos);
+        }
+        [
+            zero - rate * bending / r,
+            rate * ux,
+            rate * uy,
+            rate * piece.gauge * fibre,
+            rate * behind,
+            zero - rate * leaned,
+        ]
+    }
+}

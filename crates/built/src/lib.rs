@@ -1,0 +1,187 @@
+//! The fast kernel of whiskers that are no cone clamped at its base (model §7), in lanes, in f32 or f64.
+//!
+//! # Theory
+//! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. It is
+//! integrated piece by piece with the explicit method of order 8 of [`tableau`]; within a step 1/R is linear, so that on a cone the integrands of
+//! linear theory are polynomials of degree two. What is integrated is the *difference to the resting whisker*, and the closure is written without the
+//! lengths that cancel, so that small taps keep their digits in f32. Broyden's method, begun with a Jacobian of differences, closes the tap; large
+//! drives are reached in strides.
+//!
+//! # Practice
+//! Each rung has more steps than the one before. A tap whose estimated error exceeds the tolerance climbs, and what the last rung cannot tell is left to
+//! the reference, as is what lies next to a corner of the profile, the tip, or the end of the material.
+//!
+//! The cone's own kernel (`cpu::exact`) carries deviations from closed forms that only a clamped cone has; it is some ten times as fast.
+
+mod lanes;
+mod newton;
+mod rod;
+pub mod tableau;
+
+use rayon::prelude::*;
+
+use vibrissa_kernel::Chart;
+use vibrissa_kernel::cpu::{Pack, Scalar, fused};
+use lanes::{Fixed, Ground};
+pub use rod::{Piece, Rod};
+use vibrissa_core::scene::Precision;
+
+/// Effects that are the same of all taps of a batch; one that is off costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effects {
+    /// Timoshenko shear.
+    pub shear: bool,
+    /// Stretch of the centreline.
+    pub extension: bool,
+    /// Contact on the surface.
+    pub surface: bool,
+    /// The contact stays at its arc length.
+    pub stick: bool,
+    /// A hyperelastic section law, read from a chart.
+    pub law: bool,
+    /// The gauge is on the far side.
+    pub far: bool,
+    /// The resting whisker is curved.
+    pub curved: bool,
+    /// Something is inside.
+    pub inner: bool,
+    /// The diameter is a power of the distance from the tip.
+    pub power: bool,
+}
+
+/// One tap; mm, N, rad.
+#[derive(Debug, Clone, Copy)]
+pub struct Tap<'a> {
+    /// The whisker.
+    pub rod: &'a Rod,
+    /// a.
+    pub a: f64,
+    /// r₀; 0 where the object moves.
+    pub hub: f64,
+    /// θ, or 0 where the object moves.
+    pub turn: f64,
+    /// δ, or 0 where the base turns.
+    pub lift: f64,
+    /// T/P of a contact that slides.
+    pub ratio: f64,
+    /// P of linear theory.
+    pub force: f64,
+    /// Strain that errors are relative to, at least.
+    pub least: f64,
+    /// ρ.
+    pub pole: f64,
+}
+
+/// What a tap gives; mm, N, N mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// Mean strain of the gauge's fibre.
+    pub strain: f64,
+    /// P.
+    pub normal: f64,
+    /// T.
+    pub tangential: f64,
+    /// c.
+    pub arc: f64,
+    /// M₀, F_x, F_y.
+    pub wrench: [f64; 3],
+    /// Estimated error relative to the strain, or to what errors are measured by at least.
+    pub error: f64,
+    /// Largest load of a fibre; above 1 it is outside the range of the law.
+    pub load: f64,
+    /// Times that the rod was integrated.
+    pub shots: f64,
+}
+
+impl Solution {
+    /// No equilibrium was found.
+    pub const FAILED: Self = Self {
+        strain: f64::NAN,
+        normal: f64::NAN,
+        tangential: f64::NAN,
+        arc: f64::NAN,
+        wrench: [f64::NAN; 3],
+        error: f64::INFINITY,
+        load: 0.0,
+        shots: 0.0,
+    };
+}
+
+/// Steps between contact and base on each rung, at least.
+const RUNGS: [usize; 3] = [3, 6, 14];
+
+/// Taps of one work item.
+const GRAIN: usize = 64;
+
+/// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
+pub fn solve(
+    taps: &[Tap<'_>],
+    effects: Effects,
+    (precision, tolerance): (Precision, f64),
+    chart: Option<&Chart>,
+) -> Vec<Solution> {
+    let mut out = vec![Solution::FAILED; taps.len()];
+    for steps in RUNGS {
+        let open: Vec<usize> = (0..taps.len()).filter(|&i| !(out[i].error <= tolerance)).collect();
+        if open.is_empty() {
+            break;
+        }
+        let job = Job { effects, steps, tolerance, chart };
+        let solved: Vec<Vec<Solution>> = open
+            .par_chunks(GRAIN)
+            .map(|part| {
+                let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
+                match precision {
+                    Precision::F32 => block::<f32, 16>(&job, &those),
+                    Precision::F64 => block::<f64, 8>(&job, &those),
+                }
+            })
+            .collect();
+        for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
+            let shots = out[i].shots + new.shots;
+            out[i] = Solution { shots, ..new };
+        }
+    }
+    out
+}
+
+/// What a batch is solved with.
+struct Job<'a> {
+    effects: Effects,
+    steps: usize,
+    tolerance: f64,
+    chart: Option<&'a Chart>,
+}
+
+/// Solves one work item with the best instruction set there is.
+fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the CPU has just been found to have both features.
+        return unsafe { block_avx2::<T, L>(job, taps) };
+    }
+    #[cfg(target_arch = "x86_64")]
+    return packs::<T, 1, false>(job, taps);
+    #[cfg(not(target_arch = "x86_64"))]
+    packs::<T, L, { cfg!(target_arch = "aarch64") }>(job, taps)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    packs::<T, L, true>(job, taps)
+}
+
+/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
+#[inline(always)]
+fn packs<T: Scalar, const L: usize, const FMA: bool>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+    let fixed = Fixed::<T>::new(job.chart);
+    let mut out = Vec::with_capacity(taps.len());
+    for taps in taps.chunks(L) {
+        let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
+        let ground = Ground::<Pack<T, L, FMA>>::new(lane, job.effects, job.steps);
+        let solved = newton::close(&fixed, &ground, job.tolerance);
+        out.extend((0..taps.len()).map(|i| solved.lane(i)));
+    }
+    out
+}

@@ -1,0 +1,329 @@
+//! The closure of a tap, and Broyden's method for its two unknowns.
+
+use vibrissa_kernel::cpu::{Pack, Scalar};
+use vibrissa_kernel::rule::limits::{HOPELESS, ROUNDINGS, TINY};
+
+use super::Solution;
+use super::lanes::{Bent, Fixed, Ground, Load};
+
+/// Largest amount, rad or δ/a, that is shot at from the resting whisker; larger ones are reached in so many strides.
+const STRIDE: f64 = 0.3;
+
+/// Steps of a stride, at most.
+const STEPS: usize = 14;
+
+/// Share of the tolerance at which the iteration stops.
+const STOP: f64 = 0.05;
+
+/// Largest step of the force relative to itself, and of the contact over a.
+const LONGEST: f64 = 0.5;
+
+/// Change of an unknown for a difference of the closure, as a power of the rounding.
+const PROBE: f64 = 0.4;
+
+/// How far the end of a stride may be from where the one before points, relative to the force: past it, it may be another branch.
+const FORESEEN: f64 = 0.5;
+
+/// Least c/a, and largest.
+const ARCS: [f64; 2] = [0.05, 3.0];
+
+/// Times by which errors of the integration are believed to be larger than their estimate: it is of one shot at its own load.
+const WARY: f64 = 3.0;
+
+/// A rod that was bent, and by how much it misses the object, over a.
+struct Shot<P> {
+    load: Load<P>,
+    bent: Bent<P>,
+    miss: [P; 2],
+    wrench: [P; 3],
+}
+
+/// Solved taps.
+pub struct Solved<P> {
+    strain: P,
+    load: Load<P>,
+    wrench: [P; 3],
+    error: P,
+    burden: P,
+    shots: usize,
+}
+
+impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
+    /// That of a lane.
+    pub fn lane(&self, i: usize) -> Solution {
+        let of = |x: Pack<T, L, FMA>| x.0[i].get();
+        let error = of(self.error);
+        Solution {
+            strain: of(self.strain),
+            normal: of(self.load.normal),
+            tangential: of(self.load.tangential),
+            arc: of(self.load.arc),
+            wrench: self.wrench.map(of),
+            error: if error.is_nan() { f64::INFINITY } else { error },
+            load: of(self.burden),
+            shots: self.shots as f64,
+        }
+    }
+}
+
+impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+    /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
+    #[inline(always)]
+    fn shoot(
+        &self,
+        fixed: &Fixed<T>,
+        share: Pack<T, L, FMA>,
+        z: [Pack<T, L, FMA>; 2],
+        judging: bool,
+    ) -> Shot<Pack<T, L, FMA>> {
+        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        let normal = self.force * z[0];
+        let (x, tangential) = match self.effects.stick {
+            true => (zero, self.force * z[1]),
+            false => (self.a * z[1], self.ratio * normal),
+        };
+        let load = self.load(self.a + x, normal, tangential);
+        let bent = self.bend(fixed, &load, judging);
+        let [turned, along, across, _, rest_x, rest_y] = bent.state;
+
+        // The base from the contact, and M₀.
+        let (base_x, base_y) = (load.arc - along - rest_x, load.height - across - rest_y);
+        let moment = base_x * load.force[1] - base_y * load.force[0];
+        // Turned into the frame of the resting base, of which the contact's is turned by the rest angle.
+        let (mut behind, mut leaned) = (zero, zero);
+        if self.effects.curved {
+            [behind, leaned] = self.rest(fixed, zero, load.arc);
+        }
+        let back = |v: [Pack<T, L, FMA>; 2]| {
+            let [x, y] = v;
+            [x - behind * x + leaned * y, y - behind * y - leaned * x]
+        };
+        let [k_theta, k_x, k_y] = self.root;
+        let beta = moment * k_theta - turned;
+        let [versine, sine] = fixed.turn(beta);
+        let turn = |v: [Pack<T, L, FMA>; 2]| [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]];
+        let force = turn(back(load.force));
+        let moved = back([along, across]);
+
+        // The pole's centre on the resting whisker, as touched at a, and how far it moves when it is touched at c.
+        let ([pole_x, pole_y], shift) = self.poles(fixed, &load, x);
+        let theta = self.turn * share;
+        let [versine_t, sine_t] = fixed.turn(theta);
+        // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
+        let half = Pack::of(0.5);
+        let [_, apart] = fixed.turn(half * (beta + theta));
+        let [mean_v, mean_s] = fixed.turn(half * (beta - theta));
+        let mean_c = one - mean_v;
+        let twice = apart + apart;
+        let swing = [
+            zero - twice * (mean_s * pole_x + mean_c * pole_y),
+            twice * (mean_c * pole_x - mean_s * pole_y),
+        ];
+        let carried = turn([shift[0] - moved[0], shift[1] - moved[1]]);
+        let miss_x = force[0] * k_x + carried[0] + swing[0] + self.hub * versine_t;
+        let miss_y = force[1] * k_y + carried[1] + swing[1] + self.hub * sine_t + self.lift * share;
+        let scale = one / self.a;
+        Shot { load, bent, miss: [miss_x * scale, miss_y * scale], wrench: [moment, force[0], force[1]] }
+    }
+
+    /// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
+    #[inline(always)]
+    fn rest(&self, fixed: &Fixed<T>, from: Pack<T, L, FMA>, to: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+        let [base, rising] = self.curvature;
+        fixed.turn((to - from) * (base + Pack::of(0.5) * rising * (to + from)))
+    }
+
+    /// The centre of the pole on the resting whisker touched at a, from its base, and how far it lies from there where that is touched at the arc
+    /// a + `x` of `load`.
+    #[inline(always)]
+    fn poles(
+        &self,
+        fixed: &Fixed<T>,
+        load: &Load<Pack<T, L, FMA>>,
+        x: Pack<T, L, FMA>,
+    ) -> ([Pack<T, L, FMA>; 2], [Pack<T, L, FMA>; 2]) {
+        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        let (height, tilt) = self.touched(self.a);
+        // Of both, in the frame of the whisker where it is touched.
+        let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
+        let there = [self.pole * load.tilt[0], load.height + self.pole * load.tilt[1]];
+        if !self.effects.curved {
+            return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
+        }
+        // By Gauss's rule of four points on each of some parts: from the base to a, and from a to c.
+        let turned = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>| self.rest(fixed, from, to);
+        let path = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>, parts: usize| {
+            let (mut px, mut py) = (zero, zero);
+            let part = (to - from) * Pack::of(1.0 / parts as f64);
+            for k in 0..parts {
+                for [node, weight] in GAUSS {
+                    let s = from + part * Pack::of(k as f64 + node);
+                    let [behind, leaned] = turned(zero, s);
+                    let weight = part * Pack::of(weight);
+                    px = px + weight * (one - behind);
+                    py = py - weight * leaned;
+                }
+            }
+            [px, py]
+        };
+        let base = path(zero, self.a, 6);
+        let way = path(self.a, self.a + x, 2);
+        let [behind, leaned] = turned(zero, self.a);
+        // Rot(ψ₀(a)): ψ₀ = −(the turn of the resting whisker).
+        let out = |v: [Pack<T, L, FMA>; 2]| {
+            [v[0] - behind * v[0] + leaned * v[1], v[1] - behind * v[1] - leaned * v[0]]
+        };
+        let [more, less] = turned(self.a, self.a + x);
+        let moved = [
+            there[0] - here[0] - more * there[0] + less * there[1],
+            there[1] - here[1] - more * there[1] - less * there[0],
+        ];
+        let (at, moved) = (out(here), out(moved));
+        ([base[0] + at[0], base[1] + at[1]], [way[0] + moved[0], way[1] + moved[1]])
+    }
+
+    /// Change of the unknowns that is looked at relative to 1: of P to itself, of c to a, of T to the contact force.
+    #[inline(always)]
+    fn scale(&self, z: [Pack<T, L, FMA>; 2]) -> [Pack<T, L, FMA>; 2] {
+        let force = z[0].abs().max(Pack::of(1e-6));
+        [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
+    }
+}
+
+/// Nodes and weights of Gauss's rule on [0, 1].
+const GAUSS: [[f64; 2]; 4] = [
+    [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
+    [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
+    [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
+    [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
+];
+
+/// Columns of a matrix.
+type Matrix<P> = [[P; 2]; 2];
+
+#[inline(always)]
+fn determinant<T: Scalar, const L: usize, const FMA: bool>(j: &Matrix<Pack<T, L, FMA>>) -> Pack<T, L, FMA> {
+    j[0][0] * j[1][1] - j[1][0] * j[0][1]
+}
+
+/// The step that brings a miss to 0.
+#[inline(always)]
+fn step<T: Scalar, const L: usize, const FMA: bool>(
+    j: &Matrix<Pack<T, L, FMA>>,
+    miss: [Pack<T, L, FMA>; 2],
+) -> [Pack<T, L, FMA>; 2] {
+    let inverse = Pack::of(-1.0) / determinant(j);
+    [
+        inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]),
+        inverse * (j[0][0] * miss[1] - j[0][1] * miss[0]),
+    ]
+}
+
+/// Solves the taps of `ground`.
+#[inline(always)]
+pub fn close<T: Scalar, const L: usize, const FMA: bool>(
+    fixed: &Fixed<T>,
+    ground: &Ground<Pack<T, L, FMA>>,
+    tolerance: f64,
+) -> Solved<Pack<T, L, FMA>> {
+    let of = Pack::<T, L, FMA>::of;
+    let (zero, one) = (of(0.0), of(1.0));
+    let rounding = T::ROUNDING;
+    let stop = of((STOP * tolerance).max(4.0 * rounding));
+    let amount = ground.turn.max(ground.lift / ground.a);
+    let mut strides = 1;
+    while !amount.all_at_most(of(STRIDE * strides as f64)) && strides < 32 {
+        strides += 1;
+    }
+    let probe = rounding.powf(PROBE);
+    let (mut z, mut before) = ([zero, zero], [zero, zero]);
+    let mut shots = 0;
+    // Whether a lane has lost its way, above 0.
+    let mut lost = zero;
+    let mut orientation = zero;
+    let mut remains = zero;
+    for stride in 1..=strides {
+        let share = of(stride as f64 / strides as f64);
+        let guess = match stride {
+            1 => [share, zero],
+            2 => [z[0] + z[0], of(4.0) * z[1]],
+            _ => [z[0] + (z[0] - before[0]), z[1] + (z[1] - before[1])],
+        };
+        (before, z) = (z, guess);
+        let mut shot = ground.shoot(fixed, share, z, false);
+        let scale = ground.scale(z);
+        let mut jacobian = [[zero; 2]; 2];
+        for k in 0..2 {
+            let change = scale[k] * of(probe);
+            let mut moved = z;
+            moved[k] = z[k] + change;
+            let change = moved[k] - z[k];
+            let other = ground.shoot(fixed, share, moved, false);
+            for m in 0..2 {
+                jacobian[k][m] = (other.miss[m] - shot.miss[m]) / change;
+            }
+        }
+        shots += 3;
+        if stride == 1 {
+            orientation = determinant(&jacobian);
+        }
+        // Steps that were small enough, above 0: such a lane stays where it is.
+        let mut done = zero;
+        remains = of(1e30);
+        let mut smallest = of(1e30);
+        for _ in 0..STEPS {
+            let wanted = step(&jacobian, shot.miss);
+            let scale = ground.scale(z);
+            let size = (wanted[0] / scale[0]).abs().max((wanted[1] / scale[1]).abs());
+            // Where rounding lets no step get smaller.
+            remains = zero.if_less(done, remains, size);
+            done = size.if_less(stop, one, done);
+            if one.all_at_most(done) {
+                break;
+            }
+            smallest = smallest.min(size);
+            let damped = one.min(of(LONGEST) / size.max(of(TINY)));
+            let damped = zero.if_less(done, zero, damped);
+            let taken = [damped * wanted[0], damped * wanted[1]];
+            let mut next = [z[0] + taken[0], z[1] + taken[1]];
+            if !ground.effects.stick {
+                next[1] = next[1].max(of(ARCS[0] - 1.0)).min(of(ARCS[1] - 1.0));
+            }
+            let taken = [next[0] - z[0], next[1] - z[1]];
+            let fresh = ground.shoot(fixed, share, next, false);
+            shots += 1;
+            // Broyden's update, in the units of the unknowns.
+            let weighted = [taken[0] / (scale[0] * scale[0]), taken[1] / (scale[1] * scale[1])];
+            let length = taken[0] * weighted[0] + taken[1] * weighted[1];
+            let inverse = zero.if_less(length, one / length.max(of(TINY * TINY)), zero);
+            for m in 0..2 {
+                let lack =
+                    fresh.miss[m] - shot.miss[m] - jacobian[0][m] * taken[0] - jacobian[1][m] * taken[1];
+                for k in 0..2 {
+                    jacobian[k][m] = jacobian[k][m] + lack * weighted[k] * inverse;
+                }
+            }
+            (z, shot) = (next, fresh);
+        }
+        // What does not contract, folds back, or is on another branch.
+        lost = remains.if_less(of((1e-3f64).min(1e5 * rounding.max(1e-12))), lost, one);
+        lost = zero.if_less(determinant(&jacobian) * orientation, lost, one);
+        let off = (z[0] - guess[0]).abs();
+        lost = off.if_less(of(FORESEEN) * z[0].abs().max(guess[0].abs()).max(share), lost, one);
+    }
+    let shot = ground.shoot(fixed, one, z, true);
+    let Bent { state, errors, load: burden, beyond } = shot.bent;
+    let strain = state[3] / ground.width;
+    let measure = (ground.least * ground.width).max(state[3].abs());
+    let relative = |error: Pack<T, L, FMA>, of: Pack<T, L, FMA>| error / of.max(Pack::of(TINY));
+    let integrated = relative(errors[0], state[0].abs())
+        + relative(errors[1], state[2].abs())
+        + relative(errors[2], measure);
+    let mut error = of(WARY) * integrated + remains + of(ROUNDINGS * rounding);
+    if let Some(law) = &fixed.law {
+        error = error + of(2.0 * law.error);
+    }
+    error = zero.if_less(lost, of(1e30), error);
+    error = one.if_less(beyond, of(HOPELESS), error);
+    Solved { strain, load: shot.load, wrench: shot.wrench, error, burden, shots: shots + 1 }
+}

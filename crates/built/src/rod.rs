@@ -1,0 +1,98 @@
+//! A built whisker as the kernel takes it: pieces along which radii are lines.
+
+use vibrissa_core::physics::body::Body;
+
+/// A piece between two places where the whisker, or what is asked of it, is not smooth.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Piece {
+    /// Where it begins, mm.
+    pub near: f64,
+    /// Where it ends, mm; the last does not.
+    pub far: f64,
+    /// R at its beginning, mm, and R′.
+    pub radius: [f64; 2],
+    /// The same of what is inside; 0 where there is nothing.
+    pub inner: [f64; 2],
+    /// 1 under the gauge, else 0.
+    pub gauge: f64,
+    /// Share of the steps of the whole whisker that it needs.
+    pub share: f64,
+}
+
+/// A built whisker with its gauge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rod {
+    /// From the base to the tip.
+    pub pieces: Vec<Piece>,
+    /// L_a, mm.
+    pub length: f64,
+    /// R(0), R(L_a), mm, and n, of a power of the distance from the tip.
+    pub power: Option<[f64; 3]>,
+    /// κ_base and κ_slope, 1/mm and 1/mm².
+    pub curvature: [f64; 2],
+    /// 1/k_theta, 1/k_x and 1/k_y.
+    pub root: [f64; 3],
+    /// E of the skin and of the core, MPa.
+    pub moduli: [f64; 2],
+    /// ν.
+    pub nu: f64,
+    /// x2 − x1, mm.
+    pub width: f64,
+}
+
+/// What a ratio of e of the radii at both ends of a piece counts, in parts of its length over that of the whisker.
+const TAPERED: f64 = 0.15;
+
+impl Rod {
+    /// The whisker `body` with a gauge on [x1, x2], mm.
+    pub fn new(body: &Body, gauge: [f64; 2]) -> Self {
+        let mut edges: Vec<f64> = body.knots().iter().copied().chain(gauge).collect();
+        edges.retain(|s| *s > 0.0 && *s < body.length);
+        edges.extend([0.0, body.length]);
+        edges.sort_by(f64::total_cmp);
+        edges.dedup();
+        let piece = |ends: &[f64]| {
+            let (near, far) = (ends[0], ends[1]);
+            let middle = 0.5 * (near + far);
+            let over = |at: &dyn Fn(f64) -> f64| {
+                let (begin, end) = (at(near), at(far));
+                [begin, (end - begin) / (far - near)]
+            };
+            let radius = over(&|s| body.radius(s, middle));
+            let inner = over(&|s| 0.5 * body.inside(s, middle));
+            let tapered = (body.radius(far, middle) / radius[0]).ln().abs().min(10.0);
+            let under = middle > gauge[0] && middle < gauge[1];
+            let share = (far - near) / body.length + TAPERED * tapered;
+            Piece { near, far, radius, inner, gauge: f64::from(under), share }
+        };
+        let mut pieces: Vec<Piece> = edges.windows(2).map(piece).collect();
+        let whole: f64 = pieces.iter().map(|piece| piece.share).sum();
+        pieces.iter_mut().for_each(|piece| piece.share /= whole);
+        if let Some(last) = pieces.last_mut() {
+            last.far = f64::MAX;
+        }
+        let root = body.root;
+        Self {
+            pieces,
+            length: body.length,
+            power: body.power(),
+            curvature: body.base_curvature(),
+            root: [root.k_theta, root.k_x, root.k_y].map(f64::recip),
+            moduli: [body.modulus, body.core_modulus()],
+            nu: body.nu,
+            width: gauge[1] - gauge[0],
+        }
+    }
+
+    /// R and R′ at the arc `s`, mm, by the piece that holds `within`; a power by its own formula.
+    pub fn radius(&self, s: f64, within: f64) -> [f64; 2] {
+        if let Some([base, tip, n]) = self.power {
+            let v = (1.0 - s / self.length).max(0.0);
+            let slope = if v > 0.0 { v.powf(n - 1.0) } else { 0.0 };
+            return [tip + (base - tip) * v.powf(n), -(base - tip) * n / self.length * slope];
+        }
+        let after = self.pieces.partition_point(|piece| piece.near <= within).clamp(1, self.pieces.len());
+        let Piece { near, radius: [begin, slope], .. } = self.pieces[after - 1];
+        [begin + slope * (s - near), slope]
+    }
+}

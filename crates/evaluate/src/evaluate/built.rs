@@ -1,0 +1,206 @@
+//! Taps of whiskers that are no cone clamped at its base (model §7), by their own kernel.
+
+use rayon::prelude::*;
+
+use super::outcome::{Found, admitted, outcome, reading, reference, unsolved};
+use super::{Evaluator, Method, Outcome, Task};
+use crate::design::{Design, amount};
+use crate::error::SolveError;
+use crate::kernel::rule::limits::EDGE;
+use crate::physics::onset::Grip;
+use crate::scene::{Contact, Drive, Geometry, Material, Precision, Setup, Side};
+use crate::status::Status;
+use vibrissa_built::{Effects, Rod, Solution, Tap, solve};
+
+/// Errors of the forces of a sticking contact, per error of the strain, at most.
+const ROUGH: f64 = 100.0;
+
+/// How near, over a, a contact may be to a corner or to the tip for the kernel to say on which side it is.
+const CLOSE: f64 = 1e-6;
+
+/// Why a tap has no answer from the kernel.
+enum Open {
+    /// The reference is asked.
+    Unsure,
+    /// It has none.
+    Ended(Status),
+}
+
+/// Whether taps of `setup` are solved by the kernel of built whiskers.
+pub(super) fn asked(setup: &Setup) -> bool {
+    setup.built.is_some() && setup.model.geometry == Geometry::Exact
+}
+
+impl Evaluator<'_> {
+    /// Outcomes of upright `tasks`, held by `grip`, or as the model says.
+    pub(super) fn built(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        grip: Option<Grip>,
+    ) -> Result<Vec<Outcome>, SolveError> {
+        let (setup, tolerance, samples) = (self.setup, self.tolerance(), self.samples);
+        let rods: Vec<Option<Rod>> = designs
+            .par_iter()
+            .map(|design| {
+                let shared = design.shared.as_ref()?;
+                Some(Rod::new(shared.body.as_deref()?, shared.gauge))
+            })
+            .collect();
+        let first = match (grip, setup.model.contact) {
+            (Some(grip), _) => grip,
+            (None, Contact::Frictionless | Contact::Coulomb(0.0)) => Grip::Slide(0.0),
+            (None, _) => Grip::Stick,
+        };
+        let mut held = vec![first; tasks.len()];
+        let mut solved = self.shots((designs, &rods), tasks, &held);
+        if let (None, Contact::Coulomb(mu)) = (grip, setup.model.contact)
+            && mu != 0.0
+        {
+            let slides = |s: &Solution| s.tangential.abs() > mu * s.normal;
+            let sliding: Vec<usize> = (0..tasks.len())
+                .filter(|&i| solved[i].as_ref().is_some_and(|s| is_plain(s, mu, tolerance) && slides(s)))
+                .collect();
+            for &i in &sliding {
+                held[i] = Grip::Slide(mu.copysign(solved[i].map_or(0.0, |s| s.tangential)));
+            }
+            let those: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
+            let grips: Vec<Grip> = sliding.iter().map(|&i| held[i]).collect();
+            let again = self.shots((designs, &rods), &those, &grips);
+            for (&i, new) in sliding.iter().zip(again) {
+                solved[i] = new;
+            }
+            // Whether the others stick is certain, or the reference is asked.
+            for (s, grip) in solved.iter_mut().zip(&held) {
+                if let Some(s) = s.as_mut().filter(|s| *grip == Grip::Stick && !is_plain(s, mu, tolerance)) {
+                    *s = Solution::FAILED;
+                }
+            }
+        }
+        solved.iter().flatten().for_each(|s| self.sweeps.push(s.shots));
+        let open = |(task, s): (&Task, &Option<Solution>)| {
+            let s = s.as_ref()?;
+            Some(told(setup, &designs[task.design as usize], task, s, tolerance).map(|()| *s))
+        };
+        let known: Vec<Option<Result<Solution, Open>>> = tasks.par_iter().zip(&solved).map(open).collect();
+        if self.spare < usize::MAX {
+            let left = known.iter().filter(|k| matches!(k, Some(Err(Open::Unsure)))).count();
+            self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
+        }
+        let stop = self.stop;
+        let finish = |((task, known), grip): ((&Task, &Option<Result<Solution, Open>>), &Grip)| {
+            let design = &designs[task.design as usize];
+            let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
+                return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
+            };
+            let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
+            match known {
+                Some(Ok(s)) => {
+                    let strain = reading(setup, s.wrench, s.strain);
+                    let found = Found {
+                        strain,
+                        deviation: linear / strain - 1.0,
+                        beside: None,
+                        wrench: s.wrench,
+                        normal: s.normal,
+                        tangential: s.tangential,
+                        arc: s.arc,
+                        sticking: *grip == Grip::Stick,
+                    };
+                    let sweeps = s.shots as f32;
+                    Outcome { sweeps, ..outcome(setup, design, shared, task, linear, found) }
+                }
+                Some(Err(Open::Ended(why))) => unsolved(setup, shared, task, linear, *why),
+                _ if samples && matches!(grip, Grip::Slide(_)) => {
+                    unsolved(setup, shared, task, linear, Status::NOT_CONVERGED)
+                }
+                _ if stop.load(std::sync::atomic::Ordering::Relaxed) => Outcome::NOTHING,
+                _ => Outcome { referred: true, ..reference(setup, design, task) },
+            }
+        };
+        Ok(tasks.par_iter().zip(&known).zip(&held).map(finish).collect())
+    }
+
+    /// Solutions of `tasks`, each held by its grip; `None` outside the domain.
+    fn shots(
+        &self,
+        (designs, rods): (&[Design], &[Option<Rod>]),
+        tasks: &[Task],
+        grips: &[Grip],
+    ) -> Vec<Option<Solution>> {
+        let setup = self.setup;
+        let Method::Fast { rungs, tolerance, .. } = &self.method else { return vec![None; tasks.len()] };
+        let stick = grips.first() == Some(&Grip::Stick);
+        let model = &setup.model;
+        let bodies = || designs.iter().filter_map(|design| design.shared.as_ref()?.body.as_deref());
+        let effects = Effects {
+            shear: model.shear,
+            extension: model.extension,
+            surface: model.surface,
+            stick,
+            law: !matches!(model.material, Material::Hooke(_)),
+            far: setup.gauge.side == Side::Far,
+            curved: bodies().any(|body| !body.is_straight()),
+            inner: bodies().any(|body| body.is_composite()),
+            power: bodies().any(|body| body.power().is_some()),
+        };
+        let tap = |(task, grip): (&Task, &Grip)| {
+            let design = &designs[task.design as usize];
+            let shared = design.shared.as_ref().filter(|_| admitted(setup, design, task))?;
+            let amount = amount(setup.drive, task.drive);
+            let (turn, lift) = match setup.drive {
+                Drive::Angle => (amount, 0.0),
+                Drive::Displacement => (0.0, amount),
+            };
+            Some(Tap {
+                rod: rods[task.design as usize].as_ref()?,
+                a: task.a,
+                hub: if setup.drive == Drive::Angle { setup.hub } else { 0.0 },
+                turn,
+                lift,
+                ratio: if let Grip::Slide(friction) = grip { *friction } else { 0.0 },
+                force: amount * shared.model.force(model.material.e0(), task.a),
+                least: if shared.model.reads_strain() { 1e-3 * amount * shared.peak } else { 1.0 },
+                pole: model.pole_radius,
+            })
+        };
+        let framed: Vec<Option<Tap<'_>>> = tasks.par_iter().zip(grips).map(tap).collect();
+        let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
+        let chart = rungs.iter().rev().find_map(|rung| rung.chart());
+        let mut solved = solve(&taps, effects, (Precision::F64, *tolerance), chart).into_iter();
+        framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect()
+    }
+}
+
+/// Whether it is certain that the sticking contact of `s` would slide at `mu`, or that it would not.
+fn is_plain(s: &Solution, mu: f64, tolerance: f64) -> bool {
+    let spare = (mu * s.normal - s.tangential.abs()).abs();
+    s.error <= tolerance && spare > ROUGH * s.error * s.tangential.abs().max(s.normal.abs())
+}
+
+/// Whether the kernel has an answer to `task`, and if not, who has.
+fn told(setup: &Setup, design: &Design, task: &Task, s: &Solution, tolerance: f64) -> Result<(), Open> {
+    let Some(body) = design.shared.as_ref().and_then(|shared| shared.body.as_deref()) else {
+        return Err(Open::Unsure);
+    };
+    let near = |place: f64| (s.arc - place).abs() <= CLOSE * task.a;
+    let sure = s.error <= tolerance && (s.load - 1.0).abs() > EDGE;
+    if !sure || near(body.length) {
+        return Err(Open::Unsure);
+    }
+    if s.load > 1.0 {
+        return Err(Open::Ended(Status::MATERIAL_LIMIT));
+    }
+    if s.arc > body.length {
+        return Err(Open::Ended(Status::SLIPPED_OFF));
+    }
+    if setup.model.surface {
+        let [begin, end] = body.piece(task.a);
+        match () {
+            () if near(begin) && begin > 0.0 || near(end) => return Err(Open::Unsure),
+            () if !(begin..=end).contains(&s.arc) => return Err(Open::Ended(Status::AT_KNOT)),
+            () => {}
+        }
+    }
+    Ok(())
+}

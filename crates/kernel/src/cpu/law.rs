@@ -1,0 +1,80 @@
+//! The section chart in the kernels' own precision.
+
+use super::pack::{Pack, Scalar};
+use crate::Chart;
+
+/// A section chart.
+#[derive(Debug, Clone)]
+pub struct Law<T> {
+    /// Error of the chart, relative to the strain.
+    pub error: f64,
+    /// Whether the chart tells of the material wherever a section bends beyond it.
+    covers: bool,
+    /// 1/axial.
+    scale: T,
+    bending: [T; 2],
+    r: Vec<T>,
+    c: Vec<T>,
+    p: Vec<Vec<T>>,
+    q: Vec<Vec<T>>,
+}
+
+impl<T: Scalar> Law<T> {
+    /// Of `chart`.
+    pub fn new(chart: &Chart) -> Self {
+        let line = |c: &Vec<f64>| c.iter().map(|&x| T::of(x)).collect::<Vec<T>>();
+        Self {
+            error: chart.error,
+            covers: chart.covers,
+            scale: T::of(1.0 / chart.axial),
+            bending: chart.bending.map(T::of),
+            r: line(&chart.r),
+            c: line(&chart.c),
+            p: chart.p.iter().map(line).collect(),
+            q: chart.q.iter().map(line).collect(),
+        }
+    }
+
+    /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
+    #[inline(always)]
+    pub fn section<const L: usize, const FMA: bool>(
+        &self,
+        t: Pack<T, L, FMA>,
+        b: Pack<T, L, FMA>,
+    ) -> [Pack<T, L, FMA>; 3] {
+        let of = Pack::<T, L, FMA>::of;
+        let most = t.mul_add(Pack::splat(self.bending[1]), Pack::splat(self.bending[0]));
+        let b2 = b * b;
+        let beta = b2 / (most * most);
+        let x = t * Pack::splat(self.scale);
+        let load = if self.covers { x.abs() } else { beta.max(x.abs()) };
+        let (x, y) = (x.max(of(-1.0)).min(of(1.0)), beta.min(of(1.0)).mul_add(of(2.0), of(-1.0)));
+        let (extra, chi) = (plane(&self.p, x, y), plane(&self.q, x, y));
+        [t * t * polynomial(&self.r, x) + b2 * extra, t * polynomial(&self.c, x) + b2 * chi, load]
+    }
+}
+
+/// Σ c_k z^k.
+#[inline(always)]
+pub fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+    let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
+    let mut sum = Pack::splat(last);
+    for &next in others.iter().rev() {
+        sum = sum.mul_add(z, Pack::splat(next));
+    }
+    sum
+}
+
+/// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
+#[inline(always)]
+fn plane<T: Scalar, const L: usize, const FMA: bool>(
+    c: &[Vec<T>],
+    x: Pack<T, L, FMA>,
+    y: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
+    let mut sum = Pack::of(0.0);
+    for row in c.iter().rev() {
+        sum = sum.mul_add(y, polynomial(row, x));
+    }
+    sum
+}
