@@ -8,10 +8,15 @@ use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Piece, Tap};
 
 /// Terms of the series of 1 − cos x and x − sin x: good to 2 rad.
-const TERMS: usize = 14;
+pub const TERMS: usize = 14;
 
 /// The largest ratio of radii over which 1/R is linear within a step.
-const STEEPEST: f64 = 30.0;
+pub const STEEPEST: f64 = 30.0;
+
+/// A number whose root is below every error of interest, and above underflow.
+pub fn least_square(rounding: f64) -> f64 {
+    if rounding > 1e-10 { 1e-36 } else { 1e-300 }
+}
 
 /// Constants in the kernel's own precision.
 pub struct Fixed<T> {
@@ -255,7 +260,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
                 if judging {
                     for (sum, [fifth, third]) in bent.errors.iter_mut().zip(errors) {
                         let (fifth, third) = (fifth * fifth, third * third);
-                        let both = (fifth + Pack::of(0.01) * third).max(Pack::of(TINY * TINY));
+                        let both = (fifth + Pack::of(0.01) * third).max(Pack::of(least_square(T::ROUNDING)));
                         *sum = *sum + fifth / both.sqrt();
                     }
                 }

@@ -13,6 +13,7 @@
 //!
 //! The cone's own kernel (`cpu::exact`) carries deviations from closed forms that only a clamped cone has; it is some ten times as fast.
 
+pub mod device;
 mod lanes;
 mod newton;
 mod rod;
@@ -24,7 +25,9 @@ use vibrissa_kernel::Chart;
 use vibrissa_kernel::cpu::{Pack, Scalar, fused};
 use lanes::{Fixed, Ground};
 pub use rod::{Piece, Rod};
+use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
+use vibrissa_kernel::Solver;
 
 /// Effects that are the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +97,12 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// By how much the force and the contact of `other` differ, relative.
+    fn apart(&self, other: &Self) -> f64 {
+        let of = |a: f64, b: f64| ((a - b) / b).abs();
+        of(self.normal, other.normal).max(of(self.arc, other.arc))
+    }
+
     /// No equilibrium was found.
     pub const FAILED: Self = Self {
         strain: f64::NAN,
@@ -112,6 +121,44 @@ const RUNGS: [usize; 3] = [3, 6, 14];
 
 /// Taps of one work item.
 const GRAIN: usize = 64;
+
+/// Answers of a device that are compared with those of the CPU, and how far they may differ, in tolerances.
+const LOOKED_AT: usize = 16;
+const APART: f64 = 10.0;
+
+/// The same on the device of `solver`, where it has one; what it cannot tell is solved on the CPU.
+///
+/// # Errors
+/// Those of `solver` that are no fault of its device.
+pub fn solve_on(
+    solver: &mut dyn Solver,
+    taps: &[Tap<'_>],
+    effects: Effects,
+    (precision, tolerance): (Precision, f64),
+    chart: Option<&Chart>,
+) -> Result<Vec<Solution>, SolveError> {
+    let job = Job { effects, steps: RUNGS[0], tolerance, chart };
+    let Some(mut out) = device::solve(solver, precision, &job, taps)? else {
+        return Ok(solve(taps, effects, (Precision::F64, tolerance), chart));
+    };
+    let told = |s: &Solution| s.error <= tolerance;
+    let looked: Vec<usize> = (0..taps.len()).filter(|&i| told(&out[i])).take(LOOKED_AT).collect();
+    let those: Vec<Tap<'_>> = looked.iter().map(|&i| taps[i]).collect();
+    let known = solve(&those, effects, (Precision::F64, tolerance), chart);
+    let apart = looked.iter().zip(&known).filter(|(_, s)| told(s)).map(|(&i, s)| out[i].apart(s));
+    let worst = apart.fold(0.0, f64::max);
+    if worst > APART * tolerance {
+        solver.refuse(&format!("forces of built whiskers are off by {worst:.1e}, which the CPU has within {tolerance:.0e}"));
+        return Ok(solve(taps, effects, (Precision::F64, tolerance), chart));
+    }
+    let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
+    let those: Vec<Tap<'_>> = open.iter().map(|&i| taps[i]).collect();
+    let again = solve(&those, effects, (Precision::F64, tolerance), chart);
+    for (&i, new) in open.iter().zip(again) {
+        out[i] = Solution { shots: out[i].shots + new.shots, ..new };
+    }
+    Ok(out)
+}
 
 /// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
 pub fn solve(
@@ -146,7 +193,7 @@ pub fn solve(
 }
 
 /// What a batch is solved with.
-struct Job<'a> {
+pub(crate) struct Job<'a> {
     effects: Effects,
     steps: usize,
     tolerance: f64,

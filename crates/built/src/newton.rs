@@ -7,28 +7,39 @@ use super::Solution;
 use super::lanes::{Bent, Fixed, Ground, Load};
 
 /// Largest amount, rad or δ/a, that is shot at from the resting whisker; larger ones are reached in so many strides.
-const STRIDE: f64 = 0.3;
+pub const STRIDE: f64 = 0.3;
 
 /// Steps of a stride, at most.
-const STEPS: usize = 14;
+pub const STEPS: usize = 14;
 
 /// Share of the tolerance at which the iteration stops.
-const STOP: f64 = 0.05;
+pub const STOP: f64 = 0.05;
 
 /// Largest step of the force relative to itself, and of the contact over a.
-const LONGEST: f64 = 0.5;
+pub const LONGEST: f64 = 0.5;
 
 /// Change of an unknown for a difference of the closure, as a power of the rounding.
-const PROBE: f64 = 0.4;
+pub const PROBE: f64 = 0.4;
 
 /// How far the end of a stride may be from where the one before points, relative to the force: past it, it may be another branch.
-const FORESEEN: f64 = 0.5;
+pub const FORESEEN: f64 = 0.5;
+
+/// Strides at most.
+pub const MOST_STRIDES: usize = 32;
+
+/// Least P over that of linear theory that its changes are looked at relative to.
+pub const LEAST_FORCE: f64 = 1e-6;
 
 /// Least c/a, and largest.
-const ARCS: [f64; 2] = [0.05, 3.0];
+pub const ARCS: [f64; 2] = [0.05, 3.0];
 
 /// Times by which errors of the integration are believed to be larger than their estimate: it is of one shot at its own load.
-const WARY: f64 = 3.0;
+pub const WARY: f64 = 3.0;
+
+/// The last step of an iteration that contracts is shorter.
+pub fn contracted(tolerance: f64, rounding: f64) -> f64 {
+    (2.0 * STOP * tolerance).max(1e3 * rounding)
+}
 
 /// A rod that was bent, and by how much it misses the object, over a.
 struct Shot<P> {
@@ -185,13 +196,13 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
     /// Change of the unknowns that is looked at relative to 1: of P to itself, of c to a, of T to the contact force.
     #[inline(always)]
     fn scale(&self, z: [Pack<T, L, FMA>; 2]) -> [Pack<T, L, FMA>; 2] {
-        let force = z[0].abs().max(Pack::of(1e-6));
+        let force = z[0].abs().max(Pack::of(LEAST_FORCE));
         [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
     }
 }
 
 /// Nodes and weights of Gauss's rule on [0, 1].
-const GAUSS: [[f64; 2]; 4] = [
+pub const GAUSS: [[f64; 2]; 4] = [
     [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
     [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
     [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
@@ -232,7 +243,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let stop = of((STOP * tolerance).max(4.0 * rounding));
     let amount = ground.turn.max(ground.lift / ground.a);
     let mut strides = 1;
-    while !amount.all_at_most(of(STRIDE * strides as f64)) && strides < 32 {
+    while !amount.all_at_most(of(STRIDE * strides as f64)) && strides < MOST_STRIDES {
         strides += 1;
     }
     let probe = rounding.powf(PROBE);
@@ -306,7 +317,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
             (z, shot) = (next, fresh);
         }
         // What does not contract, folds back, or is on another branch.
-        lost = remains.if_less(of((1e-3f64).min(1e5 * rounding.max(1e-12))), lost, one);
+        lost = remains.if_less(of(contracted(tolerance, rounding)), lost, one);
         lost = zero.if_less(determinant(&jacobian) * orientation, lost, one);
         let off = (z[0] - guess[0]).abs();
         lost = off.if_less(of(FORESEEN) * z[0].abs().max(guess[0].abs()).max(share), lost, one);

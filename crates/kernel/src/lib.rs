@@ -99,6 +99,11 @@ impl Rung {
         rungs
     }
 
+    /// Type of its numbers.
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
     /// Whether taps with these effects climb it. What a contact that sticks lacks in f32 is precision, which more nodes do not give; what
     /// others lack is nodes.
     fn suits(&self, effects: &Effects) -> bool {
@@ -138,6 +143,19 @@ pub trait Solver: Send {
     fn begin(&self, _effects: &Effects, _rungs: &[Rung]) -> usize {
         0
     }
+
+    /// Whether it has a device for kernels of other kinds.
+    fn computes(&self) -> bool {
+        false
+    }
+
+    /// The answers of a kernel of another kind, one behind the other; `None` where this backend has no device, or it failed.
+    fn compute(&mut self, _program: &gpu::compute::Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
+        Ok(None)
+    }
+
+    /// Takes note that answers of its device are wrong, as `why` says: it is not asked again.
+    fn refuse(&mut self, _why: &str) {}
 
     /// What ranks the designs of a layout from `charts` on this backend's own device; `None` where it has none, or they do not fit on it.
     fn ranking(

@@ -10,7 +10,7 @@ use crate::kernel::rule::limits::EDGE;
 use crate::physics::onset::Grip;
 use crate::scene::{Contact, Drive, Geometry, Material, Precision, Setup, Side};
 use crate::status::Status;
-use vibrissa_built::{Effects, Rod, Solution, Tap, solve};
+use vibrissa_built::{Effects, Rod, Solution, Tap, solve_on};
 
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
 const ROUGH: f64 = 100.0;
@@ -53,7 +53,7 @@ impl Evaluator<'_> {
             (None, _) => Grip::Stick,
         };
         let mut held = vec![first; tasks.len()];
-        let mut solved = self.shots((designs, &rods), tasks, &held);
+        let mut solved = self.shots((designs, &rods), tasks, &held)?;
         if let (None, Contact::Coulomb(mu)) = (grip, setup.model.contact)
             && mu != 0.0
         {
@@ -66,7 +66,7 @@ impl Evaluator<'_> {
             }
             let those: Vec<Task> = sliding.iter().map(|&i| tasks[i]).collect();
             let grips: Vec<Grip> = sliding.iter().map(|&i| held[i]).collect();
-            let again = self.shots((designs, &rods), &those, &grips);
+            let again = self.shots((designs, &rods), &those, &grips)?;
             for (&i, new) in sliding.iter().zip(again) {
                 solved[i] = new;
             }
@@ -123,13 +123,15 @@ impl Evaluator<'_> {
 
     /// Solutions of `tasks`, each held by its grip; `None` outside the domain.
     fn shots(
-        &self,
+        &mut self,
         (designs, rods): (&[Design], &[Option<Rod>]),
         tasks: &[Task],
         grips: &[Grip],
-    ) -> Vec<Option<Solution>> {
+    ) -> Result<Vec<Option<Solution>>, SolveError> {
         let setup = self.setup;
-        let Method::Fast { rungs, tolerance, .. } = &self.method else { return vec![None; tasks.len()] };
+        let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
+            return Ok(vec![None; tasks.len()]);
+        };
         let stick = grips.first() == Some(&Grip::Stick);
         let model = &setup.model;
         let bodies = || designs.iter().filter_map(|design| design.shared.as_ref()?.body.as_deref());
@@ -167,8 +169,10 @@ impl Evaluator<'_> {
         let framed: Vec<Option<Tap<'_>>> = tasks.par_iter().zip(grips).map(tap).collect();
         let taps: Vec<Tap<'_>> = framed.iter().flatten().copied().collect();
         let chart = rungs.iter().rev().find_map(|rung| rung.chart());
-        let mut solved = solve(&taps, effects, (Precision::F64, *tolerance), chart).into_iter();
-        framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect()
+        let precision = rungs.first().map_or(Precision::F64, |rung| rung.precision());
+        let solved = solve_on(solver.as_mut(), &taps, effects, (precision, *tolerance), chart)?;
+        let mut solved = solved.into_iter();
+        Ok(framed.iter().map(|tap| tap.as_ref().and_then(|_| solved.next())).collect())
     }
 }
 

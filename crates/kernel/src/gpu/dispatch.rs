@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use super::compute::Program;
 use super::ranking::Ranker;
 use super::{
     adapter::Adapter,
@@ -37,10 +38,10 @@ pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     /// By WGSL text.
-    pipelines: HashMap<Arc<str>, wgpu::ComputePipeline>,
+    pub(super) pipelines: HashMap<Arc<str>, wgpu::ComputePipeline>,
     buffers: Option<Buffers>,
     /// Dispatches so far.
-    stamp: u32,
+    pub(super) stamp: u32,
     /// What the driver said that nothing else has asked for.
     mishap: Mishap,
 }
@@ -328,6 +329,14 @@ impl Solver for Gpu {
             0 => Ok(()),
             n => Err(Fault::Damaged(n, taps.len()).into()),
         }
+    }
+
+    fn computes(&self) -> bool {
+        true
+    }
+
+    fn compute(&mut self, program: &Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
+        Ok(Some(Self::compute(self, program)?))
     }
 
     fn ranking(

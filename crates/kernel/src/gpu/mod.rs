@@ -3,6 +3,7 @@
 mod adapter;
 mod check;
 mod clock;
+pub mod compute;
 mod dispatch;
 mod fault;
 #[doc(hidden)]

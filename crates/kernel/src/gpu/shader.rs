@@ -66,7 +66,7 @@ impl Variant<'_> {
 }
 
 /// A literal of the variant's type.
-fn literal(precision: Precision, x: f64) -> String {
+pub fn literal(precision: Precision, x: f64) -> String {
     match precision {
         Precision::F32 => format!("{:?}f", x as f32),
         Precision::F64 => format!("{x:?}lf"),
@@ -113,12 +113,6 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
         (1..n).fold(first, |sum, j| format!("fma({}, y[{j}], {sum})", lit(row[j])))
     };
     let rows = |m: &[Vec<f64>]| m.iter().map(|r| dot(r)).collect::<Vec<_>>().join(",\n        ");
-    let horner = |c: &[f64]| {
-        c[..c.len() - 1]
-            .iter()
-            .rev()
-            .fold(lit(c[c.len() - 1]), |sum, &c| format!("fma({sum}, z, {})", lit(c)))
-    };
     let (gauge_points, gauge_weights) = gauss(v.job.rule.gauge_points());
     let mut text = format!(
         "const N = {n}u;\nconst SWEEPS = {}u;\nconst GAUGE_N = {}u;\nalias Nodes = array<real, {n}>;\n",
@@ -135,14 +129,29 @@ fn tables(v: &Variant<'_>, effects: &Effects) -> String {
         let _ =
             writeln!(text, "fn {name}(y: Nodes) -> Nodes {{\n    return Nodes(\n        {});\n}}", rows(m));
     }
+    text += &turns(v.precision, v.job.rule.terms);
+    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
+}
+
+/// `one_minus_cos` and `x_minus_sin`, of so many terms.
+fn turns(precision: Precision, terms: usize) -> String {
+    let lit = |x: f64| literal(precision, x);
+    let mut text = String::new();
     for (name, power, first) in [("one_minus_cos", "z", 2), ("x_minus_sin", "x * z", 3)] {
-        let sum = horner(&series(v.job.rule.terms, first));
+        let c = series(terms, first);
+        let begun = lit(c[c.len() - 1]);
+        let sum = c[..c.len() - 1].iter().rev().fold(begun, |sum, &c| format!("fma({sum}, z, {})", lit(c)));
         let _ = writeln!(
             text,
             "fn {name}(x: real) -> real {{\n    let z = x * x;\n    return {power} * ({sum});\n}}"
         );
     }
-    text + &primitive(n, &lit) + &legendre(n, &lit) + &switches(effects, &v.job) + &section(v.job.chart, &lit)
+    text
+}
+
+/// What kernels of rods share: `one_minus_cos`, `x_minus_sin` of so many terms, `section` by `chart` and CHART_ERROR.
+pub fn library(precision: Precision, terms: usize, chart: Option<&Chart>) -> String {
+    turns(precision, terms) + &section(chart, &|x| literal(precision, x))
 }
 
 /// The effects as constants, which the device's compiler folds.

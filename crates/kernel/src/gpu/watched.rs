@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::adapter::Adapter;
 use super::check::{Passed, check};
+use super::compute::Program;
 use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log, quietly};
 use super::ranking::Ranker;
@@ -223,6 +224,35 @@ impl Solver for Watched {
             }
         }
         Ok(())
+    }
+
+    fn computes(&self) -> bool {
+        self.gpu.is_some()
+    }
+
+    fn compute(&mut self, program: &Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
+        let name = self.adapter.name.clone();
+        for last in [false, true] {
+            let Some(gpu) = self.gpu.as_mut() else { break };
+            match gpu.compute(program) {
+                Ok(numbers) => return Ok(Some(numbers)),
+                Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
+                Err(fault) => {
+                    let next = if last { "handed over to the CPU" } else { "tried once more" };
+                    self.log.say(format!("{name}: {fault}: a batch of {} taps was {next}", program.count));
+                    self.strikes += u32::from(last);
+                    self.reopen(&fault);
+                }
+            }
+        }
+        self.log.note(|told| told.handed_over_taps += program.count as u64);
+        Ok(None)
+    }
+
+    fn refuse(&mut self, why: &str) {
+        self.log.say(format!("{}: {why}: the CPU solves from here on", self.adapter.name));
+        self.strikes = STRIKES;
+        self.gpu = None;
     }
 
     fn batch_limit(&self) -> usize {

@@ -1,0 +1,237 @@
+//! The kernel on a device: its text, assembled for the effects of a batch, and what it is given. Twin of `lanes` and `newton`:
+//! `shaders/built.wgsl`.
+
+use std::collections::HashMap;
+use std::fmt::Write;
+
+use super::newton::{self, GAUSS};
+use super::tableau::{A, B, C, STAGES};
+use super::{Effects, Job, Rod, Solution, Tap, lanes};
+use vibrissa_core::error::SolveError;
+use vibrissa_core::scene::Precision;
+use vibrissa_kernel::Solver;
+use vibrissa_kernel::gpu::compute::{Program, seal};
+use vibrissa_kernel::gpu::shader::{WORKGROUP, library, literal, validate};
+use vibrissa_kernel::rule::limits::{HOPELESS, LOST, ROUNDINGS, TINY};
+
+/// Numbers of a tap, in order.
+const TAP: [&str; 25] = [
+    "first",
+    "count",
+    "a",
+    "hub",
+    "turn",
+    "lift",
+    "ratio",
+    "force",
+    "least",
+    "pole",
+    "width",
+    "soft_theta",
+    "soft_x",
+    "soft_y",
+    "curvature",
+    "curvature_slope",
+    "modulus",
+    "core",
+    "shear",
+    "contact",
+    "contact_slope",
+    "wider",
+    "tip",
+    "length",
+    "exponent",
+];
+
+/// Numbers of a piece.
+const PIECE: [&str; 8] = ["near", "far", "radius", "slope", "inner", "inner_slope", "gauge", "steps"];
+
+/// Numbers of an answer.
+const ANSWER: [&str; 11] = [
+    "strain",
+    "normal",
+    "tangential",
+    "arc",
+    "moment",
+    "force_x",
+    "force_y",
+    "error",
+    "load",
+    "shots",
+    "seal",
+];
+
+/// Taps of a batch: some milliseconds of work on a slow device.
+const BATCH: usize = 1 << 16;
+
+/// Largest arc that a number in single precision stands for infinity with.
+const FAR: f64 = 1e30;
+
+/// The text for a batch.
+fn text(job: &Job<'_>, precision: Precision) -> String {
+    let lit = |x: f64| literal(precision, x);
+    let (real, rounding) = match precision {
+        Precision::F32 => ("f32", 0.5 * f64::from(f32::EPSILON)),
+        Precision::F64 => ("f64", 0.5 * f64::EPSILON),
+    };
+    let Effects { shear, extension, surface, stick, law, far, curved, inner, power } = job.effects;
+    let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
+    let numbers = [
+        ("ZERO", 0.0),
+        ("ONE", 1.0),
+        ("TWO", 2.0),
+        ("FOUR", 4.0),
+        ("HALF", 0.5),
+        ("QUARTER", 0.25),
+        ("TWENTY_FOURTH", 1.0 / 24.0),
+        ("HUNDREDTH", 0.01),
+        ("PI", std::f64::consts::PI),
+        ("TINY", TINY),
+        ("LEAST_SQUARE", lanes::least_square(rounding)),
+        ("HOPELESS", HOPELESS),
+        ("LOST", LOST),
+        ("ROUNDINGS", ROUNDINGS),
+        ("ROUNDING", rounding),
+        ("TOLERANCE", job.tolerance),
+        ("STEEPEST", lanes::STEEPEST),
+        ("STRIDE", newton::STRIDE),
+        ("MOST_STRIDES", newton::MOST_STRIDES as f64),
+        ("STOP", newton::STOP),
+        ("LONGEST", newton::LONGEST),
+        ("PROBE", rounding.powf(newton::PROBE)),
+        ("FORESEEN", newton::FORESEEN),
+        ("CONTRACTED", newton::contracted(job.tolerance, rounding)),
+        ("LEAST_ARC", newton::ARCS[0]),
+        ("MOST_ARC", newton::ARCS[1]),
+        ("LEAST_FORCE", newton::LEAST_FORCE),
+        ("WARY", newton::WARY),
+        ("SIDE", if far { -1.0 } else { 1.0 }),
+    ];
+    for (name, x) in numbers {
+        let _ = writeln!(text, "const {name}: real = {};", lit(x));
+    }
+    let switches = [
+        ("SHEAR", shear),
+        ("EXTENSION", extension),
+        ("SURFACE", surface),
+        ("STICK", stick),
+        ("LAW", law),
+        ("CURVED", curved),
+        ("INNER", inner),
+        ("POWER", power),
+    ];
+    for (name, on) in switches {
+        let _ = writeln!(text, "const {name} = {on};");
+    }
+    for (name, fields) in [("Tap", &TAP[..]), ("Piece", &PIECE[..]), ("Solution", &ANSWER[..])] {
+        let members: Vec<_> = fields.iter().map(|field| format!("{field}: real")).collect();
+        let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
+    }
+    text += &tableau(&lit);
+    text += &library(precision, lanes::TERMS, job.chart.filter(|_| law));
+    // A shader in double precision has no powers; such whiskers are left to the CPU.
+    let powers = if precision == Precision::F32 { "pow(x, n)" } else { "x" };
+    let _ = writeln!(text, "fn power(x: real, n: real) -> real {{\n    return {powers};\n}}");
+    text + &seal(precision, &ANSWER) + include_str!("../../../shaders/built.wgsl")
+}
+
+/// The tableau, and Gauss's rule.
+fn tableau(lit: &dyn Fn(f64) -> String) -> String {
+    let list = |items: Vec<String>| items.join(", ");
+    let (mut first, mut before, mut shares) = (vec![0], Vec::new(), Vec::new());
+    for row in A {
+        for (stage, share) in row {
+            before.push(format!("{stage}u"));
+            shares.push(lit(*share));
+        }
+        first.push(before.len());
+    }
+    let n = before.len();
+    let ends = B.iter().map(|[x, y, z]| format!("vec3<real>({}, {}, {})", lit(*x), lit(*y), lit(*z)));
+    let gauss = GAUSS.iter().map(|[x, w]| format!("vec2<real>({}, {})", lit(*x), lit(*w)));
+    format!(
+        "const STAGES = {STAGES}u;\nconst STEPS = {}u;\n\
+         const PLACES = array<real, {STAGES}>({});\nconst FIRST = array<u32, {}>({});\n\
+         const BEFORE = array<u32, {n}>({});\nconst SHARES = array<real, {n}>({});\n\
+         const ENDS = array<vec3<real>, {STAGES}>({});\nconst GAUSS = array<vec2<real>, 4>({});\n",
+        newton::STEPS,
+        list(C.iter().map(|c| lit(*c)).collect()),
+        STAGES + 1,
+        list(first.iter().map(|k| format!("{k}u")).collect()),
+        list(before),
+        list(shares),
+        list(ends.collect()),
+        list(gauss.collect()),
+    )
+}
+
+/// Solves `taps` on the device of `solver`; `None` where it has none, fails, or cannot.
+///
+/// # Errors
+/// What is no fault of the device.
+pub(super) fn solve(
+    solver: &mut dyn Solver,
+    precision: Precision,
+    job: &Job<'_>,
+    taps: &[Tap<'_>],
+) -> Result<Option<Vec<Solution>>, SolveError> {
+    if !solver.computes() || precision == Precision::F64 && job.effects.power || taps.is_empty() {
+        return Ok(None);
+    }
+    let wgsl = text(job, precision);
+    let mut out = Vec::with_capacity(taps.len());
+    for part in taps.chunks(BATCH) {
+        let (numbers, shared) = numbers(part, job.steps);
+        let (count, words) = (part.len(), ANSWER.len());
+        let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
+        let Some(answers) = solver.compute(&program)? else { return Ok(None) };
+        out.extend(answers.chunks_exact(ANSWER.len() - 1).map(read));
+    }
+    Ok(Some(out))
+}
+
+/// The text of a batch, for tests that read it.
+///
+/// # Errors
+/// A text that is not valid.
+pub fn validated(
+    effects: Effects,
+    (precision, tolerance): (Precision, f64),
+    chart: Option<&vibrissa_kernel::Chart>,
+) -> Result<(), SolveError> {
+    let job = Job { effects, steps: 3, tolerance, chart };
+    validate("built", &text(&job, precision)).map(drop)
+}
+
+fn read(answer: &[f64]) -> Solution {
+    let [strain, normal, tangential, arc, moment, x, y, error, load, shots] =
+        std::array::from_fn(|k| answer[k]);
+    let finite = answer.iter().all(|x| x.is_finite());
+    let error = if finite { error } else { f64::INFINITY };
+    Solution { strain, normal, tangential, arc, wrench: [moment, x, y], error, load, shots }
+}
+
+/// All numbers of the taps, and of the pieces of their rods.
+fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut known: HashMap<*const Rod, usize> = HashMap::new();
+    let (mut all, mut pieces) = (Vec::with_capacity(taps.len() * TAP.len()), Vec::new());
+    for tap in taps {
+        let rod = tap.rod;
+        let first = *known.entry(std::ptr::from_ref(rod)).or_insert_with(|| {
+            let first = pieces.len() / PIECE.len();
+            for piece in &rod.pieces {
+                let steps = (steps as f64 * piece.share).ceil().max(1.0);
+                pieces.extend([piece.near, piece.far.min(FAR), piece.radius[0], piece.radius[1]]);
+                pieces.extend([piece.inner[0], piece.inner[1], piece.gauge, steps]);
+            }
+            first
+        });
+        let [contact, contact_slope] = rod.radius(tap.a, tap.a);
+        let [base, tip, n] = rod.power.unwrap_or([0.0; 3]);
+        all.extend([first as f64, rod.pieces.len() as f64, tap.a, tap.hub, tap.turn, tap.lift, tap.ratio]);
+        all.extend([tap.force, tap.least, tap.pole, rod.width, rod.root[0], rod.root[1], rod.root[2]]);
+        all.extend([rod.curvature[0], rod.curvature[1], rod.moduli[0], rod.moduli[1], 0.75 + 0.5 * rod.nu]);
+        all.extend([contact, contact_slope, base - tip, tip, rod.length, n]);
+    }
+    (all, pieces)
+}

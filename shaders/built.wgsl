@@ -1,0 +1,376 @@
+// Whiskers that are no cone clamped at its base. Twin of crates/built/src/lanes.rs and newton.rs, where the method is described.
+//
+// Emitted from Rust before this text: real, named numbers, the switches SHEAR, EXTENSION, SURFACE, STICK, LAW, FAR, CURVED, INNER and POWER, the
+// structures Tap, Piece and Solution, the tableau STAGES, PLACES, FIRST, BEFORE, SHARES and ENDS, one_minus_cos, x_minus_sin, section and seal.
+
+@group(0) @binding(0) var<uniform> batch: vec4<u32>;
+@group(0) @binding(1) var<storage, read> taps: array<Tap>;
+@group(0) @binding(2) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(3) var<storage, read_write> solutions: array<Solution>;
+
+// P and T at the arc c; see the Rust twin.
+struct Load {
+    arc: real,
+    normal: real,
+    tangential: real,
+    height: real,
+    tilt: vec2<real>,
+    force: vec2<real>,
+}
+
+struct Slope {
+    bent: vec4<real>,
+    rest: vec2<real>,
+}
+
+struct Bent {
+    state: Slope,
+    errors: vec3<real>,
+    load: real,
+    beyond: real,
+}
+
+struct Shot {
+    load: Load,
+    bent: Bent,
+    miss: vec2<real>,
+    wrench: vec3<real>,
+}
+
+// 1 − cos x and sin x.
+fn turn(x: real) -> vec2<real> {
+    return vec2<real>(one_minus_cos(x), x - x_minus_sin(x));
+}
+
+// v turned by the angle of `by` = turn(angle).
+fn rotated(v: vec2<real>, by: vec2<real>) -> vec2<real> {
+    return vec2<real>(v.x - by.x * v.x - by.y * v.y, v.y - by.x * v.y + by.y * v.x);
+}
+
+fn back(by: vec2<real>) -> vec2<real> {
+    return vec2<real>(by.x, -by.y);
+}
+
+// R and R' at s by the piece that holds a.
+fn radius(tap: Tap, s: real) -> vec2<real> {
+    if POWER {
+        let v = max(ONE - s / tap.length, ZERO);
+        let steep = select(ZERO, power(v, tap.exponent - ONE), v > ZERO);
+        return vec2<real>(tap.tip + tap.wider * power(v, tap.exponent), -tap.wider * tap.exponent / tap.length * steep);
+    }
+    return vec2<real>(tap.contact + tap.contact_slope * (s - tap.a), tap.contact_slope);
+}
+
+// R, sin α and cos α of a contact at the arc s; 0, 0 and 1 on the centreline.
+fn touched(tap: Tap, s: real) -> vec3<real> {
+    if !SURFACE {
+        return vec3<real>(ZERO, ZERO, ONE);
+    }
+    let at = radius(tap, s);
+    var tangent = -at.y;
+    if CURVED {
+        tangent = tangent / (ONE + (tap.curvature + tap.curvature_slope * s) * at.x);
+    }
+    let cosine = ONE / sqrt(ONE + tangent * tangent);
+    return vec3<real>(at.x, tangent * cosine, cosine);
+}
+
+fn loaded(tap: Tap, arc: real, normal: real, tangential: real) -> Load {
+    let at = touched(tap, arc);
+    let force = vec2<real>(tangential * at.z - normal * at.y, -normal * at.z - tangential * at.y);
+    return Load(arc, normal, tangential, at.x, at.yz, force);
+}
+
+fn radius_of(tap: Tap, piece: Piece, s: real) -> real {
+    if POWER {
+        return radius(tap, s).x;
+    }
+    return piece.radius + piece.slope * (s - piece.near);
+}
+
+// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
+fn rest(tap: Tap, begin: real, end: real) -> vec2<real> {
+    return turn((end - begin) * (tap.curvature + HALF * tap.curvature_slope * (end + begin)));
+}
+
+fn slope(tap: Tap, load: Load, piece: Piece, s: real, rate: real, state: Slope, seen: ptr<function, vec2<real>>) -> Slope {
+    let bent = state.bent;
+    let distance = load.arc - s;
+    let turned = turn(bent.x);
+    var arm = vec2<real>(distance - bent.y, load.height - bent.z);
+    var resting = vec2<real>(ZERO, ZERO);
+    if CURVED {
+        resting = rest(tap, s, load.arc);
+        arm -= state.rest;
+    }
+    let upright = ONE - resting.x;
+    var d = vec2<real>(-turned.x, turned.y);
+    if CURVED {
+        d = vec2<real>(-upright * turned.x - resting.y * turned.y, upright * turned.y - resting.y * turned.x);
+    }
+    let cosine = upright + d.x;
+    let sine = resting.y + d.y;
+    let moment = arm.x * load.force.y - arm.y * load.force.x;
+    let axial = load.force.x * cosine + load.force.y * sine;
+
+    let r = radius_of(tap, piece, s);
+    let r2 = r * r;
+    let skin = PI * tap.modulus;
+    var area = skin * r2;
+    var inertia = QUARTER * skin * r2 * r2;
+    var p = ZERO;
+    var g = ZERO;
+    if INNER {
+        let i = piece.inner + piece.inner_slope * (s - piece.near);
+        let i2 = i * i;
+        g = tap.core / tap.modulus;
+        p = i2 / r2;
+        let other = skin * (g - ONE);
+        area += other * i2;
+        inertia += QUARTER * other * i2 * i2;
+    }
+    var bending = moment * r / inertia;
+    var stretch = ZERO;
+    if EXTENSION {
+        stretch = axial / area;
+    }
+    if LAW {
+        let law = section(stretch, abs(bending));
+        stretch += law.extra;
+        bending *= ONE + law.chi;
+        let size = abs(bending);
+        *seen = max(*seen, vec2<real>(max(stretch + size, TWO * (size - stretch)), law.load));
+    }
+    let fibre = stretch - SIDE * bending;
+    var moved = -d;
+    if EXTENSION {
+        moved -= stretch * vec2<real>(cosine, sine);
+    }
+    if SHEAR {
+        let across = load.force.y * cosine - load.force.x * sine;
+        let over = -(ONE - g) * tap.shear * (ONE - p) / (ONE + g - (ONE - g) * p);
+        let b = p * over;
+        let a = b - tap.shear;
+        let j = QUARTER * a * (ONE - p * p) + HALF * b * (ONE - p) + TWENTY_FOURTH * (ONE - p * p * p)
+            + g * (QUARTER * (a + over) * p * p + TWENTY_FOURTH * p * p * p);
+        let slide = -across * skin * r2 * r2 * r2 * j / (inertia * inertia);
+        moved += slide * vec2<real>(sine, -cosine);
+    }
+    return Slope(
+        rate * vec4<real>(-bending / r, moved.x, moved.y, piece.gauge * fibre),
+        rate * vec2<real>(resting.x, -resting.y),
+    );
+}
+
+fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
+    var state = Slope();
+    var errors = vec3<real>(ZERO, ZERO, ZERO);
+    var seen = vec2<real>(ZERO, ZERO);
+    var slopes: array<Slope, STAGES>;
+    let first = u32(tap.first);
+    for (var k = u32(tap.count); k > 0u; k--) {
+        let piece = pieces[first + k - 1u];
+        let high = min(piece.far, load.arc);
+        let low = min(piece.near, load.arc);
+        let length = high - low;
+        if !(length > ZERO) {
+            continue;
+        }
+        let ratio = clamp(radius_of(tap, piece, low) / max(radius_of(tap, piece, high), TINY), ONE / STEEPEST, STEEPEST);
+        let steps = u32(piece.steps);
+        let step = ONE / piece.steps;
+        for (var number = 0u; number < steps; number++) {
+            for (var stage = 0u; stage < STAGES; stage++) {
+                var begun = state;
+                for (var n = FIRST[stage]; n < FIRST[stage + 1u]; n++) {
+                    let weight = step * SHARES[n];
+                    begun.bent += weight * slopes[BEFORE[n]].bent;
+                    if CURVED {
+                        begun.rest += weight * slopes[BEFORE[n]].rest;
+                    }
+                }
+                let t = step * (real(number) + PLACES[stage]);
+                let spread = t + (ONE - t) * ratio;
+                let s = high - length * t / spread;
+                let rate = length * ratio / (spread * spread);
+                slopes[stage] = slope(tap, load, piece, s, rate, begun, &seen);
+            }
+            var fifth = vec3<real>(ZERO, ZERO, ZERO);
+            var third = fifth;
+            for (var stage = 0u; stage < STAGES; stage++) {
+                let ends = step * ENDS[stage];
+                state.bent += ends.x * slopes[stage].bent;
+                if CURVED {
+                    state.rest += ends.x * slopes[stage].rest;
+                }
+                if judging {
+                    fifth += ends.y * slopes[stage].bent.xzw;
+                    third += ends.z * slopes[stage].bent.xzw;
+                }
+            }
+            if judging {
+                let both = fifth * fifth + HUNDREDTH * third * third;
+                errors += fifth * fifth / sqrt(max(both, vec3<real>(LEAST_SQUARE)));
+            }
+        }
+    }
+    return Bent(state, errors, seen.x, seen.y);
+}
+
+// The way along the resting whisker from one arc to another, in the frame of its base.
+fn path(tap: Tap, begin: real, end: real, parts: u32) -> vec2<real> {
+    var way = vec2<real>(ZERO, ZERO);
+    let part = (end - begin) / real(parts);
+    for (var k = 0u; k < parts; k++) {
+        for (var n = 0u; n < 4u; n++) {
+            let s = begin + part * (real(k) + GAUSS[n].x);
+            let at = rest(tap, ZERO, s);
+            way += part * GAUSS[n].y * vec2<real>(ONE - at.x, -at.y);
+        }
+    }
+    return way;
+}
+
+fn shoot(tap: Tap, share: real, z: vec2<real>, judging: bool) -> Shot {
+    let normal = tap.force * z.x;
+    var x = tap.a * z.y;
+    var tangential = tap.ratio * normal;
+    if STICK {
+        x = ZERO;
+        tangential = tap.force * z.y;
+    }
+    let load = loaded(tap, tap.a + x, normal, tangential);
+    let bent = bend(tap, load, judging);
+    let state = bent.state;
+    let base = vec2<real>(load.arc - state.bent.y, load.height - state.bent.z) - state.rest;
+    let moment = base.x * load.force.y - base.y * load.force.x;
+    var leaned = vec2<real>(ZERO, ZERO);
+    if CURVED {
+        leaned = rest(tap, ZERO, load.arc);
+    }
+    let beta = moment * tap.soft_theta - state.bent.x;
+    let by = turn(beta);
+    let force = rotated(rotated(load.force, back(leaned)), by);
+    let moved = rotated(state.bent.yz, back(leaned));
+
+    let at = touched(tap, tap.a);
+    let here = vec2<real>(tap.pole * at.y, at.x + tap.pole * at.z);
+    let there = vec2<real>(tap.pole * load.tilt.x, load.height + tap.pole * load.tilt.y);
+    var pole = vec2<real>(tap.a + here.x, here.y);
+    var shift = vec2<real>(x + there.x - here.x, there.y - here.y);
+    if CURVED {
+        let out = back(rest(tap, ZERO, tap.a));
+        let more = rotated(there, back(rest(tap, tap.a, tap.a + x)));
+        pole = path(tap, ZERO, tap.a, 6u) + rotated(here, out);
+        shift = path(tap, tap.a, tap.a + x, 2u) + rotated(more - here, out);
+    }
+    let theta = tap.turn * share;
+    let swung = turn(theta);
+    // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
+    let apart = TWO * turn(HALF * (beta + theta)).y;
+    let mean = turn(HALF * (beta - theta));
+    let aside = rotated(pole, mean);
+    let swing = apart * vec2<real>(-aside.y, aside.x);
+    let carried = rotated(shift - moved, by);
+    let miss = force * vec2<real>(tap.soft_x, tap.soft_y) + carried + swing + tap.hub * swung
+        + vec2<real>(ZERO, tap.lift * share);
+    return Shot(load, bent, miss / tap.a, vec3<real>(moment, force));
+}
+
+fn scale(z: vec2<real>) -> vec2<real> {
+    let force = max(abs(z.x), LEAST_FORCE);
+    if STICK {
+        return vec2<real>(force, force + abs(z.y));
+    }
+    return vec2<real>(force, ONE);
+}
+
+fn solve(tap: Tap) -> Solution {
+    let stop = max(STOP * TOLERANCE, FOUR * ROUNDING);
+    let amount = max(tap.turn, tap.lift / tap.a);
+    let strides = u32(clamp(ceil(amount / STRIDE), ONE, MOST_STRIDES));
+    var z = vec2<real>(ZERO, ZERO);
+    var before = z;
+    var shots = 0u;
+    var lost = false;
+    var orientation = ZERO;
+    var remains = ZERO;
+    for (var stride = 1u; stride <= strides; stride++) {
+        let share = real(stride) / real(strides);
+        var guess = z + (z - before);
+        if stride == 1u {
+            guess = vec2<real>(share, ZERO);
+        }
+        if stride == 2u {
+            guess = vec2<real>(TWO * z.x, FOUR * z.y);
+        }
+        before = z;
+        z = guess;
+        var shot = shoot(tap, share, z, false);
+        // Columns: how the miss changes with each unknown.
+        let probe = PROBE * scale(z);
+        let moved_x = z.x + probe.x;
+        let moved_y = z.y + probe.y;
+        var by_x = (shoot(tap, share, vec2<real>(moved_x, z.y), false).miss - shot.miss) / (moved_x - z.x);
+        var by_y = (shoot(tap, share, vec2<real>(z.x, moved_y), false).miss - shot.miss) / (moved_y - z.y);
+        shots += 3u;
+        if stride == 1u {
+            orientation = by_x.x * by_y.y - by_y.x * by_x.y;
+        }
+        for (var k = 0u; k < STEPS; k++) {
+            let inverse = -ONE / (by_x.x * by_y.y - by_y.x * by_x.y);
+            let wanted = inverse * vec2<real>(
+                by_y.y * shot.miss.x - by_y.x * shot.miss.y,
+                by_x.x * shot.miss.y - by_x.y * shot.miss.x,
+            );
+            let unit = scale(z);
+            let relative = abs(wanted / unit);
+            remains = max(relative.x, relative.y);
+            if !(remains >= stop) {
+                break;
+            }
+            var next = z + min(ONE, LONGEST / remains) * wanted;
+            if !STICK {
+                next.y = clamp(next.y, LEAST_ARC - ONE, MOST_ARC - ONE);
+            }
+            let taken = next - z;
+            let fresh = shoot(tap, share, next, false);
+            shots += 1u;
+            let weighted = taken / (unit * unit);
+            let length = dot(taken, weighted);
+            if length > ZERO {
+                let lack = (fresh.miss - shot.miss - by_x * taken.x - by_y * taken.y) / length;
+                by_x += lack * weighted.x;
+                by_y += lack * weighted.y;
+            }
+            z = next;
+            shot = fresh;
+        }
+        let off = abs(z.x - guess.x);
+        lost = lost || !(remains < CONTRACTED) || !((by_x.x * by_y.y - by_y.x * by_x.y) * orientation > ZERO)
+            || !(off < FORESEEN * max(max(abs(z.x), abs(guess.x)), share));
+    }
+    let shot = shoot(tap, ONE, z, true);
+    let bent = shot.bent.state.bent;
+    let measure = max(tap.least * tap.width, abs(bent.w));
+    let sizes = max(vec3<real>(abs(bent.x), abs(bent.z), measure), vec3<real>(TINY));
+    let parts = shot.bent.errors / sizes;
+    var error = WARY * (parts.x + parts.y + parts.z) + remains + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
+    if lost {
+        error = LOST;
+    }
+    if shot.bent.beyond > ONE {
+        error = HOPELESS;
+    }
+    return Solution(
+        bent.w / tap.width, shot.load.normal, shot.load.tangential, shot.load.arc,
+        shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots + 1u), ZERO,
+    );
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < batch.x {
+        solutions[id.x] = seal(solve(taps[id.x]), id.x, batch.y);
+    }
+}
