@@ -121,6 +121,88 @@ fn every_case_of_another_code() {
     println!("largest error {worst:.1e}");
 }
 
+#[test]
+fn every_case_on_every_backend() {
+    let known = |row: &Row, key: &str| row[key].parse::<f64>().unwrap_or(f64::NAN);
+    for (place, bound) in [(CPU, 2e-5), (CPU_F64, 5e-8), (GPU, 2e-5)] {
+        let mut worst = 0.0_f64;
+        for (i, row) in cases().iter().enumerate() {
+            let name = format!("{place:?}, case {i}, {}", row["config"]);
+            let report = sweep(&case(row, "contact"), place);
+            let found = &report.tuples.rows[0];
+            let status = found["status"].split('+').find(|word| !["ambiguous", "no_root"].contains(word));
+            assert_eq!(status.unwrap_or("ok"), row["status"], "{name}");
+            if row["status"] != "ok" {
+                assert_eq!(found["strain"], "", "{name}");
+                continue;
+            }
+            assert_eq!(found["contact_state"], row["contact_state"], "{name}");
+            let force = known(row, "base_fx_N").hypot(known(row, "base_fy_N"));
+            for (column, scale) in [
+                ("strain", f64::NAN),
+                ("base_moment_Nmm", f64::NAN),
+                ("base_fx_N", force),
+                ("base_fy_N", force),
+                ("normal_force_N", force),
+                ("tangential_force_N", force),
+                ("contact_arc_mm", f64::NAN),
+            ] {
+                let expected = known(row, column);
+                let scale = if scale.is_nan() { expected.abs() } else { scale };
+                let error = (number(found, column).unwrap_or(f64::NAN) - expected).abs() / scale;
+                assert!(error < bound, "{name}: {column} is off by {error:.1e}");
+                worst = worst.max(error);
+            }
+            // The contact carries the force at the root, whatever holds it.
+            let [p, t, x, y] = ["normal_force_N", "tangential_force_N", "base_fx_N", "base_fy_N"]
+                .map(|column| number(found, column).expect("a force"));
+            assert!((p.hypot(t) / x.hypot(y) - 1.0).abs() < bound, "{name}");
+        }
+        println!("{place:?}: largest error {worst:.1e}");
+    }
+}
+
+#[test]
+fn charts_of_built_whiskers_say_what_solved_taps_do() {
+    for (whisker, model) in [
+        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\nroot = { k_theta = 900, k_y = 30 }", ""),
+        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncore = { diameter = 0.5, modulus = 60000 }", "shear = true\nextension = true\n"),
+        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncurvature = 0.008", "surface = true\npole_radius = 2\n"),
+        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 52\nexponent = 1.6", "surface = true\n"),
+        ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]", "shear = true\n"),
+    ] {
+        let several = if whisker.starts_with("profile") { 128 } else { 4 };
+        let places: Vec<f64> = (0..several).map(|k| 3.0 + 7.0 * f64::from(k) / f64::from(several - 1)).collect();
+        let text = |places: &[f64], top: &str| {
+            format!(
+                "[whisker]\n{whisker}\n[gauge]\nx_ss = {places:?}\nl = 2\n\
+                 [tap]\na = {{ from = 21, to = 46, steps = 6 }}\ntheta = {{ from = 1, to = 9, steps = 200 }}\n\
+                 [model]\n{model}[output]\ntuples = false\n{top}"
+            )
+        };
+        // Enough taps for charts; then so few at a time that they are solved.
+        let charted = sweep(&text(&places, "top = 60"), CPU);
+        assert!(charted.report.counts.interpolated > charted.report.counts.solved, "{whisker}");
+        let parts = places.chunks(places.len() / 4).map(|part| sweep(&text(part, ""), CPU_F64));
+        let all: Vec<Row> = parts
+            .flat_map(|part| {
+                assert_eq!(part.report.counts.interpolated, 0, "{whisker}");
+                part.designs.rows
+            })
+            .collect();
+        assert_eq!(charted.designs.rows.len(), 60, "{whisker}");
+        let mut by_k: Vec<&Row> = all.iter().filter(|row| row["n"] == "6").collect();
+        let k = |row: &Row| number(row, "K_sd").expect("a spread");
+        by_k.sort_by(|a, b| k(a).total_cmp(&k(b)));
+        for (found, known) in charted.designs.rows.iter().zip(by_k) {
+            for column in ["K_mean", "K_sd"] {
+                let [a, b] = [found, known].map(|row| number(row, column).expect("a value"));
+                assert!((a - b).abs() < 2e-5, "{whisker}: {column} {a} {b}");
+            }
+        }
+    }
+}
+
 /// A whisker with something of everything, in the unit of length `z` and of stiffness `e`.
 fn whisker(z: f64, e: f64, signal: &str) -> String {
     let [base, tip, length, hub, x_ss, l, pole] = [10.0, 4.0, 50.0, 5.0, 5.0, 2.0, 2.0].map(|x| x * z);

@@ -247,8 +247,9 @@ impl<'a> Evaluator<'a> {
         layout: &Layout,
     ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
         match &mut self.method {
-            Method::Fast { solver, .. } => solver.ranking(charts, layout),
-            Method::Reference => Ok(None),
+            // Shaders know f of a cone only.
+            Method::Fast { solver, .. } if self.setup.built.is_none() => solver.ranking(charts, layout),
+            _ => Ok(None),
         }
     }
 
