@@ -106,6 +106,11 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
     let theory = curve(if with_shear { shear_length2(&taper, setup.model.nu) } else { 0.0 });
     let bare = Inverse::new(curve(0.0));
+    // Of a built whisker that of its cone serves: errors are relative to it where there is next to no strain.
+    let peak = match &body {
+        Some(_) => Inverse::new(StrainCurve::new(taper, gauge, setup.hub, setup.drive, 0.0)).peak().1,
+        None => bare.peak().1,
+    };
     let tuple = Tuple {
         D,
         d,
@@ -122,8 +127,8 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
         shared: Some(Shared {
             taper,
             gauge,
-            model: curve(0.0),
-            peak: bare.peak().1,
+            model: bare.curve().clone(),
+            peak,
             theory,
             foil: None,
             body: body.clone(),

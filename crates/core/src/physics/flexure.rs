@@ -75,10 +75,11 @@ impl Part {
     fn new(body: &Body, Place { s, within, end }: Place, weight: f64) -> Self {
         let section = body.section(s, within);
         let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
+        let square = if body.is_straight() { DVec2::Y } else { DVec2::from_angle(body.rest_angle(s)).perp() };
         Self {
             end,
             place: body.rest(s),
-            square: DVec2::from_angle(body.rest_angle(s)).perp(),
+            square,
             shares: shares.map(|share| weight * share),
         }
     }

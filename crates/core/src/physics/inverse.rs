@@ -4,6 +4,8 @@
 //! roots, or none above the peak. In u = 1/a the plain case (tap angle, no hub, no shear, contact clear of the gauge)
 //! is a quadratic, solved in closed form without cancellation; the others are solved on the monotone pieces of f.
 
+use std::sync::OnceLock;
+
 use super::{linear::StrainCurve, root::bracketed};
 use crate::scene::model::Drive;
 
@@ -11,6 +13,13 @@ use crate::scene::model::Drive;
 #[derive(Debug, Clone)]
 pub struct Inverse {
     curve: StrainCurve,
+    /// Made when it is first asked for.
+    cut: OnceLock<Cut>,
+}
+
+/// Where f is cut.
+#[derive(Debug, Clone)]
+struct Cut {
     /// Ends of the monotone pieces in u, ascending: from max(τ, 0) to 1/x1 (or 1e9/x2 for x1 = 0); none where the roots have a closed form.
     pieces: Vec<f64>,
     /// u and f at the peak.
@@ -32,9 +41,9 @@ pub struct Roots {
 /// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
 const SAMPLES: usize = 48;
 
-impl Inverse {
+impl Cut {
     /// Cuts `curve` into monotone pieces.
-    pub fn new(curve: StrainCurve) -> Self {
+    fn new(curve: &StrainCurve) -> Self {
         let [x1, x2] = curve.gauge;
         let lo = curve.end().map_or(curve.taper.tau.max(0.0), |end| 1.0 / end);
         let hi = match curve.end() {
@@ -43,12 +52,12 @@ impl Inverse {
             _ if x1 > 0.0 => 1.0 / x1,
             _ => 1e9 / x2,
         };
-        if plain(&curve) {
+        if plain(curve) {
             let [b1, b2] = curve.b();
             let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
             let peak = Some(0.5 * (s / t + curve.taper.tau)).filter(|peak| *peak > lo && *peak < hi);
-            let peak = highest(&curve, lo, [Some(lo), peak, Some(hi)].into_iter().flatten());
-            return Self { curve, pieces: Vec::new(), peak };
+            let peak = highest(curve, lo, [Some(lo), peak, Some(hi)].into_iter().flatten());
+            return Self { pieces: Vec::new(), peak };
         }
         let mut pieces = vec![lo];
         let slope = |u: f64| curve.at_inverse(u).1;
@@ -57,14 +66,26 @@ impl Inverse {
         let first = (0..SAMPLES).map(|i| lo + (mid - lo) * (i as f64 / SAMPLES as f64).powi(2));
         let second = (0..=SAMPLES).map(|i| mid + (hi - mid) * (i as f64 / SAMPLES as f64).powi(3));
         let grid: Vec<f64> = first.chain(second).collect();
-        for w in grid.windows(2) {
-            if slope(w[0]) > 0.0 && slope(w[1]) < 0.0 || slope(w[0]) < 0.0 && slope(w[1]) > 0.0 {
-                pieces.push(bracketed(slope, w[0], w[1]));
+        let slopes: Vec<f64> = grid.iter().map(|u| slope(*u)).collect();
+        for (u, slopes) in grid.windows(2).zip(slopes.windows(2)) {
+            if slopes[0] > 0.0 && slopes[1] < 0.0 || slopes[0] < 0.0 && slopes[1] > 0.0 {
+                pieces.push(bracketed(slope, u[0], u[1]));
             }
         }
         pieces.push(hi);
-        let peak = highest(&curve, lo, pieces.iter().copied());
-        Self { curve, pieces, peak }
+        let peak = highest(curve, lo, pieces.iter().copied());
+        Self { pieces, peak }
+    }
+}
+
+impl Inverse {
+    /// Of `curve`.
+    pub fn new(curve: StrainCurve) -> Self {
+        Self { curve, cut: OnceLock::new() }
+    }
+
+    fn cut(&self) -> &Cut {
+        self.cut.get_or_init(|| Cut::new(&self.curve))
     }
 
     /// The curve that is inverted.
@@ -75,7 +96,8 @@ impl Inverse {
     /// Distance (mm) and value of the largest strain per unit of drive; infinitely far for a whisker that widens so
     /// much that f only falls with u.
     pub fn peak(&self) -> (f64, f64) {
-        (1.0 / self.peak.0, self.peak.1)
+        let (u, f) = self.cut().peak;
+        (1.0 / u, f)
     }
 
     /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak. Of a widening whisker a
@@ -84,11 +106,14 @@ impl Inverse {
         let mut found = if plain(&self.curve) { self.plain_roots(reading) } else { [None; 2] };
         if !plain(&self.curve) {
             let mut next = 0;
-            for w in self.pieces.windows(2) {
+            for w in self.cut().pieces.windows(2) {
                 let miss = |u: f64| self.curve.at_inverse(u).0 - reading;
                 let (lo, hi) = (miss(w[0]), miss(w[1]));
                 if next < 2 && (lo == 0.0 || lo * hi < 0.0) && w[0].max(w[1]) > 0.0 {
-                    let u = bracketed(miss, w[0], w[1]);
+                    let u = match self.curve.is_plain() {
+                        true => bracketed(miss, w[0], w[1]),
+                        false => self.newton(reading, [w[0], w[1]], [lo, hi]),
+                    };
                     if u > 0.0 {
                         found[next] = Some(u);
                         next += 1;
@@ -96,11 +121,35 @@ impl Inverse {
                 }
             }
         }
+        let (peak, _) = self.cut().peak;
         found[0].map(|far| Roots {
             far: 1.0 / far,
             near: found[1].map(|u| 1.0 / u),
-            only_near: self.peak.0 > 0.0 && far > self.peak.0,
+            only_near: peak > 0.0 && far > peak,
         })
+    }
+
+    /// The root of f = `reading` between two places u at which f lies `lo` and `hi` beside it: Newton's steps, and a halving where one leaves the
+    /// bracket. A value of a built whisker is a quadrature, which gives its slope for nothing.
+    fn newton(&self, reading: f64, [mut from, mut to]: [f64; 2], [lo, hi]: [f64; 2]) -> f64 {
+        let mut u = from - lo * (to - from) / (hi - lo);
+        for _ in 0..100 {
+            let (f, slope) = self.curve.at_inverse(u);
+            let miss = f - reading;
+            if (miss > 0.0) == (lo > 0.0) {
+                from = u;
+            } else {
+                to = u;
+            }
+            let next = u - miss / slope;
+            let inside = next > from.min(to) && next < from.max(to);
+            let next = if inside { next } else { 0.5 * (from + to) };
+            if miss == 0.0 || (next - u).abs() <= 2.0 * f64::EPSILON * u.abs() {
+                return next;
+            }
+            u = next;
+        }
+        u
     }
 
     /// Both roots of C (u − τ)(A − B u) = f, or of C₁ (1 − x1 u)² = f where the contact would be on the gauge.
