@@ -76,7 +76,7 @@ impl<'a> Scorer<'a> {
 
     /// With what is read from charts while candidates are scored.
     pub fn reading(self, readers: Readers) -> Self {
-        Self { evaluator: self.evaluator.reading(readers.taps), rows: readers.rows, ..self }
+        Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
     }
 
     /// Whether rows are read from charts: to their error, and smoothly.

@@ -117,10 +117,11 @@ impl Plan {
             .allowed("tuples = true or tuples = false in [output], or top = N"));
         }
         let layout = study.space.layout();
+        let of_one = || study.space.layout().filter(|_| study.setup.rigs.is_none());
         let solved = Way::solved(study, layout.as_ref(), choice);
         let charting = Instant::now();
-        let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
-        let layout = study.space.layout().filter(|_| ranker.is_none());
+        let ranker = of_one().and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
+        let layout = of_one().filter(|_| ranker.is_none());
         let only_rows = !tuples && !output.distances && output.top.is_none();
         let of_rows = layout.as_ref().filter(|_| only_rows);
         let row_reader = of_rows.and_then(|layout| Way::read_rows(study, layout, choice)).map(Arc::new);
@@ -183,9 +184,9 @@ impl Plan {
 fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> [f64; 3]) -> u64 {
     let key = |t: &Tuple| {
         let [x, y, z] = part(t);
-        [t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits())
+        ([t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits()), t.rig)
     };
-    let mut keys: Vec<[u64; 8]> = tuples.iter().map(key).collect();
+    let mut keys: Vec<([u64; 8], u64)> = tuples.iter().map(key).collect();
     keys.sort_unstable();
     keys.dedup();
     keys.len() as u64

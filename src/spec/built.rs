@@ -4,8 +4,10 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
-use super::check::{Domain, LENGTH, MOST, domain};
+use super::axis::AxisItem;
+use super::check::{Domain, MOST, domain};
 use super::part::Section;
+use super::properties::{corners, first, is_axis};
 use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::table::{self, Columns};
@@ -13,20 +15,14 @@ use super::{keys, space};
 use crate::physics::body::Body;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{
-    Clamp, Column, Convention, Drive, Gauge, Material, Model, Setup, Signal, Spec, TERMS, Term,
+    Clamp, Column, Convention, Drive, Gauge, Material, Model, Property, Setup, Signal, Spec, TERMS, Term,
 };
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
-const EXPONENT: Domain = domain("0.25 … 4 (1: the cone)", |v| (0.25..=4.0).contains(&v));
-const CURVATURE: Domain = domain("-1 … 1 per mm", |v| v.abs() <= 1.0);
-const CORE: Domain =
-    domain("0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", |v| v > 0.0 && v < 1e7);
-const TURN: Domain = domain("> 0 N mm/rad", |v| v > 0.0);
-const SHIFT: Domain = domain("> 0 N/mm", |v| v > 0.0);
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
 const INNER: &str = "a diameter in mm, or [[s, diameter], …] with s rising";
 const SHELL: &str = "{ diameter = 0.5, modulus = 60000 } (mm, MPa)";
-const NOISE: Domain = domain(
+pub(super) const NOISE: Domain = domain(
     "≥ 0 (one standard deviation, in the unit of the signal: N mm of a moment, N of a force)",
     |v| v >= 0.0,
 );
@@ -137,8 +133,15 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         Some(Item::written(document, format!("{section}.{key}"), value))
     };
     let mut text = String::new();
-    if let Some(item) = find("whisker", "profile") {
-        let Shape { diameter, .. } = profile(&item, base)?;
+    let profile = find("whisker", "profile").map(|item| profile(&item, base)).transpose()?;
+    let scale = find("whisker", "scale");
+    if let Some(item) = scale.as_ref().filter(|_| profile.is_none()) {
+        let error = item.error("only the diameters of a profile are scaled");
+        return Err(error.allowed("a profile, or D and d without scale"));
+    }
+    if let Some(Shape { diameter, .. }) = profile {
+        let searched = find("optimise", "variables").is_some_and(|v| v.child("scale").is_some());
+        let scale = scale.filter(|_| !searched).map_or(Ok(1.0), |item| constant(&item))?;
         for key in ["D", "d", "L_a", "exponent"] {
             if let Some(other) = find("whisker", key) {
                 let error = other.error("this follows from the profile; remove one of the two");
@@ -155,11 +158,11 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         {
             let error = other.error("this follows from the profile and cannot be searched over");
             return Err(
-                error.allowed("x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile")
+                error.allowed("scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile")
             );
         }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
-        text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", first[1], last[1], last[0]);
+        text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", scale * first[1], scale * last[1], last[0]);
     }
     let strain = find("sensor", "signal").is_none_or(|signal| signal.value.as_str() == Some("strain"));
     if !strain && user.get("tuples").is_none() {
@@ -168,20 +171,27 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
     Ok(text)
 }
 
-/// `bore`, or the diameter of a core.
-fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
-    match item.elements() {
-        Some(_) => pairs(item, INNER, 2),
-        None => item.within(&LENGTH).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
+/// The factor of a profile's diameters that is the same for all of its whiskers; 1 where each has its own.
+fn constant(item: &Item<'_>) -> Result<f64> {
+    let (words, holds) = Property::Scale.about().allowed;
+    let axis = AxisItem::read(item.clone(), &domain(words, holds), 0)?.axis;
+    Ok(if axis.len() == 1 { axis.at(0) } else { 1.0 })
+}
+
+/// `bore`, or the diameter of a core; of many the first.
+fn inside(item: &Item<'_>, which: Property) -> Result<Vec<[f64; 2]>> {
+    match item.elements().and_then(|mut elements| elements.next()) {
+        Some(one) if one.value.is_array() => pairs(item, INNER, 2),
+        _ => first(item, which).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
     }
 }
 
 /// `core`; `file`: its diameters, where a file has them.
 fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
     item.only(&keys::CORE.names(), SHELL)?;
-    let modulus = item.needs("modulus", SHELL)?.within(&CORE)?;
+    let modulus = first(&item.needs("modulus", SHELL)?, Property::CoreModulus)?;
     let diameter = match (item.child("diameter"), file) {
-        (Some(item), None) => inside(&item)?,
+        (Some(item), None) => inside(&item, Property::Core)?,
         (None, Some(diameter)) => diameter,
         (Some(item), Some(_)) => {
             return Err(item
@@ -196,9 +206,12 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
 /// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only(&keys::ROOT.names(), ROOT)?;
-    let spring = |key: &str, domain: &Domain| item.child(key).map_or(Ok(f64::INFINITY), |k| k.within(domain));
-    let root =
-        Root { k_theta: spring("k_theta", &TURN)?, k_y: spring("k_y", &SHIFT)?, k_x: spring("k_x", &SHIFT)? };
+    let spring = |key, which| item.or(key, f64::INFINITY, |k| first(k, which));
+    let root = Root {
+        k_theta: spring("k_theta", Property::Turn)?,
+        k_y: spring("k_y", Property::Across)?,
+        k_x: spring("k_x", Property::Along)?,
+    };
     if root == Root::RIGID {
         return Err(item.error("a root needs a spring").allowed(ROOT));
     }
@@ -206,16 +219,18 @@ fn root(item: &Item<'_>) -> Result<Root> {
 }
 
 /// The whisker of `[whisker]` beyond D, d, L_a and hub.
-pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Result<Read> {
+/// `scaled`: a search scales its profile.
+pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled: bool) -> Result<Read> {
     let shape = section.optional("profile", |item| profile(item, base))?;
     let (mut outline, mut file, mut warning) = (Profile::Power(1.0), None, None);
     if let Some(Shape { diameter, inner, warning: told }) = shape {
         (file, warning) = (inner, told);
         // Two knots are a cone.
         if diameter.len() > 2 {
-            outline = Profile::Table(diameter);
+            let scale = section.written("scale").filter(|_| !scaled).map_or(Ok(1.0), |item| constant(&item))?;
+            outline = Profile::Table(diameter.into_iter().map(|[s, d]| [s, scale * d]).collect());
         }
-    } else if let Some(n) = section.optional("exponent", |item| item.within(&EXPONENT))? {
+    } else if let Some(n) = section.optional("exponent", |item| first(item, Property::Exponent))? {
         outline = Profile::Power(n);
     }
     let (bore, shell) = (section.written("bore"), section.written("core"));
@@ -223,7 +238,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Resu
     let inner = match (&bore, &shell, file) {
         (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
         (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
-        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item)? }),
+        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item, Property::Bore)? }),
         (None, Some(item), Some(("bore", _))) => {
             return double(item, "the profile's file has a bore already");
         }
@@ -243,10 +258,12 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Resu
         return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
     }
     let mut bend = [0.0; 2];
-    for (bend, key) in bend.iter_mut().zip(["curvature", "curvature_slope"]) {
-        *bend = section.optional(key, |item| item.within(&CURVATURE))?.unwrap_or(0.0);
+    for (bend, which) in bend.iter_mut().zip([Property::Curvature, Property::CurvatureSlope]) {
+        *bend = section.optional(which.about().key, |item| first(item, which))?.unwrap_or(0.0);
     }
     let root = section.optional("root", root)?.unwrap_or(Root::RIGID);
+    let several = shell.as_ref().and_then(|core| core.child("diameter")).is_some_and(|d| is_axis(&d));
+    let inner = inner.filter(|inner| several || inner.diameter.iter().any(|knot| knot[1] != 0.0));
     let built = Built { profile: outline, inner, curvature: bend, root };
     Ok(Read { built: Some(built).filter(|built| *built != Built::CONE), warning })
 }
@@ -262,7 +279,7 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal>
         }
         return Ok(signal);
     }
-    gauge.noise_strain = noise.map(|item| item.within(&NOISE)).transpose()?;
+    gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, &NOISE, 0)?.axis.at(0))).transpose()?;
     gauge.strain_limit = f64::INFINITY;
     Ok(signal)
 }
@@ -320,44 +337,89 @@ fn solid(model: &Model) -> Option<(&'static str, &'static str, String)> {
     told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting)
 }
 
-/// The whisker of the largest diameters, with the nearest contact; none of listed tuples.
-fn largest(spec: &Spec) -> Option<(Body, f64)> {
-    let setup = &spec.study.setup;
+/// The whisker of `setup` of the largest diameters, times `scale`, with the nearest contact; none of listed tuples.
+fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
     let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
     let [base, tip, length] = [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(most);
-    let body =
-        Body::new(setup.built.as_deref()?, [base?, tip?, length?], setup.model.material.e0(), setup.model.nu);
+    let diameters = [scale * base?, scale * tip?, length?];
+    let body = Body::new(setup.built.as_deref()?, diameters, setup.model.material.e0(), setup.model.nu);
     Some((body, spec.study.space.axis(Column::Distance)?.min()))
 }
 
-/// Refuses what no whisker of the spec can be: an inner part as thick as the skin, a bend that turns away from every contact.
-pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
-    let Some((body, nearest)) = largest(spec) else { return Ok(()) };
+/// Properties that decide whether there is such a whisker.
+const SHAPING: [Property; 8] = [
+    Property::Exponent,
+    Property::Scale,
+    Property::Bore,
+    Property::Core,
+    Property::Curvature,
+    Property::CurvatureSlope,
+    Property::Hub,
+    Property::PoleRadius,
+];
+
+/// Why no whisker of the spec can be that of `setup`, what is allowed, and the keys that may say so: an inner part as thick as the skin, or a bend
+/// that turns away from every contact.
+fn misfit(
+    spec: &Spec,
+    (setup, scale): &(Setup, f64),
+    tapped: bool,
+) -> Option<(String, &'static str, &'static [&'static str])> {
+    let (body, nearest) = largest(spec, setup, *scale)?;
+    if let Some((s, inner, outer)) = body.burst() {
+        let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
+        return Some((why, HELD, &["bore", "core", "profile"]));
+    }
+    let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
+    let why = body.refuses(nearest, setup.model.pole_radius, hub).filter(|_| tapped)?;
+    let allowed = "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere";
+    Some((format!("{why} at a = {nearest} mm"), allowed, &["curvature", "curvature_slope"]))
+}
+
+/// Refuses what no whisker of the spec can be, each value of a property beside all others.
+pub(super) fn fits(
+    sections: &Sections<'_>,
+    spec: &Spec,
+    properties: &[(Property, AxisItem<'_>)],
+) -> Result<()> {
     if sections.section("optimise").written("variables").is_some() {
         return Ok(()); // Designs of a search that are no whiskers are not taken.
     }
     let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
-    if let Some((s, inner, outer)) = body.burst() {
-        let item = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
-        let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
-        return Err(item.map_or_else(|| whisker.get("bore"), Ok)?.error(why).allowed(HELD));
+    let tapped = sections.section("tap").written(space::KEYS[5].1).is_some();
+    let shaping: Vec<_> = properties.iter().filter(|(p, _)| SHAPING.contains(p)).cloned().collect();
+    // What is wrong in all combinations of the others.
+    let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {
+        let corners = corners(setup, others).into_iter();
+        let mut all = corners.map(|(setup, own)| misfit(spec, &(setup, scale * own), tapped));
+        let first = all.next()??;
+        all.all(|misfit| misfit.is_some()).then_some(first)
+    };
+    for (k, (property, axis)) in shaping.iter().enumerate() {
+        let others = [&shaping[..k], &shaping[k + 1..]].concat();
+        let with = |value: f64| {
+            let mut one = setup.clone();
+            property.set(&mut one, value);
+            wrong(&others, &one, if *property == Property::Scale { value } else { 1.0 })
+        };
+        // A sample is judged by the row that it is in.
+        if axis.axis.points().is_none()
+            && let Some((value, item)) = axis.first_where(0.0, |value| with(value).is_some())
+            && let Some((why, allowed, _)) = with(value)
+        {
+            return Err(item.error(why).allowed(allowed));
+        }
     }
-    let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
-    if sections.section("tap").written(space::KEYS[5].1).is_none() || body.is_straight() {
-        return Ok(());
-    }
-    if let Some(why) = body.refuses(nearest, setup.model.pole_radius, hub) {
-        let item = whisker.written("curvature").map_or_else(|| whisker.get("curvature_slope"), Ok)?;
-        return Err(item.error(format!("{why} at a = {nearest} mm")).allowed(
-            "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere",
-        ));
+    if let Some((why, allowed, keys)) = wrong(&shaping, setup, 1.0) {
+        let item = keys.iter().find_map(|key| whisker.written(key));
+        return Err(item.map_or_else(|| whisker.get(keys[0]), Ok)?.error(why).allowed(allowed));
     }
     Ok(())
 }
 
 /// Where the equations leave something out.
 pub(super) fn doubts(spec: &Spec) -> Vec<String> {
-    let Some((body, _)) = largest(spec) else { return Vec::new() };
+    let Some((body, _)) = largest(spec, &spec.study.setup, 1.0) else { return Vec::new() };
     let bent = [0.0, body.length].map(|s| (body.curvature(s) * body.radius(s, s)).abs());
     let most = bent[0].max(bent[1]);
     let text = format!(

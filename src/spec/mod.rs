@@ -13,6 +13,7 @@ pub mod keys;
 mod model;
 mod optimise;
 mod part;
+mod properties;
 mod reader;
 mod schema;
 mod sections;
@@ -30,7 +31,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Search, Setup, Spec, Study, Written};
+use crate::scene::{Drive, Property, Search, Setup, Spec, Study, Written};
 pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 use reader::{Document, Result};
@@ -108,44 +109,44 @@ fn of_sections<'a>(
     }
     let tap = sections.section("tap");
     let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
-    let hub = sections.section("whisker").get("hub")?.within(&check::PLACE)?;
+    let hub = properties::first(&sections.section("whisker").get("hub")?, Property::Hub)?;
     let mut gauge = sections::gauge(&sections.section("gauge"))?;
     let model = model::read(&sections.section("model"), base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let space::Read { space, directions, leaning, mut warnings } = taps(sections, drive)?;
+    let space::Read { space, directions, leaning, properties, rigs, mut warnings } = taps(sections, drive)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
     let tilts = leaning.iter().any(Option::is_some);
-    direction::told(sections, &gauge, &estimate, &model.model)?;
     if leaning.iter().all(Option::is_none) {
         sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
     let sensor = built::sensor(&sections.section("sensor"), &mut gauge)?;
-    let built = built::whisker(&sections.section("whisker"), base, &model.model)?;
+    let scaled = properties::searched(sections, Property::Scale);
+    let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let built = built.built.map(Arc::new);
-    let setup =
-        Setup { hub, drive, gauge, model: model.model, estimate, directions, built, signal: sensor, wrench };
-    built::allowed(sections, &setup, tilts)?;
-    solid::allowed(sections, &setup, tilts)?;
+    let (model, fit) = (model.model, model.fit);
+    let setup = Setup { hub, drive, gauge, model, estimate, directions, built, signal: sensor, wrench, rigs };
+    properties::allowed_together(sections, &setup, &properties, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: text.to_owned(),
         study: Study { setup, space, output },
-        material_fit: model.fit,
+        material_fit: fit,
         run,
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
         warnings,
+        several: properties::places(&properties),
     };
     solid::fits(sections, &spec)?;
-    built::fits(sections, &spec)?;
+    built::fits(sections, &spec, &properties)?;
     let doubts = built::doubts(&spec);
     spec.warnings.extend(doubts);
     let doubts = units::doubts(sections, &spec);

@@ -298,6 +298,6 @@ pub fn readable(state: &[u8]) -> [bool; 5] {
 }
 
 /// Everything that makes two designs of a tuple file the same.
-fn key(t: &Tuple) -> [u64; 5] {
-    [t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits())
+fn key(t: &Tuple) -> ([u64; 5], u64) {
+    ([t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits()), t.rig)
 }

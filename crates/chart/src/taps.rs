@@ -105,7 +105,6 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
     Design {
-        tuple,
         shared: Some(Shared {
             taper,
             gauge,
@@ -116,5 +115,6 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             body: None,
             start: Held::new(&setup.model).start(&taper),
         }),
+        ..Design::nothing(tuple)
     }
 }

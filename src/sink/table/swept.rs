@@ -2,10 +2,10 @@
 
 use super::Field::{self, Count, Number, Word};
 use super::Name::{Drive as DriveName, Is, K, Read};
-use super::{Column, Name, Only, column, only};
+use super::{Column, Name, Only, column, only, with_properties};
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
-use crate::scene::{Direction, Tuple};
+use crate::scene::{Direction, PROPERTIES, Tuple};
 use crate::statistics::{DistanceRow, Figures};
 
 /// A row of tuples.csv: one tap.
@@ -87,7 +87,7 @@ fn sd(sd: Option<f64>, unit: f64) -> Field {
 
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub const COLUMNS: [Column<Self>; 27] = [
+    pub const COLUMNS: [Column<Self>; 27 + PROPERTIES] = with_properties([
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
@@ -153,12 +153,12 @@ impl TapRow<'_> {
             Number(r.tap.wrench[2])
         }),
         column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
-    ];
+    ], |r| Count(r.design.rig));
 }
 
 impl AtDrive<'_> {
     /// Columns of designs.csv.
-    pub const COLUMNS: [Column<Self>; 19] = [
+    pub const COLUMNS: [Column<Self>; 19 + PROPERTIES] = with_properties([
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
@@ -184,12 +184,12 @@ impl AtDrive<'_> {
         ),
         column(Is("force_max_N"), "largest contact force P", |r| r.row.force_max.into()),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
-    ];
+    ], |r| Count(r.design.rig));
 }
 
 impl AtDistance<'_> {
     /// Columns of distances.csv.
-    pub const COLUMNS: [Column<Self>; 12] = [
+    pub const COLUMNS: [Column<Self>; 12 + PROPERTIES] = with_properties([
         column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
         column(Is("d_mm"), TIP, |r| Number(r.design.d)),
         column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
@@ -202,5 +202,5 @@ impl AtDistance<'_> {
         column(K("K_mean", "K_mean_mm"), MEAN, |r| mean(r.row.deviation.mean(), r.unit)),
         column(K("K_sd", "K_sd_mm"), SPREAD, |r| sd(r.row.deviation.sd(), r.unit)),
         column(Is("status"), WORDS, |r| Field::Status(r.row.status)),
-    ];
+    ], |r| Count(r.design.rig));
 }

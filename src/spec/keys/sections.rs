@@ -16,6 +16,7 @@ pub const WHISKER: Section = section(
         key("profile", "mm", "diameter along the whisker, in place of D, d and L_a (model §7)", "[[0, 14], [8, 9], [50, 4]]")
             .absent("the cone of D and d")
             .note("Linear between its pairs [s, D]; or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm. Tables show D(0), D(L_a), L_a"),
+        key("scale", "", "factor of the profile's diameters", "1.1").absent("1").note("A value, a list or an axis; what is inside keeps its diameter. Tables show the scaled D(0) and D(L_a)"),
         key("exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ", "2.0").absent("1: the cone").note("0.25 … 4"),
         key("bore", "mm", "diameter of a concentric bore, or [[s, diameter], …]", "3.0").absent("none").note("With a hooke material"),
         key("core", "", "a bonded concentric core: diameter, and modulus in MPa", "{ diameter = 0.5, modulus = 60000 }")

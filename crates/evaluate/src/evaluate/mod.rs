@@ -3,6 +3,7 @@
 mod guard;
 mod outcome;
 mod over_drives;
+mod rigs;
 mod solid;
 mod solve;
 mod source;
@@ -21,7 +22,7 @@ use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
+use crate::scene::{Contact, Direction, Geometry, Layout, Material, Setup, Tuple};
 use crate::status::Status;
 pub use guard::{Guard, doubts};
 pub use outcome::told;
@@ -137,8 +138,10 @@ pub struct Evaluator<'a> {
     spare: usize,
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
-    /// Read in place of solved, where that is enough.
-    reader: Option<Arc<dyn Source>>,
+    /// Read in place of solved, where that is enough: one for each rig.
+    readers: Vec<Option<Arc<dyn Source>>>,
+    /// Rungs for materials of rigs that differ.
+    laws: Vec<(Material, Vec<Rung>)>,
     /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early.
@@ -172,7 +175,8 @@ impl<'a> Evaluator<'a> {
             spatial: false,
             spare: usize::MAX,
             samples: false,
-            reader: None,
+            readers: Vec::new(),
+            laws: Vec::new(),
             guard: None,
             stop: &NEVER,
         }
@@ -278,6 +282,16 @@ impl<'a> Evaluator<'a> {
     /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
     /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
+        let outcomes = match self.by_kind(designs, tasks, one)? {
+            Some((outcomes, _)) => outcomes,
+            None => self.run_alike(designs, tasks)?,
+        };
+        self.mend(designs, tasks, outcomes)
+    }
+
+    /// The same of designs with rigs of one kind.
+    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel() {
@@ -292,7 +306,7 @@ impl<'a> Evaluator<'a> {
             self.outcomes(designs, tasks, &solved, None)?
         };
         self.go_on()?;
-        self.mend(designs, tasks, outcomes)
+        Ok(outcomes)
     }
 
     /// [`Self::solutions`] of taps of any direction.

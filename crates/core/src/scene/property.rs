@@ -1,0 +1,390 @@
+//! What beside D, d, L_a, x_ss, l, the contact and the drive may differ from design to design: properties of whisker, rig and object, and
+//! the rigs that combinations of them are.
+
+use std::collections::HashMap;
+use std::fmt::{Debug, Formatter};
+use std::sync::{Mutex, PoisonError};
+
+use super::axis::Axis;
+use super::built::{Built, Inner, Profile};
+use super::model::Contact;
+use super::signal::Signal;
+use super::space::Factor;
+use super::{Material, Setup};
+use crate::design::MOST;
+
+/// How many properties there are.
+pub const PROPERTIES: usize = 17;
+
+/// A property, in row order: after l, before a.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Property {
+    /// n of the diameter's power law.
+    Exponent,
+    /// Factor of a profile's diameters.
+    Scale,
+    /// Diameter of a bore; 0: none.
+    Bore,
+    /// Diameter of a core; 0: none.
+    Core,
+    /// Modulus of a core.
+    CoreModulus,
+    /// κ_base.
+    Curvature,
+    /// κ_slope.
+    CurvatureSlope,
+    /// Stiffness of the root against turning.
+    Turn,
+    /// Stiffness of the root across the whisker.
+    Across,
+    /// Stiffness of the root along the whisker.
+    Along,
+    /// r₀.
+    Hub,
+    /// E, of a hooke or neo-hookean material.
+    Modulus,
+    /// ν.
+    Nu,
+    /// ρ.
+    PoleRadius,
+    /// μ.
+    Friction,
+    /// Modulus times thickness of a foil.
+    Foil,
+    /// Standard deviation of one reading.
+    Noise,
+}
+
+/// What is known of a property.
+#[derive(Debug)]
+pub struct Description {
+    /// Column of tables and tuple files.
+    pub column: &'static str,
+    /// Section of its key.
+    pub section: &'static str,
+    /// Its key there, `core.diameter` for one in an inline table.
+    pub key: &'static str,
+    /// Unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub what: &'static str,
+    /// Values that it may have, in words and as a check.
+    pub allowed: (&'static str, fn(f64) -> bool),
+}
+
+const fn description(
+    [column, section, key, unit, what]: [&'static str; 5],
+    allowed: &'static str,
+    holds: fn(f64) -> bool,
+) -> Description {
+    Description { column, section, key, unit, what, allowed: (allowed, holds) }
+}
+
+/// All, in the order of [`Property::ALL`].
+const DESCRIPTIONS: [Description; PROPERTIES] = [
+    description(
+        ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
+        "0.25 … 4 (1: the cone)",
+        |v| (0.25..=4.0).contains(&v),
+    ),
+    description(
+        ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
+        "0 < scale ≤ 1000",
+        |v| v > 0.0 && v <= 1e3,
+    ),
+    description(["bore_mm", "whisker", "bore", "mm", "diameter of the bore"], "≥ 0 mm (0: none)", |v| {
+        v >= 0.0
+    }),
+    description(
+        ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
+        "≥ 0 mm (0: none)",
+        |v| v >= 0.0,
+    ),
+    description(
+        ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
+        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)",
+        |v| v > 0.0 && v < 1e7,
+    ),
+    description(
+        ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
+        "-1 … 1 per mm",
+        |v| v.abs() <= 1.0,
+    ),
+    description(
+        ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²", "its growth along the whisker κ_slope"],
+        "-1 … 1 per mm²",
+        |v| v.abs() <= 1.0,
+    ),
+    description(
+        [
+            "k_theta_Nmm_per_rad",
+            "whisker",
+            "root.k_theta",
+            "N mm/rad",
+            "stiffness of the root against turning",
+        ],
+        "> 0 N mm/rad",
+        |v| v > 0.0,
+    ),
+    description(
+        ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
+        "> 0 N/mm",
+        |v| v > 0.0,
+    ),
+    description(
+        ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
+        "> 0 N/mm",
+        |v| v > 0.0,
+    ),
+    description(
+        ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
+        "≥ 0 mm",
+        |v| v >= 0.0,
+    ),
+    description(
+        ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
+        "> 0 MPa",
+        |v| v > 0.0,
+    ),
+    description(["nu", "model", "nu", "", "Poisson's ratio ν"], "0 … 0.5", |v| (0.0..=0.5).contains(&v)),
+    description(["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"], "≥ 0 mm", |v| {
+        v >= 0.0
+    }),
+    description(["mu", "model", "contact.coulomb", "", "coefficient of friction μ"], "≥ 0", |v| v >= 0.0),
+    description(
+        [
+            "foil_N_per_mm",
+            "gauge",
+            "foil.stiffness",
+            "N/mm",
+            "stiffness of the foil, modulus times thickness",
+        ],
+        "0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)",
+        |v| v > 0.0 && v < 5e4,
+    ),
+    description(
+        [
+            "noise",
+            "gauge",
+            "noise_strain",
+            "",
+            "standard deviation of one reading: strain, or N mm or N of a moment or a force",
+        ],
+        "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)",
+        |v| (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE),
+    ),
+];
+
+impl Property {
+    /// All, in row order.
+    pub const ALL: [Self; PROPERTIES] = [
+        Self::Exponent,
+        Self::Scale,
+        Self::Bore,
+        Self::Core,
+        Self::CoreModulus,
+        Self::Curvature,
+        Self::CurvatureSlope,
+        Self::Turn,
+        Self::Across,
+        Self::Along,
+        Self::Hub,
+        Self::Modulus,
+        Self::Nu,
+        Self::PoleRadius,
+        Self::Friction,
+        Self::Foil,
+        Self::Noise,
+    ];
+
+    /// What is known of it.
+    pub const fn about(self) -> &'static Description {
+        &DESCRIPTIONS[self as usize]
+    }
+
+    /// Gives it a value in `setup`.
+    pub fn set(self, setup: &mut Setup, value: f64) {
+        let uniform = || vec![[0.0, value], [MOST, value]];
+        match self {
+            Self::Hub => setup.hub = value,
+            Self::Nu => setup.model.nu = value,
+            Self::PoleRadius => setup.model.pole_radius = value,
+            Self::Friction => setup.model.contact = Contact::Coulomb(value),
+            Self::Foil => setup.gauge.foil.iter_mut().for_each(|foil| foil.stiffness = value),
+            Self::Noise => setup.gauge.noise_strain = Some(value),
+            Self::Modulus => match &mut setup.model.material {
+                Material::Hooke(e) | Material::NeoHookean(e) => *e = value,
+                Material::MooneyRivlin(_) | Material::Yeoh(_) => {}
+            },
+            _ => {
+                let mut built = setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+                match self {
+                    Self::Exponent => built.profile = Profile::Power(value),
+                    Self::Scale => {
+                        if let Profile::Table(table) = &mut built.profile {
+                            table.iter_mut().for_each(|knot| knot[1] *= value);
+                        }
+                    }
+                    // A bore has no modulus; that of a new core comes next.
+                    Self::Bore if value > 0.0 => {
+                        built.inner = Some(Inner { modulus: 0.0, diameter: uniform() });
+                    }
+                    Self::Bore => built.inner = built.inner.filter(|inner| inner.modulus != 0.0),
+                    Self::Core if value > 0.0 => {
+                        let known = built.inner.map(|inner| inner.modulus).filter(|modulus| *modulus != 0.0);
+                        let modulus = known.unwrap_or(f64::NAN);
+                        built.inner = Some(Inner { modulus, diameter: uniform() });
+                    }
+                    Self::Core => built.inner = built.inner.filter(|inner| inner.modulus == 0.0),
+                    Self::CoreModulus => {
+                        let core = built.inner.iter_mut().filter(|inner| inner.modulus != 0.0);
+                        core.for_each(|inner| inner.modulus = value);
+                    }
+                    Self::Curvature => built.curvature[0] = value,
+                    Self::CurvatureSlope => built.curvature[1] = value,
+                    Self::Turn => built.root.k_theta = value,
+                    Self::Across => built.root.k_y = value,
+                    _ => built.root.k_x = value,
+                }
+                setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
+            }
+        }
+    }
+}
+
+/// The combinations of properties that tuples have: rig `i` of a grid is the i-th of their crossed axes, last fastest; other rigs are listed.
+pub struct Rigs {
+    /// What varies, in row order.
+    pub properties: Vec<Property>,
+    values: Values,
+}
+
+enum Values {
+    /// The factors that hold properties.
+    Crossed(Vec<Factor>),
+    /// The values of one rig after those of another.
+    Listed(Mutex<List>),
+}
+
+#[derive(Default)]
+struct List {
+    values: Vec<f64>,
+    known: HashMap<Vec<u64>, u64>,
+}
+
+impl PartialEq for Rigs {
+    fn eq(&self, other: &Self) -> bool {
+        self.properties == other.properties && self.factors() == other.factors()
+    }
+}
+
+impl Debug for Rigs {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?} {:?}", self.properties, self.factors())
+    }
+}
+
+impl Rigs {
+    /// The rigs of a grid; `None` where no property varies.
+    pub fn crossed(factors: &[Factor]) -> Option<Self> {
+        let factors: Vec<Factor> = factors.iter().filter(|f| !f.properties.is_empty()).cloned().collect();
+        let mut properties: Vec<Property> =
+            factors.iter().flat_map(|f| &f.properties).map(|(property, _)| *property).collect();
+        properties.sort_unstable();
+        (!properties.is_empty()).then_some(Self { properties, values: Values::Crossed(factors) })
+    }
+
+    /// Rigs that are numbered as they come; none yet.
+    pub fn listed(properties: Vec<Property>) -> Self {
+        Self { properties, values: Values::Listed(Mutex::default()) }
+    }
+
+    /// The number of the listed rig with these values.
+    pub fn number(&self, values: &[f64]) -> u64 {
+        let Values::Listed(list) = &self.values else { return 0 };
+        let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
+        let List { values: all, known } = &mut *list;
+        let next = known.len() as u64;
+        let bits = values.iter().map(|x| (x + 0.0).to_bits()).collect();
+        let number = *known.entry(bits).or_insert(next);
+        if number == next {
+            all.extend(values);
+        }
+        number
+    }
+
+    /// Values of rig `i`, in the order of `properties`.
+    pub fn values(&self, rig: u64) -> Vec<f64> {
+        match &self.values {
+            Values::Crossed(_) => self.properties.iter().map(|p| self.value(rig, *p)).collect(),
+            Values::Listed(list) => {
+                let (n, at) = (self.properties.len(), rig as usize);
+                let list = list.lock().unwrap_or_else(PoisonError::into_inner);
+                list.values[at * n..(at + 1) * n].to_vec()
+            }
+        }
+    }
+
+    /// Value of `property` in rig `i`; NaN of one that does not vary.
+    pub fn value(&self, rig: u64, property: Property) -> f64 {
+        match &self.values {
+            Values::Crossed(factors) => {
+                let mut rest = rig;
+                for factor in factors.iter().rev() {
+                    let at = rest % factor.len;
+                    rest /= factor.len;
+                    if let Some((_, axis)) = factor.properties.iter().find(|(p, _)| *p == property) {
+                        return axis.at(at);
+                    }
+                }
+                f64::NAN
+            }
+            Values::Listed(_) => {
+                let place = self.properties.iter().position(|p| *p == property);
+                place.map_or(f64::NAN, |place| self.values(rig)[place])
+            }
+        }
+    }
+
+    /// Rig `i` of `base`; `None` where a value is none that the property may have.
+    pub fn setup(&self, base: &Setup, rig: u64) -> Option<Setup> {
+        let mut setup = Setup { rigs: None, ..base.clone() };
+        for (property, value) in self.properties.iter().zip(self.values(rig)) {
+            // The noise of a moment or a force has no upper end.
+            let other = *property == Property::Noise && setup.signal != Signal::Strain && value >= 0.0;
+            if !(other || (property.about().allowed.1)(value)) {
+                return None;
+            }
+            property.set(&mut setup, value);
+        }
+        let doubled = [Property::Bore, Property::Core].iter().all(|p| self.value(rig, *p) > 0.0);
+        let sinks = setup.model.indentation && setup.model.pole_radius == 0.0;
+        Some(setup).filter(|_| !doubled && !sinks)
+    }
+
+    /// The factors that hold properties; none of listed rigs.
+    fn factors(&self) -> &[Factor] {
+        match &self.values {
+            Values::Crossed(factors) => factors,
+            Values::Listed(_) => &[],
+        }
+    }
+
+    /// The axis of `property`, where rigs are crossed.
+    pub fn axis(&self, property: Property) -> Option<&Axis> {
+        self.factors().iter().flat_map(|f| &f.properties).find(|(p, _)| *p == property).map(|(_, axis)| axis)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> u64 {
+        match &self.values {
+            Values::Crossed(factors) => factors.iter().map(|f| f.len).product(),
+            Values::Listed(list) => list.lock().unwrap_or_else(PoisonError::into_inner).known.len() as u64,
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
