@@ -90,7 +90,7 @@ fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     let over: Vec<String> = search
         .variables
         .iter()
-        .map(|v| format!("{} {}…{}", write::key(&spec.study.setup, v.column), v.min, v.max))
+        .map(|v| format!("{} {}…{}", v.quantity.name(spec.study.setup.drive), v.min, v.max))
         .collect();
     let samples =
         search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));

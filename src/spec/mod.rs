@@ -173,7 +173,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let mut search = optimise::read(&sections)?;
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
     spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
-    optimise::check(&sections, &spec, &mut search)?;
+    optimise::check(&sections, &mut spec, &mut search)?;
     let doubts = units::of_search(&sections, &spec.study);
     spec.warnings.extend(doubts);
     Ok((spec, search))

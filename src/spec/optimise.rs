@@ -2,16 +2,17 @@
 
 use std::fmt::Write;
 
-use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE};
+use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE, domain};
 use super::keys as listed;
 use super::part::Section;
+use super::properties::{self, variable};
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use crate::error::InputError;
 use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
+    Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
 };
-use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
+use crate::scene::{COLUMNS, Column, Drive, Factor, Material, Property, Rigs, Space, Spec, Theory};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -47,6 +48,58 @@ fn keys(drive: Drive) -> [(&'static str, &'static str, Column, Domain); 6] {
     ]
 }
 
+/// Properties that someone can choose.
+const VARIED: [Property; 14] = [
+    Property::Exponent,
+    Property::Scale,
+    Property::Bore,
+    Property::Core,
+    Property::CoreModulus,
+    Property::Curvature,
+    Property::CurvatureSlope,
+    Property::Turn,
+    Property::Across,
+    Property::Along,
+    Property::Hub,
+    Property::Modulus,
+    Property::Nu,
+    Property::PoleRadius,
+];
+/// Properties that may differ from what was meant.
+const UNSURE: [Property; 15] = {
+    let mut all = [Property::Friction; 15];
+    let mut k = 0;
+    while k < VARIED.len() {
+        all[k] = VARIED[k];
+        k += 1;
+    }
+    all
+};
+
+/// Names of `properties` in a table: those of inline tables of a spec may stand in such tables, or in quotes.
+fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
+    properties.into_iter().map(Property::name).collect()
+}
+
+/// Refuses keys that are none of `names`.
+fn known(item: &Item<'_>, names: &[&'static str], allowed: &str) -> Result<()> {
+    let mut tables: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
+        match tables.iter_mut().find(|(known, _)| *known == table) {
+            Some((_, keys)) => keys.push(key),
+            None => tables.push((table, vec![key])),
+        }
+    }
+    let flat = names.iter().filter_map(|name| name.strip_prefix("root."));
+    let all: Vec<&str> =
+        names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).chain(flat).collect();
+    item.only(&all, allowed)?;
+    tables.iter().try_for_each(|(table, keys)| match item.child(table) {
+        Some(inner) => inner.only(keys, allowed),
+        None => Ok(()),
+    })
+}
+
 /// Keys of the pole's direction, which is no variable: nobody chooses it.
 const DIRECTIONS: [(&str, Column); 2] = [("tilt", Column::Tilt), ("lean", Column::Lean)];
 
@@ -73,7 +126,7 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
         return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
     }
     let leaning =
-        |r: &Robust| r.tilts() && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c));
+        |r: &Robust| r.tilts() && r.properties.is_empty() && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c));
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
@@ -116,19 +169,27 @@ fn budget(item: &Item<'_>) -> Result<Budget> {
     Ok(budget)
 }
 
-fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
+fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
     let keys = keys(drive);
-    let names = keys.map(|(_, key, ..)| key);
+    let names = [&keys.map(|(_, key, ..)| key)[..], &names(VARIED)].concat();
     let all = format!("some of {}, each [min, max]", names.join(", "));
     if let Some(a) = item.child("a") {
         return Err(a
             .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
             .allowed(all));
     }
-    item.only(&names, &all)?;
+    known(item, &names, &all)?;
     let mut variables = Vec::new();
-    for (_, key, column, domain) in keys {
-        let Some(bounds) = item.child(key) else { continue };
+    let columns = keys.map(|(_, key, column, domain)| (item.child(key), Quantity::Column(column), domain));
+    let properties = VARIED.into_iter().map(|property| {
+        let (words, holds) = property.about().allowed;
+        (variable(item, property), Quantity::Property(property), domain(words, holds))
+    });
+    // The drive comes last.
+    let (design, drive) = columns.split_at(5);
+    let columns = |part: &[(Option<Item<'a>>, Quantity, Domain)]| part.to_vec();
+    for (bounds, quantity, domain) in columns(design).into_iter().chain(properties).chain(columns(drive)) {
+        let Some(bounds) = bounds else { continue };
         let allowed = format!("[min, max] with min < max, {}", domain.allowed);
         let [min, max] = bounds.numbers(&allowed)?;
         let message = match (min, max) {
@@ -138,7 +199,7 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
                 "these bounds have no width; a value that is given belongs into its own section"
             }
             _ => {
-                variables.push(Variable { column, min, max, start: None });
+                variables.push(Variable { quantity, min, max, start: None });
                 continue;
             }
         };
@@ -183,7 +244,8 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let mut known = keys.map(|(_, key, ..)| key).to_vec();
     known.extend(DIRECTIONS.map(|(key, _)| key));
     known.extend(["samples", "measure", "calibrated"]);
-    item.only(&known, &known.join(", "))?;
+    known.extend(names(UNSURE));
+    self::known(item, &known, &known.join(", "))?;
     let mut sd = [0.0; COLUMNS];
     for (_, key, column, _) in keys {
         if let Some(value) = item.child(key) {
@@ -195,7 +257,14 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
             sd[column as usize] = value.within(&LEANING_DEVIATION)?;
         }
     }
-    if sd == [0.0; COLUMNS] {
+    let mut properties = Vec::new();
+    for property in UNSURE {
+        if let Some(value) = variable(item, property) {
+            properties.push((property, value.within(&DEVIATION)?));
+        }
+    }
+    properties.retain(|(_, sd)| *sd > 0.0);
+    if sd == [0.0; COLUMNS] && properties.is_empty() {
         let message = "no standard deviation is larger than zero: nothing to be robust against";
         return Err(item.error(message).allowed(known.join(", ")));
     }
@@ -207,6 +276,7 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let calibrated = |c: Item<'_>| c.word(&[("each", Calibrated::Each), ("nominal", Calibrated::Nominal)]);
     Ok(Robust {
         sd,
+        properties,
         samples: samples as u32,
         measure: item.child("measure").map_or(Ok(Measure::Mean), measure)?,
         calibrated: item.child("calibrated").map_or(Ok(Calibrated::Each), calibrated)?,
@@ -226,7 +296,7 @@ pub(super) fn fallback(search: &Search) -> String {
         let _ = writeln!(text, "[{section}]");
         // A drive that the spec does not have does no harm in a fallback.
         for (_, key, column, _) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
-            let Some(v) = search.variables.iter().find(|v| v.column == column) else { continue };
+            let Some(v) = of(search, column) else { continue };
             let roomiest = if column == Column::Length { v.max } else { v.min };
             let _ = writeln!(text, "{key} = {roomiest:?}");
             if column == Column::Drive {
@@ -237,15 +307,21 @@ pub(super) fn fallback(search: &Search) -> String {
     text
 }
 
+/// The variable that is this column.
+fn of(search: &Search, column: Column) -> Option<&Variable> {
+    search.variables.iter().find(|v| v.quantity == Quantity::Column(column))
+}
+
 /// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
     let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
-    all.filter(|k| search.variables.iter().any(|v| v.column == k.2))
+    all.filter(|k| of(search, k.2).is_some())
         .any(|k| key == format!("{}.{}", k.0, k.1))
 }
 
-/// Judges the section together with the rest of the spec; fills in the first start.
-pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -> Result<()> {
+/// Judges the section together with the rest of the spec; fills in the first start, and the rigs of the candidates.
+pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
+    vary(sections, spec, search)?;
     let objective = sections.section("optimise").get("objective")?;
     if search.objective.needs_distance() && spec.study.setup.gauge.noise_strain.is_none() {
         return Err(noise_missing(&objective));
@@ -263,7 +339,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
             .allowed("two distances or more"));
     }
     for (section, key, column, _) in keys(spec.study.setup.drive) {
-        let variable = search.variables.iter_mut().find(|v| v.column == column);
+        let variable = search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column));
         let Some(item) = sections.section(section).written(key) else { continue };
         let Some(axis) = axis(column) else { continue };
         match variable {
@@ -311,8 +387,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
         }
     }
     let ends = |column: Column| {
-        let v = search.variables.iter().find(|v| v.column == column);
-        v.map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
+        of(search, column).map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
     };
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {
@@ -323,6 +398,59 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
             allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
             ..search.places.tip_not_wider.clone()
         });
+    }
+    Ok(())
+}
+
+/// Judges properties of the rig as variables and tolerances.
+fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
+    spec.one_rig()?;
+    let section = sections.section("optimise");
+    let setup = &spec.study.setup;
+    let lacking = |property: Property| match property {
+        Property::Scale => sections.section("whisker").written("profile").is_none().then_some("a profile in [whisker]"),
+        Property::Exponent => sections.section("whisker").written("profile").is_some().then_some("D, d and L_a in place of the profile"),
+        Property::Core | Property::CoreModulus => {
+            (!(property.get(setup) > 0.0)).then_some("core = { diameter, modulus } in [whisker]")
+        }
+        Property::Bore => {
+            (Property::Core.get(setup) > 0.0).then_some("a bore or a core, not both")
+        }
+        Property::Modulus => {
+            let law = matches!(setup.model.material, Material::Hooke(_) | Material::NeoHookean(_));
+            (!law).then_some("material = { hooke = E } or { neo-hookean = E }")
+        }
+        Property::Friction => property.get(setup).is_nan().then_some("contact = { coulomb = mu } in [model]"),
+        _ => None,
+    };
+    let mut axes = Vec::new();
+    for (table, names) in [("variables", true), ("robust", false)] {
+        let Some(item) = section.written(table) else { continue };
+        for property in UNSURE {
+            let Some(place) = variable(&item, property) else { continue };
+            if let Some(what) = lacking(property) {
+                let error = place.error(format!("{} needs more in the spec", property.name()));
+                return Err(error.allowed(what));
+            }
+            if !names && !property.get(setup).is_finite() && !search.variables.iter().any(|v| v.quantity == Quantity::Property(property)) {
+                let error = place.error(format!("{} has no value from which it could differ", property.name()));
+                return Err(error.allowed("its value in the spec, or bounds for it in variables"));
+            }
+            if let Some(v) = search.variables.iter().find(|v| v.quantity == Quantity::Property(property)).filter(|_| names) {
+                axes.push((property, super::axis::AxisItem { item: place, axis: vec![v.min, v.max].into() }));
+            }
+        }
+    }
+    properties::allowed_together(sections, setup, &axes, false)?;
+    let mut varied = Vec::new();
+    for v in &mut search.variables {
+        let Quantity::Property(property) = v.quantity else { continue };
+        varied.push(property);
+        let written = properties::written(sections, property);
+        v.start = written.map(|item| properties::first(&item, property)).transpose()?;
+    }
+    if !varied.is_empty() {
+        spec.study.setup.rigs = Some(std::sync::Arc::new(Rigs::listed(varied)));
     }
     Ok(())
 }

@@ -89,19 +89,10 @@ pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
 
 /// Bounds or deviation of `property` in a table of `[optimise]`: under its key, or under the last part of it.
 pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<'a>> {
-    let key = name(property);
+    let key = property.name();
     let last = key.rsplit('.').next()?;
     let nested = key.split('.').try_fold(table.clone(), |item, key| item.child(key));
     nested.or_else(|| table.child(key)).or_else(|| table.child(last).filter(|_| key.starts_with("root.")))
-}
-
-/// Name of `property` in `[optimise]`: its key, but `E` for the modulus of the material and `mu` for friction.
-pub(super) fn name(property: Property) -> &'static str {
-    match property {
-        Property::Modulus => "E",
-        Property::Friction => "mu",
-        _ => property.about().key,
-    }
 }
 
 /// `setup` with each of the values that a property has, or with the ends of its axis.

@@ -90,10 +90,13 @@ impl Design {
     /// The design of `tuple` in `setup`, or in the one of its rigs that the tuple has.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
         let Some(rigs) = &setup.rigs else { return Self::of(setup, tuple) };
-        match rigs.setup(setup, tuple.rig) {
-            Some(own) => Self { own: Some(Arc::new(own.clone())), ..Self::of(&own, tuple) },
-            None => Self::nothing(tuple),
-        }
+        rigs.setup(setup, tuple.rig).map_or_else(|| Self::nothing(tuple), |own| Self::with(own, tuple))
+    }
+
+    /// The design of `tuple` with a rig of its own.
+    pub fn with(own: Setup, tuple: Tuple) -> Self {
+        let design = Self::of(&own, tuple);
+        Self { own: Some(Arc::new(own)), ..design }
     }
 
     /// Numbers that are no whisker.

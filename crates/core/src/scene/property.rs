@@ -202,6 +202,47 @@ impl Property {
         &DESCRIPTIONS[self as usize]
     }
 
+    /// Its name in `[optimise]`: its key, but `E` for the modulus of the material and `mu` for friction.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Modulus => "E",
+            Self::Friction => "mu",
+            _ => self.about().key,
+        }
+    }
+
+    /// Its value in `setup`: of a bore or a core that at the base.
+    pub fn get(self, setup: &Setup) -> f64 {
+        let built = setup.built.as_deref().unwrap_or(&Built::CONE);
+        let inner = |hollow: bool| built.inner.as_ref().filter(|inner| (inner.modulus == 0.0) == hollow);
+        let diameter = |inner: Option<&Inner>| inner.map_or(0.0, |inner| inner.diameter[0][1]);
+        match self {
+            Self::Exponent => match built.profile {
+                Profile::Power(n) => n,
+                Profile::Table(_) => f64::NAN,
+            },
+            Self::Scale => 1.0,
+            Self::Bore => diameter(inner(true)),
+            Self::Core => diameter(inner(false)),
+            Self::CoreModulus => inner(false).map_or(f64::NAN, |inner| inner.modulus),
+            Self::Curvature => built.curvature[0],
+            Self::CurvatureSlope => built.curvature[1],
+            Self::Turn => built.root.k_theta,
+            Self::Across => built.root.k_y,
+            Self::Along => built.root.k_x,
+            Self::Hub => setup.hub,
+            Self::Modulus => setup.model.material.e0(),
+            Self::Nu => setup.model.nu,
+            Self::PoleRadius => setup.model.pole_radius,
+            Self::Friction => match setup.model.contact {
+                Contact::Coulomb(mu) => mu,
+                Contact::Frictionless | Contact::Stick => f64::NAN,
+            },
+            Self::Foil => setup.gauge.foil.map_or(f64::NAN, |foil| foil.stiffness),
+            Self::Noise => setup.gauge.noise_strain.unwrap_or(0.0),
+        }
+    }
+
     /// Gives it a value in `setup`.
     pub fn set(self, setup: &mut Setup, value: f64) {
         let uniform = || vec![[0.0, value], [MOST, value]];
