@@ -192,6 +192,7 @@ pub fn read_tap(path: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
+    spec.one_rig()?;
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
     let defaults = schema::defaults(&[tap::FALLBACK], user.get_ref());

@@ -63,6 +63,9 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> 
     if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }
+    if let Some((_, axis)) = properties::axes(sections, &mut 0)?.first() {
+        return Err(axis.item.error("all taps have one rig here").allowed("one number"));
+    }
     Ok(Read {
         space: Space::List(Vec::new()),
         directions: DirectionColumns::default(),
