@@ -20,7 +20,10 @@ pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply
     let start = Instant::now();
     if let Some(rigs) = &spec.study.setup.rigs {
         let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let why = format!("what each effect changes is told of one rig, and {} have several values", names.join(", "));
+        let why = format!(
+            "what each effect changes is told of one rig, and {} have several values",
+            names.join(", ")
+        );
         return Err(InputError::new(why).key("--explain").allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();

@@ -1,8 +1,8 @@
 //! From the solved taps of candidates, and of whiskers sampled around them, to scores.
 
-use super::{normal, samples};
 use super::score::{Limit, Score};
 use super::whisker::{self, Read, Seen, continued, over};
+use super::{normal, samples};
 use crate::chart::lanes::Figures;
 use crate::curve::{
     Curve, Reach,
@@ -59,9 +59,11 @@ impl Judge<'_> {
             return Design::nothing(tuple);
         };
         for (dimension, (property, sd)) in (0..).zip(&robust.properties) {
-            let scale = rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
+            let scale =
+                rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
             let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
-            let value = nominal + sd * normal::deviation(self.search.seed, w - 1, dimension);
+            let value =
+                inside(*property, nominal + sd * normal::deviation(self.search.seed, w - 1, dimension));
             if !(property.about().allowed.1)(value) {
                 return Design::nothing(tuple);
             }
@@ -270,6 +272,18 @@ impl Judge<'_> {
             reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told.or_both(both.get(i)));
         }
         reduced.drives[0]
+    }
+}
+
+/// A value that is none as the nearest that is.
+fn inside(property: Property, value: f64) -> f64 {
+    match property {
+        Property::Exponent => value.clamp(0.25, 4.0),
+        Property::Nu => value.clamp(0.0, 0.5),
+        Property::Bore | Property::Core | Property::Hub | Property::PoleRadius | Property::Friction => {
+            value.max(0.0)
+        }
+        _ => value,
     }
 }
 

@@ -56,8 +56,7 @@ mod tests {
             s.set(Limit::Strain, strain);
             s
         };
-        let robust =
-            Robust {
+        let robust = Robust {
             sd: [0.0; COLUMNS],
             properties: Vec::new(),
             samples: 10,

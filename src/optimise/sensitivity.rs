@@ -14,13 +14,8 @@ use crate::scene::{Column, Property, Tuple};
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
 /// The parameters, in row order; properties of the rig that vary come before the drive.
-const PARAMETERS: [Column; 5] = [
-    Column::BaseDiameter,
-    Column::TipDiameter,
-    Column::Length,
-    Column::GaugePosition,
-    Column::GridLength,
-];
+const PARAMETERS: [Column; 5] =
+    [Column::BaseDiameter, Column::TipDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
 
 /// Values for K_sd and for total_rms_mm; `None` where they could not be computed.
 pub type Pair = [Option<f64>; 2];

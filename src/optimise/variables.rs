@@ -83,14 +83,20 @@ impl Variables {
         }
         let point = Tuple::from_array(values);
         match &self.setup.rigs {
-            Some(rigs) => Tuple { D: scale * point.D, d: scale * point.d, rig: rigs.number(&properties), ..point },
+            Some(rigs) => {
+                Tuple { D: scale * point.D, d: scale * point.d, rig: rigs.number(&properties), ..point }
+            }
             None => point,
         }
     }
 
     /// Where a point lies in the unit box, and which drive of the list it has.
     pub fn place(&self, point: &Tuple) -> (Vec<f64>, usize) {
-        let u = self.list.iter().map(|v| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min)).collect();
+        let u = self
+            .list
+            .iter()
+            .map(|v| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min))
+            .collect();
         (u, self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
     }
 

@@ -112,8 +112,11 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
     let local: Value =
         s.local.iter().map(|(c, p)| (c.name(spec.study.setup.drive).to_owned(), pair(p))).collect();
-    let bounds: Value =
-        report.at_bounds.iter().map(|(q, end)| (q.name(spec.study.setup.drive).to_owned(), json!(end))).collect();
+    let bounds: Value = report
+        .at_bounds
+        .iter()
+        .map(|(q, end)| (q.name(spec.study.setup.drive).to_owned(), json!(end)))
+        .collect();
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,

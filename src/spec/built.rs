@@ -157,12 +157,17 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
             variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
         {
             let error = other.error("this follows from the profile and cannot be searched over");
-            return Err(
-                error.allowed("scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile")
-            );
+            return Err(error.allowed(
+                "scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile",
+            ));
         }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
-        text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", scale * first[1], scale * last[1], last[0]);
+        text = format!(
+            "[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n",
+            scale * first[1],
+            scale * last[1],
+            last[0]
+        );
     }
     let strain = find("sensor", "signal").is_none_or(|signal| signal.value.as_str() == Some("strain"));
     if !strain && user.get("tuples").is_none() {
@@ -227,7 +232,8 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled:
         (file, warning) = (inner, told);
         // Two knots are a cone.
         if diameter.len() > 2 {
-            let scale = section.written("scale").filter(|_| !scaled).map_or(Ok(1.0), |item| constant(&item))?;
+            let scale =
+                section.written("scale").filter(|_| !scaled).map_or(Ok(1.0), |item| constant(&item))?;
             outline = Profile::Table(diameter.into_iter().map(|[s, d]| [s, scale * d]).collect());
         }
     } else if let Some(n) = section.optional("exponent", |item| first(item, Property::Exponent))? {
@@ -284,8 +290,13 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal>
     Ok(signal)
 }
 
-/// Refuses what does not go together.
-pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
+/// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.
+pub(super) fn allowed(
+    sections: &Sections<'_>,
+    setup: &Setup,
+    tilts: bool,
+    at: Option<&Item<'_>>,
+) -> Result<()> {
     let of = |section, key| sections.section(section).get(key);
     if setup.signal != Signal::Strain || setup.wrench {
         let (item, what) = match setup.signal {
@@ -313,7 +324,8 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
     let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let whisker = sections.section("whisker");
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
-    let item = whisker.get(key)?;
+    let item = whisker.written(key).or_else(|| at.cloned()).map_or_else(|| whisker.get(key), Ok)?;
+    let key = item.key.rsplit('.').next().unwrap_or(key);
     if let Some((section, other, instead)) =
         solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
     {
@@ -372,7 +384,8 @@ fn misfit(
     }
     let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
     let why = body.refuses(nearest, setup.model.pole_radius, hub).filter(|_| tapped)?;
-    let allowed = "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere";
+    let allowed =
+        "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere";
     Some((format!("{why} at a = {nearest} mm"), allowed, &["curvature", "curvature_slope"]))
 }
 

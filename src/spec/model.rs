@@ -32,9 +32,7 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
                 Amount::Word(item.word(&words).map_err(|e| e.allowed(allowed))?)
             }
             Amount::Number(_) => Amount::Number(first(&item, Property::PoleRadius)?),
-            Amount::Word(_) => {
-                Amount::Number(item.within(&check::domain(allowed, holds))?)
-            }
+            Amount::Word(_) => Amount::Number(item.within(&check::domain(allowed, holds))?),
         };
         (term.set)(&mut model, value);
     }

@@ -125,8 +125,11 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
         );
         return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
     }
-    let leaning =
-        |r: &Robust| r.tilts() && r.properties.is_empty() && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c));
+    let leaning = |r: &Robust| {
+        r.tilts()
+            && r.properties.is_empty()
+            && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c))
+    };
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
@@ -315,8 +318,7 @@ fn of(search: &Search, column: Column) -> Option<&Variable> {
 /// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
     let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
-    all.filter(|k| of(search, k.2).is_some())
-        .any(|k| key == format!("{}.{}", k.0, k.1))
+    all.filter(|k| of(search, k.2).is_some()).any(|k| key == format!("{}.{}", k.0, k.1))
 }
 
 /// Judges the section together with the rest of the spec; fills in the first start, and the rigs of the candidates.
@@ -387,7 +389,8 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
         }
     }
     let ends = |column: Column| {
-        of(search, column).map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
+        of(search, column)
+            .map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
     };
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {
@@ -408,14 +411,18 @@ fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result
     let section = sections.section("optimise");
     let setup = &spec.study.setup;
     let lacking = |property: Property| match property {
-        Property::Scale => sections.section("whisker").written("profile").is_none().then_some("a profile in [whisker]"),
-        Property::Exponent => sections.section("whisker").written("profile").is_some().then_some("D, d and L_a in place of the profile"),
+        Property::Scale => {
+            sections.section("whisker").written("profile").is_none().then_some("a profile in [whisker]")
+        }
+        Property::Exponent => sections
+            .section("whisker")
+            .written("profile")
+            .is_some()
+            .then_some("D, d and L_a in place of the profile"),
         Property::Core | Property::CoreModulus => {
             (!(property.get(setup) > 0.0)).then_some("core = { diameter, modulus } in [whisker]")
         }
-        Property::Bore => {
-            (Property::Core.get(setup) > 0.0).then_some("a bore or a core, not both")
-        }
+        Property::Bore => (Property::Core.get(setup) > 0.0).then_some("a bore or a core, not both"),
         Property::Modulus => {
             let law = matches!(setup.model.material, Material::Hooke(_) | Material::NeoHookean(_));
             (!law).then_some("material = { hooke = E } or { neo-hookean = E }")
@@ -432,11 +439,17 @@ fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result
                 let error = place.error(format!("{} needs more in the spec", property.name()));
                 return Err(error.allowed(what));
             }
-            if !names && !property.get(setup).is_finite() && !search.variables.iter().any(|v| v.quantity == Quantity::Property(property)) {
-                let error = place.error(format!("{} has no value from which it could differ", property.name()));
+            if !names
+                && !property.get(setup).is_finite()
+                && !search.variables.iter().any(|v| v.quantity == Quantity::Property(property))
+            {
+                let error =
+                    place.error(format!("{} has no value from which it could differ", property.name()));
                 return Err(error.allowed("its value in the spec, or bounds for it in variables"));
             }
-            if let Some(v) = search.variables.iter().find(|v| v.quantity == Quantity::Property(property)).filter(|_| names) {
+            if let Some(v) =
+                search.variables.iter().find(|v| v.quantity == Quantity::Property(property)).filter(|_| names)
+            {
                 axes.push((property, super::axis::AxisItem { item: place, axis: vec![v.min, v.max].into() }));
             }
         }

@@ -47,10 +47,7 @@ pub(super) fn is_axis(item: &Item<'_>) -> bool {
 }
 
 /// The axes of properties, in row order; `sampled`: how many sampled axes come before them.
-pub(super) fn axes<'a>(
-    sections: &Sections<'a>,
-    sampled: &mut u32,
-) -> Result<Vec<(Property, AxisItem<'a>)>> {
+pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<(Property, AxisItem<'a>)>> {
     let mut all = Vec::new();
     for property in Property::ALL {
         let Some(item) = written(sections, property).filter(is_axis) else { continue };
@@ -120,17 +117,17 @@ pub(super) fn allowed_together(
     axes: &[(Property, AxisItem<'_>)],
     tilts: bool,
 ) -> Result<()> {
-    let check = |setup: &Setup| {
+    let check = |setup: &Setup, at: Option<&Item<'_>>| {
         direction::told(sections, &setup.gauge, &setup.estimate, &setup.model)?;
-        built::allowed(sections, setup, tilts)?;
+        built::allowed(sections, setup, tilts, at)?;
         solid::allowed(sections, setup, tilts)
     };
-    check(setup)?;
+    check(setup, None)?;
     for (axis, one) in each(setup, axes) {
         if let Err((_, message, allowed)) = consistent(&one.model) {
             return Err(axis.item.error(message).allowed(allowed));
         }
-        check(&one)?;
+        check(&one, Some(&axis.item))?;
     }
     Ok(())
 }

@@ -9,8 +9,8 @@ use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::solid;
 use crate::scene::{
-    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, Property, RankBy, RunOptions, Side, Theory,
-    Written,
+    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, Property, RankBy, RunOptions, Side,
+    Theory, Written,
 };
 use crate::sink::rows::TableFormat;
 

@@ -15,7 +15,9 @@ use super::units::Rows;
 use crate::measure::text::separator;
 use crate::scene::listed::{Grouping, Listed, MOST_ROWS, reader};
 use crate::scene::property::Description;
-use crate::scene::{Axis, COLUMNS, Column, DirectionColumns, Drive, PROPERTIES, Property, Rigs, Space, Tuple};
+use crate::scene::{
+    Axis, COLUMNS, Column, DirectionColumns, Drive, PROPERTIES, Property, Rigs, Space, Tuple,
+};
 
 /// Columns that a file may lack: its poles are then upright.
 const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
@@ -45,9 +47,12 @@ struct Varied {
 impl Varied {
     /// Of a file with this first line.
     fn new(header: &str) -> Self {
-        let names: Vec<&str> = header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
-        let places: Vec<(Property, usize)> =
-            varied().zip(COLUMNS..).filter(|(property, _)| names.contains(&property.about().column)).collect();
+        let names: Vec<&str> =
+            header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
+        let places: Vec<(Property, usize)> = varied()
+            .zip(COLUMNS..)
+            .filter(|(property, _)| names.contains(&property.about().column))
+            .collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
         Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
     }
@@ -83,7 +88,10 @@ impl Varied {
                 return Err(error.allowed("one of the two"));
             }
             let (missing, allowed) = match property {
-                Property::Foil => (properties::written(sections, *property).is_none(), "foil = { stiffness, length, width }"),
+                Property::Foil => (
+                    properties::written(sections, *property).is_none(),
+                    "foil = { stiffness, length, width }",
+                ),
                 Property::Core => (
                     !has(Property::CoreModulus) && sections.section("whisker").written("core").is_none(),
                     "a column E_core_MPa beside it, or core = { diameter, modulus }",
@@ -94,7 +102,8 @@ impl Varied {
                 ),
                 Property::Modulus => {
                     let material = sections.section("model").written("material");
-                    let other = |item: Item<'_>| ["hooke", "neo-hookean"].iter().all(|law| item.child(law).is_none());
+                    let other =
+                        |item: Item<'_>| ["hooke", "neo-hookean"].iter().all(|law| item.child(law).is_none());
                     (material.is_some_and(other), "material = { hooke = E } or { neo-hookean = E }")
                 }
                 _ => (false, ""),

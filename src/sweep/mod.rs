@@ -43,6 +43,7 @@ use crate::sink::{
 };
 
 use about::About;
+use charted::Rankers;
 pub use collect::collect;
 use handed::Handed;
 pub use keep::EVERY;
@@ -219,8 +220,8 @@ fn attempt(
 
 /// The way of the space.
 fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
-    run.counts.chart = run.plan.ranker.as_ref().map(|ranker| serde_json::json!(ranker.summary()));
-    if let Some(reader) = &run.plan.reader {
+    run.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
+    for reader in run.plan.readers().into_iter().flatten() {
         run.counts.chart = Some(json!(reader.summary()));
         if run.state.is_none() {
             run.counts.solved += reader.sweeps().taps;

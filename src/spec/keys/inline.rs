@@ -138,7 +138,10 @@ pub const BUDGET: Section = inline(
 pub const VARIABLES: Section = inline(
     "optimise.variables",
     "What is searched over: some of these, each [min, max]. A number under the key in its own section is the first start.",
-    &["{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }", "{ exponent = [0.5, 3], core = { diameter = [0.2, 2] }, k_theta = [100, 5000] }"],
+    &[
+        "{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }",
+        "{ exponent = [0.5, 3], core = { diameter = [0.2, 2] }, k_theta = [100, 5000] }",
+    ],
     &[
         key("D", "mm", "base diameter", "").absent("fixed"),
         key("d", "mm", "tip diameter", "").absent("fixed"),
@@ -200,7 +203,13 @@ pub const ROBUST: Section = inline(
             "No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)",
         ),
         key("lean", "degrees", "of its lean", "").absent("0").note("As tilt"),
-        key("exponent", "", "of the exponent; and so of the other properties that `variables` may hold, and of mu", "").absent("0"),
+        key(
+            "exponent",
+            "",
+            "of the exponent; and so of the other properties that `variables` may hold, and of mu",
+            "",
+        )
+        .absent("0"),
         key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
         key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
         key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")

@@ -102,8 +102,9 @@ const NU: Key = key(
     "0.49",
 )
 .note("A value, a list or an axis");
-const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
-    .note("stick and coulomb need extension = true and pole_radius = 0. The coefficient may be a list or an axis");
+const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }").note(
+    "stick and coulomb need extension = true and pole_radius = 0. The coefficient may be a list or an axis",
+);
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
     .note("Strain, K and distances do not depend on a common factor of the moduli; forces do. The modulus of the first two may be a list or an axis");
 

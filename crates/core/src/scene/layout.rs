@@ -205,7 +205,11 @@ mod tests {
 
     /// An axis of its own.
     fn alone(column: Column, values: &[f64]) -> Factor {
-        Factor { axes: vec![(column, Axis::List(values.to_vec()))], len: values.len() as u64, properties: vec![] }
+        Factor {
+            axes: vec![(column, Axis::List(values.to_vec()))],
+            len: values.len() as u64,
+            properties: vec![],
+        }
     }
 
     fn sampled(min: f64, max: f64, dimension: u32) -> Axis {
@@ -237,8 +241,18 @@ mod tests {
                 for a in [20.0, 30.0] {
                     for tilt in [0.0, 10.0] {
                         for drive in [1.0, 2.0, 3.0] {
-                            let want =
-                                Tuple { D: big, d: 4.0, L_a: 50.0, x_ss, l: 2.0, a, tilt, lean: 0.0, drive, rig: 0 };
+                            let want = Tuple {
+                                D: big,
+                                d: 4.0,
+                                L_a: 50.0,
+                                x_ss,
+                                l: 2.0,
+                                a,
+                                tilt,
+                                lean: 0.0,
+                                drive,
+                                rig: 0,
+                            };
                             assert_eq!(l.tuple(index), want);
                             index += 1;
                         }

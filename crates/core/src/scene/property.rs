@@ -111,7 +111,13 @@ const DESCRIPTIONS: [Description; PROPERTIES] = [
         |v| v.abs() <= 1.0,
     ),
     description(
-        ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²", "its growth along the whisker κ_slope"],
+        [
+            "kappa_slope_per_mm2",
+            "whisker",
+            "curvature_slope",
+            "1/mm²",
+            "its growth along the whisker κ_slope",
+        ],
         "-1 … 1 per mm²",
         |v| v.abs() <= 1.0,
     ),
@@ -147,9 +153,11 @@ const DESCRIPTIONS: [Description; PROPERTIES] = [
         |v| v > 0.0,
     ),
     description(["nu", "model", "nu", "", "Poisson's ratio ν"], "0 … 0.5", |v| (0.0..=0.5).contains(&v)),
-    description(["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"], "≥ 0 mm", |v| {
-        v >= 0.0
-    }),
+    description(
+        ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
+        "≥ 0 mm",
+        |v| v >= 0.0,
+    ),
     description(["mu", "model", "contact.coulomb", "", "coefficient of friction μ"], "≥ 0", |v| v >= 0.0),
     description(
         [

@@ -18,7 +18,8 @@ impl Evaluator<'_> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
-        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| one.over_drives_alike(designs, tasks, drives);
+        let one =
+            &mut |one: &mut Evaluator<'_>, tasks: &[Task]| one.over_drives_alike(designs, tasks, drives);
         let (outcomes, count) = match self.by_kind(designs, tasks, one)? {
             Some(found) => found,
             None => self.over_drives_alike(designs, tasks, drives)?,
