@@ -9,6 +9,7 @@ mod built;
 mod check;
 mod curve;
 mod direction;
+mod fits;
 pub mod keys;
 mod model;
 mod optimise;
@@ -16,6 +17,7 @@ mod part;
 mod properties;
 mod reader;
 mod schema;
+mod searched;
 mod sections;
 mod solid;
 mod space;
@@ -146,8 +148,8 @@ fn of_sections<'a>(
         several: properties::places(&properties),
     };
     solid::fits(sections, &spec)?;
-    built::fits(sections, &spec, &properties)?;
-    let doubts = built::doubts(&spec);
+    fits::fits(sections, &spec, &properties)?;
+    let doubts = fits::doubts(&spec);
     spec.warnings.extend(doubts);
     let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);

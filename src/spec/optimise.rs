@@ -5,14 +5,15 @@ use std::fmt::Write;
 use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE, domain};
 use super::keys as listed;
 use super::part::Section;
-use super::properties::{self, variable};
+use super::properties::variable;
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use super::searched::{self, UNSURE, VARIED, names, vary};
 use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
 };
-use crate::scene::{COLUMNS, Column, Drive, Factor, Material, Property, Rigs, Space, Spec, Theory};
+use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
 /// Values in force where `[optimise]` says nothing.
 pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
@@ -46,58 +47,6 @@ fn keys(drive: Drive) -> [(&'static str, &'static str, Column, Domain); 6] {
             Drive::Displacement => ("tap", "delta", Column::Drive, LENGTH),
         },
     ]
-}
-
-/// Properties that someone can choose.
-const VARIED: [Property; 14] = [
-    Property::Exponent,
-    Property::Scale,
-    Property::Bore,
-    Property::Core,
-    Property::CoreModulus,
-    Property::Curvature,
-    Property::CurvatureSlope,
-    Property::Turn,
-    Property::Across,
-    Property::Along,
-    Property::Hub,
-    Property::Modulus,
-    Property::Nu,
-    Property::PoleRadius,
-];
-/// Properties that may differ from what was meant.
-const UNSURE: [Property; 15] = {
-    let mut all = [Property::Friction; 15];
-    let mut k = 0;
-    while k < VARIED.len() {
-        all[k] = VARIED[k];
-        k += 1;
-    }
-    all
-};
-
-/// Names of `properties` in a table: those of inline tables of a spec may stand in such tables, or in quotes.
-fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
-    properties.into_iter().map(Property::name).collect()
-}
-
-/// Refuses keys that are none of `names`.
-fn known(item: &Item<'_>, names: &[&'static str], allowed: &str) -> Result<()> {
-    let mut tables: Vec<(&str, Vec<&str>)> = Vec::new();
-    for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
-        match tables.iter_mut().find(|(known, _)| *known == table) {
-            Some((_, keys)) => keys.push(key),
-            None => tables.push((table, vec![key])),
-        }
-    }
-    let flat = names.iter().filter_map(|name| name.strip_prefix("root."));
-    let all: Vec<&str> =
-        names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).chain(flat).collect();
-    item.only(&all, allowed)?;
-    tables.iter().try_for_each(|(table, keys)| match item.child(table) {
-        Some(inner) => inner.only(keys, allowed),
-        None => Ok(()),
-    })
 }
 
 /// Keys of the pole's direction, which is no variable: nobody chooses it.
@@ -181,7 +130,7 @@ fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
             .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
             .allowed(all));
     }
-    known(item, &names, &all)?;
+    searched::known(item, &names, &all)?;
     let mut variables = Vec::new();
     let columns = keys.map(|(_, key, column, domain)| (item.child(key), Quantity::Column(column), domain));
     let properties = VARIED.into_iter().map(|property| {
@@ -248,7 +197,7 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     known.extend(DIRECTIONS.map(|(key, _)| key));
     known.extend(["samples", "measure", "calibrated"]);
     known.extend(names(UNSURE));
-    self::known(item, &known, &known.join(", "))?;
+    searched::known(item, &known, &known.join(", "))?;
     let mut sd = [0.0; COLUMNS];
     for (_, key, column, _) in keys {
         if let Some(value) = item.child(key) {
@@ -401,69 +350,6 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
             allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
             ..search.places.tip_not_wider.clone()
         });
-    }
-    Ok(())
-}
-
-/// Judges properties of the rig as variables and tolerances.
-fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
-    spec.one_rig()?;
-    let section = sections.section("optimise");
-    let setup = &spec.study.setup;
-    let lacking = |property: Property| match property {
-        Property::Scale => {
-            sections.section("whisker").written("profile").is_none().then_some("a profile in [whisker]")
-        }
-        Property::Exponent => sections
-            .section("whisker")
-            .written("profile")
-            .is_some()
-            .then_some("D, d and L_a in place of the profile"),
-        Property::Core | Property::CoreModulus => {
-            (!(property.get(setup) > 0.0)).then_some("core = { diameter, modulus } in [whisker]")
-        }
-        Property::Bore => (Property::Core.get(setup) > 0.0).then_some("a bore or a core, not both"),
-        Property::Modulus => {
-            let law = matches!(setup.model.material, Material::Hooke(_) | Material::NeoHookean(_));
-            (!law).then_some("material = { hooke = E } or { neo-hookean = E }")
-        }
-        Property::Friction => property.get(setup).is_nan().then_some("contact = { coulomb = mu } in [model]"),
-        _ => None,
-    };
-    let mut axes = Vec::new();
-    for (table, names) in [("variables", true), ("robust", false)] {
-        let Some(item) = section.written(table) else { continue };
-        for property in UNSURE {
-            let Some(place) = variable(&item, property) else { continue };
-            if let Some(what) = lacking(property) {
-                let error = place.error(format!("{} needs more in the spec", property.name()));
-                return Err(error.allowed(what));
-            }
-            if !names
-                && !property.get(setup).is_finite()
-                && !search.variables.iter().any(|v| v.quantity == Quantity::Property(property))
-            {
-                let error =
-                    place.error(format!("{} has no value from which it could differ", property.name()));
-                return Err(error.allowed("its value in the spec, or bounds for it in variables"));
-            }
-            if let Some(v) =
-                search.variables.iter().find(|v| v.quantity == Quantity::Property(property)).filter(|_| names)
-            {
-                axes.push((property, super::axis::AxisItem { item: place, axis: vec![v.min, v.max].into() }));
-            }
-        }
-    }
-    properties::allowed_together(sections, setup, &axes, false)?;
-    let mut varied = Vec::new();
-    for v in &mut search.variables {
-        let Quantity::Property(property) = v.quantity else { continue };
-        varied.push(property);
-        let written = properties::written(sections, property);
-        v.start = written.map(|item| properties::first(&item, property)).transpose()?;
-    }
-    if !varied.is_empty() {
-        spec.study.setup.rigs = Some(std::sync::Arc::new(Rigs::listed(varied)));
     }
     Ok(())
 }

@@ -35,6 +35,9 @@ fn varied() -> impl Iterator<Item = Property> {
     Property::ALL.into_iter().filter(|property| *property != Property::Scale)
 }
 
+/// Properties with a value that they have, and the rigs.
+type Differing<'a> = (Vec<(Property, AxisItem<'a>)>, Option<Arc<Rigs>>);
+
 /// What the rows of a file have beside their tuples.
 struct Varied {
     /// Properties that the file has, and their places among the values of a row.
@@ -73,11 +76,7 @@ impl Varied {
     }
 
     /// The same for the rest of the spec: `item` names the file.
-    fn read<'a>(
-        self,
-        sections: &Sections<'a>,
-        item: &Item<'a>,
-    ) -> Result<(Vec<(Property, AxisItem<'a>)>, Option<Arc<Rigs>>)> {
+    fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>) -> Result<Differing<'a>> {
         let has = |property| self.places.iter().any(|(p, _)| *p == property);
         for (property, _) in &self.places {
             let Description { column, key, section, .. } = *property.about();

@@ -162,6 +162,7 @@ pub const VARIABLES: Section = inline(
         key("E", "MPa", "modulus of a hooke or neo-hookean material", "").absent("fixed"),
         key("nu", "", "Poisson's ratio", "").absent("fixed"),
         key("pole_radius", "mm", "radius of the object", "").absent("fixed"),
+        key("foil.stiffness", "N/mm", "stiffness of the foil", "").absent("fixed"),
         key("theta", "degrees", "tap angle", "")
             .absent("fixed")
             .note("delta (mm) with drive = \"displacement\""),

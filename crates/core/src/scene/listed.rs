@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::property::Rigs;
+use super::rigs::Rigs;
 use super::space::{COLUMNS, Tuple};
 use crate::error::Error;
 

@@ -16,6 +16,7 @@ pub mod listed;
 pub mod material;
 pub mod model;
 pub mod property;
+pub mod rigs;
 pub mod run;
 pub mod sampler;
 pub mod search;
@@ -31,7 +32,8 @@ pub use material::{Material, MaterialFit};
 pub use model::{
     Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
 };
-pub use property::{PROPERTIES, Property, Rigs};
+pub use property::{PROPERTIES, Property};
+pub use rigs::Rigs;
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
 pub use signal::Signal;

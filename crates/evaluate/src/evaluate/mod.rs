@@ -278,19 +278,7 @@ impl<'a> Evaluator<'a> {
             || self.setup.built.is_some()
     }
 
-    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
-    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
-    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
-    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
-        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
-        let outcomes = match self.by_kind(designs, tasks, one)? {
-            Some((outcomes, _)) => outcomes,
-            None => self.run_alike(designs, tasks)?,
-        };
-        self.mend(designs, tasks, outcomes)
-    }
-
-    /// The same of designs with rigs of one kind.
+    /// [`Self::run`] of designs with rigs of one kind, not yet mended.
     fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);

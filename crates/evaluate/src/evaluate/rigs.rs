@@ -42,6 +42,9 @@ fn kind(setup: &Setup) -> Setup {
 /// Places of the tasks of each rig of its own, or of each kind of them, with one of its rigs; `None` where no design has one.
 type Kinds = Vec<(Arc<Setup>, Vec<usize>)>;
 
+/// Solves some tasks, and counts.
+type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Result<(Vec<Outcome>, u64), SolveError> + 's;
+
 /// See [`Kinds`].
 fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
     let own = |task: &Task| designs[task.design as usize].own.as_ref();
@@ -74,13 +77,25 @@ fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
 }
 
 impl Evaluator<'_> {
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
+    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
+    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
+    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
+        let outcomes = match self.by_kind(designs, tasks, one)? {
+            Some((outcomes, _)) => outcomes,
+            None => self.run_alike(designs, tasks)?,
+        };
+        self.mend(designs, tasks, outcomes)
+    }
+
     /// Outcomes of `tasks` by `solve`, one kind of rig after the other, with the number that it counts; `None` where no design has a rig of its
     /// own.
     pub(super) fn by_kind(
         &mut self,
         designs: &[Design],
         tasks: &[Task],
-        solve: &mut dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Result<(Vec<Outcome>, u64), SolveError>,
+        solve: &mut Solve<'_>,
     ) -> Result<Option<(Vec<Outcome>, u64)>, SolveError> {
         let Some(kinds) = kinds(designs, tasks) else { return Ok(None) };
         let (mut outcomes, mut count) = (vec![Outcome::NOTHING; tasks.len()], 0);
