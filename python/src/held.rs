@@ -80,7 +80,7 @@ impl Given {
     pub fn tap(&self, i: usize) -> Tuple {
         let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.seven[k].at(i));
         let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, |c| c.at(i)));
-        Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive }
+        Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
     }
 
     /// Whether poles tilt, and lean, in any of the `n` taps; where it is not known, they do.

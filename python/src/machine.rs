@@ -58,7 +58,11 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
 /// Charts of a spec over its ranges, as JSON; what should be known of it.
 #[pyfunction]
 pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<(String, Vec<String>)> {
-    let read = || Asked::new(path, text, "chart")?.read(spec::parse);
+    let read = || {
+        let spec = Asked::new(path, text, "chart")?.read(spec::parse)?;
+        spec.one_rig()?;
+        Ok::<_, Error>(spec)
+    };
     let spec = read().map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
@@ -95,7 +99,11 @@ pub fn verify<'py>(
         let asked = Asked::new(path, text, "verify")?;
         match built_in {
             true => Ok((None, asked.read(spec::parse_listed)?.run)),
-            false => asked.read(spec::parse).map(|spec| (Some(spec.clone()), spec.run)),
+            false => {
+                let spec = asked.read(spec::parse)?;
+                spec.one_rig()?;
+                Ok((Some(spec.clone()), spec.run))
+            }
         }
     };
     let (spec, options) = read().map_err(|e| raise(py, e))?;

@@ -186,7 +186,7 @@ impl Taps {
     ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64, Doubts)> {
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let mut found = [Told::default()];
-        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive };
+        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
         let solved = job::here(py, || self.taps.solve(|_| tap, told, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
         let doubts = doubts(self.taps.setup(), 1, |_| tap);

@@ -28,6 +28,9 @@ pub fn table(spec: &Spec, report: &Report) -> String {
     let (shown, ranked) = (report.highlights.len(), grouped(report.ranked));
     let mut text = format!("best {shown} of {ranked} {what} by {}:\n", by.name());
     let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm");
+    let rigs = spec.study.setup.rigs.as_ref();
+    let properties = rigs.map_or(&[][..], |rigs| &rigs.properties);
+    properties.iter().for_each(|property| text += &format!(" {:>9}", property.name()));
     let shown = spec.study.setup.directions;
     let angles = [(shown.tilt, "tilt"), (shown.lean, "lean")];
     angles.iter().filter(|(shown, _)| *shown).for_each(|(_, name)| text += &format!(" {name:>8}"));
@@ -43,6 +46,9 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         let drive = format!("{}{unit}", short(k.drive));
         let mean = k.row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
         let _ = write!(text, "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3}", d.D, d.d, d.L_a, d.x_ss, d.l);
+        for value in rigs.map_or(Vec::new(), |rigs| rigs.values(d.rig)) {
+            text += &format!(" {:>9}", rough(value));
+        }
         for (_, angle) in
             [(shown.tilt, k.direction.tilt), (shown.lean, k.direction.lean)].iter().filter(|x| x.0)
         {
@@ -53,6 +59,11 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         text.push('\n');
     }
     text + &explained(&columns, by, noisy && !written(spec, "output.by"))
+}
+
+/// A value of any size in a few digits.
+fn rough(x: f64) -> String {
+    if x == 0.0 || (1e-2..1e5).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }
 
 /// K_sd and the bias, beside them noise and total where there is noise, and the column that ranks.

@@ -21,6 +21,7 @@ const FILE: &str = "chart.json";
 pub fn run(args: &Chart) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
+    spec.one_rig()?;
     let options = prepared(&args.common, &spec)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "chart");
     let quiet = options.quiet == Some(true);

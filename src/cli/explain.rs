@@ -18,6 +18,14 @@ const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
 /// Explains `spec`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
 pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply, Error> {
     let start = Instant::now();
+    if let Some(rigs) = &spec.study.setup.rigs {
+        let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
+        let why = format!(
+            "what each effect changes is told of one rig, and {} have several values",
+            names.join(", ")
+        );
+        return Err(InputError::new(why).key("--explain").allowed("one number each").into());
+    }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
     let options = if free {
         let precision = options.precision.or(Some(Precision::F64));

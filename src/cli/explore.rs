@@ -29,6 +29,7 @@ const FILE: &str = "explore.html";
 pub fn run(args: &Explore) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
+    spec.one_rig()?;
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     if !quiet {

@@ -90,7 +90,7 @@ fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     let over: Vec<String> = search
         .variables
         .iter()
-        .map(|v| format!("{} {}…{}", write::key(&spec.study.setup, v.column), v.min, v.max))
+        .map(|v| format!("{} {}…{}", v.quantity.name(spec.study.setup.drive), v.min, v.max))
         .collect();
     let samples =
         search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
@@ -167,9 +167,17 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         "best design"
     };
     let _ = writeln!(text, "{title}:");
+    let rigs = spec.study.setup.rigs.iter();
+    let properties = rigs.flat_map(|rigs| rigs.properties.iter().zip(rigs.values(d.rig)));
+    let properties: String = properties
+        .map(|(property, x)| {
+            let unit = property.about().unit;
+            format!("{} {x:.4}{}{unit}, ", property.name(), if unit.is_empty() { "" } else { " " })
+        })
+        .collect();
     let _ = writeln!(
         text,
-        "  D {:.4} mm, d {:.4} mm, L_a {:.4} mm, x_ss {:.4} mm, l {:.4} mm, {symbol} {:.4}{unit}",
+        "  D {:.4} mm, d {:.4} mm, L_a {:.4} mm, x_ss {:.4} mm, l {:.4} mm, {properties}{symbol} {:.4}{unit}",
         d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
     );
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));

@@ -18,6 +18,7 @@ use super::say;
 pub fn run(args: &Shape) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
+    spec.one_rig()?;
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
     if !quiet {

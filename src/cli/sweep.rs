@@ -246,6 +246,11 @@ fn row(spec: &Spec, k: &Kept) -> Value {
         "force_max_N": k.row.force_max,
         "status": k.row.status.to_string(),
     });
+    if let Some(rigs) = &spec.study.setup.rigs {
+        for (property, x) in rigs.properties.iter().zip(rigs.values(d.rig)) {
+            value[property.about().column] = x.into();
+        }
+    }
     let shown = spec.study.setup.directions;
     for (column, angle, shown) in
         [("tilt_deg", k.direction.tilt, shown.tilt), ("lean_deg", k.direction.lean, shown.lean)]

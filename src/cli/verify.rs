@@ -140,6 +140,7 @@ fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
 /// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
 fn asked(args: &Verify) -> Result<Asked, Error> {
     let mut spec = args.spec.as_deref().map(spec::read).transpose()?;
+    spec.iter().try_for_each(|spec| spec.one_rig())?;
     let written = spec.as_ref().map_or_else(RunOptions::default, |s| s.run.clone());
     let options = args.common.over(&written);
     let beside = |path: &Path| {

@@ -143,5 +143,5 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
         Drive::Angle => q[DRIVE].to_degrees(),
         Drive::Displacement => q[DRIVE] * a,
     };
-    (Design { tuple, shared: Some(shared) }, a, drive)
+    (Design { shared: Some(shared), ..Design::nothing(tuple) }, a, drive)
 }

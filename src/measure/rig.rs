@@ -76,6 +76,7 @@ impl Rig {
 
     /// The one whisker of `spec`, which `label` names.
     pub fn of_spec(spec: &Spec, label: &str) -> Result<Self, InputError> {
+        spec.one_rig()?;
         let tuple = spec.study.space.whisker().map_err(|several| match several {
             Some((column, n)) => {
                 let names = ["whisker.D", "whisker.d", "whisker.L_a", "gauge.x_ss", "gauge.l"];

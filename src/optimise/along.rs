@@ -32,7 +32,7 @@ impl Scorer<'_> {
         let (setup, reach, direction) = (self.judge.setup, self.judge.reach, whisker.direction());
         let n = self.judge.distances.len();
         let design = Design::new(setup, *whisker);
-        let at = |drive: f64| Design { tuple: Tuple { drive, ..*whisker }, shared: design.shared.clone() };
+        let at = |drive: f64| Design { tuple: Tuple { drive, ..*whisker }, ..design.clone() };
         let designs: Vec<Design> = drives.iter().map(|drive| at(*drive)).collect();
         let task = |a: f64, drive: f64| Task::of(0, &Tuple { a, drive, ..*whisker });
         let by_distance: Vec<Task> =

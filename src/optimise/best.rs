@@ -6,7 +6,7 @@ use super::why::why;
 use super::write::key;
 use crate::error::Error;
 use crate::scene::search::Search;
-use crate::scene::{Column, Material, Spec, Tuple};
+use crate::scene::{Column, Material, Property, Spec, Tuple};
 
 /// A spec of the best design at its drive, for `sweep`.
 pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Error> {
@@ -16,17 +16,31 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         best.remove(section);
     }
     let Tuple { D, d, L_a, x_ss, l, drive, .. } = report.best.point;
-    let drive_key = key(&spec.study.setup, Column::Drive);
-    for (section, name, value) in [
-        ("whisker", "D", D),
-        ("whisker", "d", d),
-        ("whisker", "L_a", L_a),
-        ("gauge", "x_ss", x_ss),
-        ("gauge", "l", l),
-        ("tap", drive_key, drive),
-    ] {
-        let table = best.entry(section).or_insert_with(|| toml::Table::new().into());
-        table.as_table_mut().ok_or_else(|| fail(&"a section is no table"))?.insert(name.into(), value.into());
+    let setup = &spec.study.setup;
+    let drive_key = key(setup, Column::Drive);
+    let profile = best.get("whisker").is_some_and(|whisker| whisker.get("profile").is_some());
+    let own = [("D", D), ("d", d), ("L_a", L_a)].into_iter().filter(|_| !profile);
+    let rest = [("gauge", "x_ss", x_ss), ("gauge", "l", l), ("tap", drive_key, drive)];
+    let columns = own.map(|(key, value)| ("whisker", key, value)).chain(rest);
+    let properties = setup.rigs.iter().flat_map(|rigs| {
+        rigs.properties.iter().map(|property| {
+            let key = match (property, setup.model.material) {
+                (Property::Modulus, Material::NeoHookean(_)) => "material.neo-hookean",
+                (Property::Modulus, _) => "material.hooke",
+                _ => property.about().key,
+            };
+            (property.about().section, key, rigs.value(report.best.point.rig, *property))
+        })
+    });
+    for (section, key, value) in columns.chain(properties) {
+        let mut table = &mut best;
+        let mut path: Vec<&str> = std::iter::once(section).chain(key.split('.')).collect();
+        let name = path.pop().unwrap_or_default();
+        for part in path {
+            let inner = table.entry(part).or_insert_with(|| toml::Table::new().into());
+            table = inner.as_table_mut().ok_or_else(|| fail(&format!("{part} is no table")))?;
+        }
+        table.insert(name.into(), value.into());
     }
     if let (Some(_), Material::Yeoh(c)) = (&spec.material_fit, &spec.study.setup.model.material) {
         // The curve's path is relative to the spec; its fit is what was computed with.

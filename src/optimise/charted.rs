@@ -13,7 +13,7 @@ use crate::chart::{
 };
 use crate::error::Error;
 use crate::plan::Layout;
-use crate::scene::search::{Calibrated, Robust, Search};
+use crate::scene::search::{Calibrated, Quantity, Search};
 use crate::scene::{Column, Setup};
 
 /// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
@@ -30,8 +30,9 @@ pub(super) fn readers(
     let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
     let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
     let few = layout.n_distances > between::MOST || taps.is_some_and(|taps| taps < LEAST_TAPS);
-    // A direction that is sampled has no chart.
-    let still = !search.robust.as_ref().is_some_and(Robust::tilts);
+    // A direction that is sampled has no chart; nor has a rig that varies.
+    let still = !search.robust.as_ref().is_some_and(|robust| robust.tilts() || !robust.properties.is_empty())
+        && setup.rigs.is_none();
     let Some((tolerance, directions)) =
         choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
     else {
@@ -56,7 +57,7 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
     let drives = Wanted::of(layout).drive;
     let range = |column: Column| {
         let k = column as usize;
-        let variable = variables.list().iter().find(|v| v.column == column);
+        let variable = variables.list().iter().find(|v| v.quantity == Quantity::Column(column));
         let [lo, hi] = match (variable, column) {
             (Some(v), _) => [v.min, v.max],
             (None, Column::Drive) => drives,

@@ -76,7 +76,7 @@ impl<'a> Scorer<'a> {
 
     /// With what is read from charts while candidates are scored.
     pub fn reading(self, readers: Readers) -> Self {
-        Self { evaluator: self.evaluator.reading(readers.taps), rows: readers.rows, ..self }
+        Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
     }
 
     /// Whether rows are read from charts: to their error, and smoothly.
@@ -218,7 +218,7 @@ impl<'a> Scorer<'a> {
         let n = judge.distances.len();
         let designs: Vec<Design> = (0..points.len() * whiskers)
             .into_par_iter()
-            .map(|w| Design::new(judge.setup, judge.whisker(&points[w / whiskers], w % whiskers)))
+            .map(|w| judge.design(&points[w / whiskers], w % whiskers))
             .collect();
         let task =
             |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });

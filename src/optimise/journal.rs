@@ -199,7 +199,8 @@ fn is_of(path: &Path, header: &str) -> bool {
 
 /// FNV-1a of what is scored.
 fn check(stage: u64, point: &Tuple) -> u64 {
-    let words = std::iter::once(stage).chain(point.to_array().map(f64::to_bits));
+    let rig = (point.rig > 0).then_some(point.rig);
+    let words = std::iter::once(stage).chain(point.to_array().map(f64::to_bits)).chain(rig);
     words
         .flat_map(u64::to_le_bytes)
         .fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3))

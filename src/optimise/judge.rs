@@ -1,8 +1,8 @@
 //! From the solved taps of candidates, and of whiskers sampled around them, to scores.
 
-use super::samples;
 use super::score::{Limit, Score};
 use super::whisker::{self, Read, Seen, continued, over};
+use super::{normal, samples};
 use crate::chart::lanes::Figures;
 use crate::curve::{
     Curve, Reach,
@@ -14,7 +14,7 @@ use crate::evaluate::{Outcome, Task};
 use crate::physics::taper::Taper;
 use crate::reduce::Spread;
 use crate::scene::search::{Calibrated, Robust, Search};
-use crate::scene::{COLUMNS, Column, Direction, Setup, Theory, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Property, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 
 /// What turns solved taps into scores.
@@ -45,7 +45,36 @@ impl Judge<'_> {
         }
         let place = &mut values[Column::GaugePosition as usize];
         *place = place.max(0.0);
-        Tuple::from_array(values)
+        Tuple::from_array(values).of_rig(point.rig)
+    }
+
+    /// The design of whisker `w` of a point, a sampled one with a rig of its own where properties of it are sampled.
+    pub fn design(&self, point: &Tuple, w: usize) -> Design {
+        let mut tuple = self.whisker(point, w);
+        let robust = self.search.robust.as_ref().filter(|robust| w > 0 && !robust.properties.is_empty());
+        let Some(robust) = robust else { return Design::new(self.setup, tuple) };
+        let rigs = self.setup.rigs.as_ref();
+        let Some(mut own) = rigs.map_or(Some(self.setup.clone()), |rigs| rigs.setup(self.setup, point.rig))
+        else {
+            return Design::nothing(tuple);
+        };
+        for (dimension, (property, sd)) in (0..).zip(&robust.properties) {
+            let scale =
+                rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
+            let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
+            let value =
+                inside(*property, nominal + sd * normal::deviation(self.search.seed, w - 1, dimension));
+            if !(property.about().allowed.1)(value) {
+                return Design::nothing(tuple);
+            }
+            if *property == Property::Scale {
+                (tuple.D, tuple.d) = (tuple.D * value / nominal, tuple.d * value / nominal);
+                property.set(&mut own, value / nominal);
+            } else {
+                property.set(&mut own, value);
+            }
+        }
+        Design::with(own, tuple)
     }
 
     /// Where the model's own curve of whisker `w` of a point is wanted, which taps a pole of this direction, if it is.
@@ -102,7 +131,7 @@ impl Judge<'_> {
         let calibration = match (robust.calibrated, &designs[0].shared) {
             (Calibrated::Nominal, Some(shared)) => {
                 let curve = own.first().and_then(Option::as_ref);
-                let estimator = Estimator::new(self.setup, shared, self.reach);
+                let estimator = Estimator::new(designs[0].setup(self.setup), shared, self.reach);
                 let known = nominal.k.is_some() || curve.is_some();
                 known.then_some(Calibration {
                     estimator,
@@ -134,7 +163,7 @@ impl Judge<'_> {
         upright: &[Outcome],
         curve: Option<&'d Curve>,
     ) -> Option<Calibration<'d>> {
-        let estimator = Estimator::new(self.setup, design.shared.as_ref()?, self.reach);
+        let estimator = Estimator::new(design.setup(self.setup), design.shared.as_ref()?, self.reach);
         let row = self.reduce(design, (&continued(upright), &[]), Told::Formula, None);
         Some(Calibration {
             estimator,
@@ -243,6 +272,18 @@ impl Judge<'_> {
             reduced.estimate_by((i, 0), (self.distances[i], drive), tap, told.or_both(both.get(i)));
         }
         reduced.drives[0]
+    }
+}
+
+/// A value that is none as the nearest that is.
+fn inside(property: Property, value: f64) -> f64 {
+    match property {
+        Property::Exponent => value.clamp(0.25, 4.0),
+        Property::Nu => value.clamp(0.0, 0.5),
+        Property::Bore | Property::Core | Property::Hub | Property::PoleRadius | Property::Friction => {
+            value.max(0.0)
+        }
+        _ => value,
     }
 }
 

@@ -24,18 +24,26 @@ const DIMENSIONS: [Column; COLUMNS] = [
 
 /// Standard normal deviations cut at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
 pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
-    // Any seed but 0 scrambles.
-    let seed = seed.wrapping_mul(2).wrapping_add(1);
-    let uniform =
-        |i: u32, column: u32| (f64::from(Sampler::Sobol.coordinate(seed, column, i)) + 0.5) / 4_294_967_296.0;
     let one = |i| {
         let mut z = [0.0; COLUMNS];
         for (dimension, column) in (0..).zip(DIMENSIONS) {
-            z[column as usize] = quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform(i, dimension));
+            z[column as usize] = normal(seed, i, dimension);
         }
         z
     };
     (0..samples).map(one).collect()
+}
+
+/// That of sample `i` for the `k`-th property of the rig.
+pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
+    normal(seed, i as u32, COLUMNS as u32 + k)
+}
+
+fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
+    // Any seed but 0 scrambles.
+    let seed = seed.wrapping_mul(2).wrapping_add(1);
+    let uniform = (f64::from(Sampler::Sobol.coordinate(seed, dimension, i)) + 0.5) / 4_294_967_296.0;
+    quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform)
 }
 
 /// Quantile of the standard normal distribution for 1e-10 < p < 1 − 1e-10, relative error 1e-15 (M. J. Wichura, algorithm AS 241, Appl.

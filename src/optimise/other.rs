@@ -6,7 +6,7 @@ use super::score::{Goal, Score};
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;
-use crate::scene::search::Search;
+use crate::scene::search::{Quantity, Search};
 use crate::scene::{Column, Setup, Theory, Tuple};
 
 /// Drives looked at first, with the nominal whisker alone, and how far on either side of the best of them the best of all samples is sought.
@@ -37,7 +37,7 @@ pub(super) fn judge(
     setup.estimate.theory = theory;
     let mut scorer = Scorer::new(&setup, layout, search, method);
     let mut best: Option<Tuple> = None;
-    if let Some(v) = search.variables.iter().find(|v| v.column == Column::Drive) {
+    if let Some(v) = search.variables.iter().find(|v| v.quantity == Quantity::Column(Column::Drive)) {
         let between = |ends: [f64; 2], n: usize| -> Vec<f64> {
             let share = |i: usize| i as f64 / (n - 1) as f64;
             (0..n).map(|i| ends[0] * (ends[1] / ends[0]).powf(share(i))).collect()

@@ -10,7 +10,8 @@ use super::score::{Limit, Score};
 use super::sensitivity::Sensitivity;
 use super::session::{Ended, Step};
 use crate::backend::Backend;
-use crate::scene::{Column, Setup, Tuple};
+use crate::scene::search::Quantity;
+use crate::scene::{Setup, Tuple};
 use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
 
@@ -70,7 +71,7 @@ pub struct Report {
     /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
     pub model_error: Option<(Value, String)>,
     /// Variables that lie at a bound, and at which.
-    pub at_bounds: Vec<(Column, &'static str)>,
+    pub at_bounds: Vec<(Quantity, &'static str)>,
     /// Limits that bind.
     pub binding: Vec<Limit>,
     /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.

@@ -127,7 +127,7 @@ const TRIED: f64 = 1e-3;
 /// A tuple file; a kernel that fails.
 pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
-    let wanted = wanted(&layout, search, &Variables::new(&layout, search));
+    let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
     Needed::new(&spec.study.setup, Rows::of_box(&wanted, &layout), bound)
 }
 
@@ -188,7 +188,7 @@ fn search_with(
 ) -> Result<Report, Error> {
     let begun = Instant::now();
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
-    let variables = Variables::new(&layout, search);
+    let variables = Variables::new(&spec.study.setup, &layout, search);
     let wanted = wanted(&layout, search, &variables);
     let fewer = needed.as_ref().map(|n| n.setup().clone());
     let of_swarm = |needed: Option<&Needed>| match (needed, &fewer) {

@@ -56,8 +56,13 @@ mod tests {
             s.set(Limit::Strain, strain);
             s
         };
-        let robust =
-            Robust { sd: [0.0; COLUMNS], samples: 10, measure: Measure::Mean, calibrated: Calibrated::Each };
+        let robust = Robust {
+            sd: [0.0; COLUMNS],
+            properties: Vec::new(),
+            samples: 10,
+            measure: Measure::Mean,
+            calibrated: Calibrated::Each,
+        };
         let with = |bad: usize| {
             let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
             gather(&robust, &sample(-0.5), &all).violation()

@@ -5,22 +5,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::evaluate::Scorer;
 use super::score::Score;
 use super::shares::{self, LEVELS, LINES, Line, Shares};
-use super::variables::Variables;
+use super::variables::{Variables, value};
 use crate::error::Error;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Column, Tuple};
+use crate::scene::search::Quantity;
+use crate::scene::{Column, Property, Tuple};
 
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
-/// The parameters, in row order.
-pub const PARAMETERS: [Column; 6] = [
-    Column::BaseDiameter,
-    Column::TipDiameter,
-    Column::Length,
-    Column::GaugePosition,
-    Column::GridLength,
-    Column::Drive,
-];
+/// The parameters, in row order; properties of the rig that vary come before the drive.
+const PARAMETERS: [Column; 5] =
+    [Column::BaseDiameter, Column::TipDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
 
 /// Values for K_sd and for total_rms_mm; `None` where they could not be computed.
 pub type Pair = [Option<f64>; 2];
@@ -29,9 +24,9 @@ pub type Pair = [Option<f64>; 2];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// Elasticities ∂ln F/∂ln p at the optimum, in % per %.
-    pub local: Vec<(Column, Pair)>,
+    pub local: Vec<(Quantity, Pair)>,
     /// Shares of the variance of ln K_sd and of ln total_rms_mm that are due to each variable over its bounds: Sobol' indices.
-    pub global: Vec<(Column, [Option<Shares>; 2])>,
+    pub global: Vec<(Quantity, [Option<Shares>; 2])>,
     /// Points at which they were evaluated: fewer where the search was asked to stop.
     pub samples: u32,
     /// Those of them that have K_sd, and that have total_rms_mm, above 0; the shares are over these.
@@ -56,17 +51,32 @@ pub fn run(
 }
 
 fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) -> Result<(), Error> {
-    let moved = |column: Column, share: f64| {
-        let mut values = best.to_array();
-        values[column as usize] *= 1.0 + share;
-        Tuple::from_array(values)
+    let setup = scorer.judge.setup;
+    let rigs = setup.rigs.as_deref();
+    let properties = rigs.map_or(&[][..], |rigs| &rigs.properties).iter().copied().map(Quantity::Property);
+    let parameters: Vec<Quantity> = PARAMETERS.map(Quantity::Column).into_iter().chain(properties).collect();
+    let parameters = [&parameters[..], &[Quantity::Column(Column::Drive)]].concat();
+    let moved = |quantity: Quantity, share: f64| match (quantity, rigs) {
+        (Quantity::Property(property), Some(rigs)) => {
+            let values = rigs.properties.iter().zip(rigs.values(best.rig));
+            let by = |own: Property| if own == property { 1.0 + share } else { 1.0 };
+            let values: Vec<f64> = values.map(|(own, value)| value * by(*own)).collect();
+            let scale = by(Property::Scale);
+            Tuple { D: scale * best.D, d: scale * best.d, rig: rigs.number(&values), ..*best }
+        }
+        (Quantity::Property(_), None) => *best,
+        (Quantity::Column(column), _) => {
+            let mut values = best.to_array();
+            values[column as usize] *= 1.0 + share;
+            Tuple::from_array(values).of_rig(best.rig)
+        }
     };
     let points: Vec<Tuple> =
-        PARAMETERS.iter().flat_map(|&c| [moved(c, STEP), moved(c, -STEP)]).chain([*best]).collect();
+        parameters.iter().flat_map(|&q| [moved(q, STEP), moved(q, -STEP)]).chain([*best]).collect();
     let scores = scorer.nominal(&points)?;
     out.evaluations += points.len() as u64;
     let here = scores[points.len() - 1].figures;
-    for (i, &column) in PARAMETERS.iter().enumerate() {
+    for (i, &quantity) in parameters.iter().enumerate() {
         let (up, down) = (scores[2 * i].figures, scores[2 * i + 1].figures);
         let slope = |f: usize| {
             // One side is enough where the other is no whisker.
@@ -76,9 +86,9 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
                 _ => here[f] - down[f],
             };
             let elasticity = rise / STEP / here[f];
-            Some(elasticity).filter(|e| e.is_finite() && best.to_array()[column as usize] != 0.0)
+            Some(elasticity).filter(|e| e.is_finite() && value(setup, best, quantity) != 0.0)
         };
-        out.local.push((column, [slope(0), slope(1)]));
+        out.local.push((quantity, [slope(0), slope(1)]));
     }
     Ok(())
 }
@@ -107,7 +117,7 @@ fn indices(
     let scores = until(stop, scorer, &points, k * LEVELS)?;
     out.evaluations += scores.len() as u64;
     out.samples = scores.len() as u32;
-    out.global = variables.list().iter().map(|v| (v.column, [None; 2])).collect();
+    out.global = variables.list().iter().map(|v| (v.quantity, [None; 2])).collect();
     for f in 0..2 {
         let value = |s: &Score| Some(s.figures[f].ln()).filter(|y| y.is_finite()).unwrap_or(f64::NAN);
         let lines: Vec<Line> =

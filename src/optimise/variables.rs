@@ -1,8 +1,8 @@
 //! Between the unit box in which a search moves and the designs it scores.
 
 use crate::plan::Layout;
-use crate::scene::search::{Search, Variable};
-use crate::scene::{Column, Tuple};
+use crate::scene::search::{Quantity, Search, Variable};
+use crate::scene::{Column, Property, Setup, Tuple};
 
 /// What varies, and what does not.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,22 +11,23 @@ pub struct Variables {
     base: Tuple,
     /// Drives of which each design takes the best; one, unused, where the drive is a variable.
     drives: Vec<f64>,
+    setup: Setup,
     /// The first start of the spec, in the unit box.
     pub start: Option<Vec<f64>>,
 }
 
 impl Variables {
-    /// Of `search` over the distances of `layout`. Parts of the bounds in which no candidate can lie are cut off.
-    pub fn new(layout: &Layout, search: &Search) -> Self {
+    /// Of `search` in `setup` over the distances of `layout`. Parts of the bounds in which no candidate can lie are cut off.
+    pub fn new(setup: &Setup, layout: &Layout, search: &Search) -> Self {
         let base = Tuple { a: 0.0, ..layout.stroke(&layout.design(0), 0) };
         let mut list = search.variables.clone();
         for v in &mut list {
             let farthest = layout.reach()[1];
-            if v.column == Column::Length && farthest > v.min && farthest < v.max {
+            if v.quantity == Quantity::Column(Column::Length) && farthest > v.min && farthest < v.max {
                 v.min = farthest;
             }
         }
-        let drive_varies = list.iter().any(|v| v.column == Column::Drive);
+        let drive_varies = list.iter().any(|v| v.quantity == Quantity::Column(Column::Drive));
         let drives = if drive_varies {
             vec![f64::NAN]
         } else {
@@ -37,7 +38,7 @@ impl Variables {
             .iter()
             .any(|v| v.start.is_some())
             .then(|| list.iter().map(|v| ((middle(v) - v.min) / (v.max - v.min)).clamp(0.0, 1.0)).collect());
-        Self { list, base, drives, start }
+        Self { list, base, drives, setup: setup.clone(), start }
     }
 
     /// Their number.
@@ -64,32 +65,58 @@ impl Variables {
     pub fn point(&self, u: &[f64], j: usize) -> Tuple {
         let mut values = self.base.to_array();
         values[Column::Drive as usize] = self.drives[j];
+        let (mut properties, mut scale) = (Vec::new(), 1.0);
         for (v, u) in self.list.iter().zip(u) {
             // Bounds are met exactly.
-            values[v.column as usize] = match *u {
+            let value = match *u {
                 u if u <= 0.0 => v.min,
                 u if u >= 1.0 => v.max,
                 u => v.min + (v.max - v.min) * u,
             };
+            match v.quantity {
+                Quantity::Column(column) => values[column as usize] = value,
+                Quantity::Property(property) => {
+                    properties.push(value);
+                    scale = if property == Property::Scale { value } else { scale };
+                }
+            }
         }
-        Tuple::from_array(values)
+        let point = Tuple::from_array(values);
+        match &self.setup.rigs {
+            Some(rigs) => {
+                Tuple { D: scale * point.D, d: scale * point.d, rig: rigs.number(&properties), ..point }
+            }
+            None => point,
+        }
     }
 
     /// Where a point lies in the unit box, and which drive of the list it has.
     pub fn place(&self, point: &Tuple) -> (Vec<f64>, usize) {
-        let values = point.to_array();
-        let u = self.list.iter().map(|v| (values[v.column as usize] - v.min) / (v.max - v.min)).collect();
+        let u = self
+            .list
+            .iter()
+            .map(|v| (value(&self.setup, point, v.quantity) - v.min) / (v.max - v.min))
+            .collect();
         (u, self.drives.iter().position(|d| *d == point.drive).unwrap_or(0))
     }
 
     /// Variables that lie at a bound of `point`, and at which.
-    pub fn at_bounds(&self, point: &Tuple) -> Vec<(Column, &'static str)> {
+    pub fn at_bounds(&self, point: &Tuple) -> Vec<(Quantity, &'static str)> {
         let (u, _) = self.place(point);
         let at = |(v, u): (&Variable, &f64)| match *u {
-            u if u <= 1e-6 => Some((v.column, "min")),
-            u if u >= 1.0 - 1e-6 => Some((v.column, "max")),
+            u if u <= 1e-6 => Some((v.quantity, "min")),
+            u if u >= 1.0 - 1e-6 => Some((v.quantity, "max")),
             _ => None,
         };
         self.list.iter().zip(&u).filter_map(at).collect()
+    }
+}
+
+/// Value of `quantity` at `point`; NaN of a property that does not vary.
+pub fn value(setup: &Setup, point: &Tuple, quantity: Quantity) -> f64 {
+    match (quantity, &setup.rigs) {
+        (Quantity::Column(column), _) => point.to_array()[column as usize],
+        (Quantity::Property(property), Some(rigs)) => rigs.value(point.rig, property),
+        (Quantity::Property(_), None) => f64::NAN,
     }
 }

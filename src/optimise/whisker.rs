@@ -29,7 +29,7 @@ impl Read {
         told: Told<'_>,
         other: Option<&Calibration<'_>>,
     ) -> Self {
-        let setup = judge.setup;
+        let setup = design.setup(judge.setup);
         let Tuple { D, d, L_a, x_ss, l, drive, .. } = design.tuple;
         let mut score = judge.shape(&design.tuple);
         let valid = [D, d, L_a, l].iter().all(|x| *x > 0.0) && x_ss >= 0.0;

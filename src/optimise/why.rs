@@ -2,9 +2,9 @@
 
 use super::report::Report;
 use super::score::Limit;
-use super::write::key;
+use super::variables::value;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Setup, Theory};
+use crate::scene::{Setup, Theory};
 
 /// The bias for people: a model that reads the strains that it made has none by construction.
 pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> String) -> String {
@@ -16,16 +16,12 @@ pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> 
 
 /// What ends the way to something better.
 pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
-    let unit = |c: Column| if c.name(setup.drive).ends_with("_deg") { "°" } else { " mm" };
     let mut parts: Vec<String> = Vec::new();
-    for (column, end) in &report.at_bounds {
-        let values = report.best.point.to_array();
-        parts.push(format!(
-            "{} lies at its {end}, {}{}",
-            key(setup, *column),
-            values[*column as usize],
-            unit(*column)
-        ));
+    for (quantity, end) in &report.at_bounds {
+        let value = value(setup, &report.best.point, *quantity);
+        let (name, unit) = (quantity.name(setup.drive), quantity.unit(setup.drive));
+        let space = if unit.is_empty() || unit.starts_with([' ', '°']) { "" } else { " " };
+        parts.push(format!("{name} lies at its {end}, {value}{space}{unit}"));
     }
     let binds = |l: &Limit| match l {
         Limit::Strain => "the strain limit binds",

@@ -4,12 +4,13 @@ use serde_json::{Value, json};
 
 use super::other::Other;
 use super::report::{Design, Report};
-use super::sensitivity::{PARAMETERS, Pair, Sensitivity};
+use super::sensitivity::{Pair, Sensitivity};
 use super::shares::{CONFIDENCE, Share, Shares};
+use super::variables::value;
 use super::why::why;
 use crate::error::Error;
-use crate::scene::search::{Objective, Search};
-use crate::scene::{Column, Convention, Setup, Spec};
+use crate::scene::search::{Objective, Quantity, Search};
+use crate::scene::{Column, Convention, Property, Setup, Spec};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
@@ -102,8 +103,7 @@ pub fn row(spec: &Spec, design: &Design) -> Value {
 
 /// Name of a column without its unit, as in a spec.
 pub fn key(setup: &Setup, column: Column) -> &'static str {
-    let name = column.name(setup.drive);
-    name.trim_end_matches("_mm").trim_end_matches("_deg")
+    Quantity::Column(column).name(setup.drive)
 }
 
 /// The result of a search as JSON.
@@ -111,9 +111,12 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let s = &report.sensitivity;
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });
     let local: Value =
-        s.local.iter().map(|(c, p)| (key(&spec.study.setup, *c).to_owned(), pair(p))).collect();
-    let bounds: Value =
-        report.at_bounds.iter().map(|(c, end)| (key(&spec.study.setup, *c).to_owned(), json!(end))).collect();
+        s.local.iter().map(|(c, p)| (c.name(spec.study.setup.drive).to_owned(), pair(p))).collect();
+    let bounds: Value = report
+        .at_bounds
+        .iter()
+        .map(|(q, end)| (q.name(spec.study.setup.drive).to_owned(), json!(end)))
+        .collect();
     let mut value = json!({
         "objective": search.objective.word(),
         "value": report.value,
@@ -154,12 +157,12 @@ fn shares(setup: &Setup, s: &Sensitivity) -> Value {
         let [sd, total] = found.each_ref().map(|f| f.as_ref().map(of));
         json!({ "K_sd": sd, "total_rms_mm": total })
     };
-    let variable = |(c, found): &(Column, [Option<Shares>; 2])| {
+    let variable = |(c, found): &(Quantity, [Option<Shares>; 2])| {
         let value = json!({
             "first": both(found, &|s| json!(s.first.value)), "first_interval": both(found, &|s| json!(s.first.interval)),
             "total": both(found, &|s| json!(s.total.value)), "total_interval": both(found, &|s| json!(s.total.interval)),
         });
-        (key(setup, *c).to_owned(), value)
+        (c.name(setup.drive).to_owned(), value)
     };
     s.global.iter().map(variable).collect()
 }
@@ -183,21 +186,12 @@ fn history(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
         spec.study.setup.drive.column(),
     );
     let mut text = Text::default();
-    text.header(&[
-        "evaluations",
-        "start",
-        "stage",
-        "D_mm",
-        "d_mm",
-        "L_a_mm",
-        "x_ss_mm",
-        "l_mm",
-        drive,
-        sd,
-        "total_rms_mm",
-        "weighted",
-        "violation",
-    ])?;
+    let setup = &spec.study.setup;
+    let properties: &[Property] = setup.rigs.as_ref().map_or(&[], |rigs| &rigs.properties);
+    let columns = properties.iter().map(|property| property.about().column);
+    let names = ["evaluations", "start", "stage", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"].into_iter();
+    let figures = [drive, sd, "total_rms_mm", "weighted", "violation"];
+    text.header(&names.chain(columns).chain(figures).collect::<Vec<_>>())?;
     let last = report.history.len().saturating_sub(1);
     for (i, step) in report.history.iter().enumerate() {
         // Steps that found nothing better are left out, but for the last.
@@ -211,9 +205,9 @@ fn history(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
             Field::Word(step.stage.name()),
         ];
         let [sd, total, weighted] = s.figures;
-        fields.extend(
-            [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive, sd, total, weighted, s.violation()].map(Field::Number),
-        );
+        fields.extend([p.D, p.d, p.L_a, p.x_ss, p.l].map(Field::Number));
+        fields.extend(properties.iter().map(|q| Field::Number(value(setup, p, Quantity::Property(*q)))));
+        fields.extend([p.drive, sd, total, weighted, s.violation()].map(Field::Number));
         text.row(&mut fields)?;
     }
     Ok(text.into_bytes())
@@ -240,12 +234,11 @@ fn sensitivity(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
         "total_rms_total_high",
         "scale",
     ])?;
-    for column in PARAMETERS {
-        let local = s.local.iter().find(|(c, _)| *c == column).map_or([None; 2], |(_, p)| *p);
-        let found = s.global.iter().find(|(c, _)| *c == column).map_or([None; 2], |(_, found)| *found);
+    for &(quantity, local) in &s.local {
+        let found = s.global.iter().find(|(c, _)| *c == quantity).map_or([None; 2], |(_, found)| *found);
         let each: Vec<Option<Share>> =
             found.iter().flat_map(|f| [f.map(|f| f.first), f.map(|f| f.total)]).collect();
-        let mut fields = vec![Field::Word(key(&spec.study.setup, column))];
+        let mut fields = vec![Field::Word(quantity.name(spec.study.setup.drive))];
         fields.extend(local.map(Field::from));
         fields.extend(each.iter().map(|share| Field::from(share.map(|s| s.value))));
         let ends = each.iter().flat_map(|share| [0, 1].map(|end| share.map(|s| s.interval[end])));

@@ -11,7 +11,7 @@ pub use way::Way;
 use crate::backend::Choice;
 use crate::chart::{ranker::Ranker, reader::Reader, rows::RowReader};
 use crate::error::InputError;
-use crate::scene::{Geometry, Space, Study, Theory, Tuple};
+use crate::scene::{Axis, Column, Geometry, Property, Space, Study, Theory, Tuple};
 use crate::sink::shard::Shard;
 
 /// Taps that are evaluated together.
@@ -53,11 +53,16 @@ pub struct Plan {
     pub reader: Option<Arc<Reader>>,
     /// What reads whole rows, with [`Way::Read`] where only they are written.
     pub row_reader: Option<Arc<RowReader>>,
+    /// The plan of each rig alone, by which its rows are found, where few rigs differ.
+    pub rigs: Vec<Self>,
     /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
     pub chart: Option<f64>,
     /// Seconds of the whole plan, the charts' among them.
     pub seconds: f64,
 }
+
+/// Rigs that have charts of their own at most.
+const MOST_RIGS: u64 = 64;
 
 /// Seconds from which on a chart that did not come about was tried.
 const TRIED: f64 = 1e-3;
@@ -117,10 +122,11 @@ impl Plan {
             .allowed("tuples = true or tuples = false in [output], or top = N"));
         }
         let layout = study.space.layout();
+        let of_one = || study.space.layout().filter(|_| study.setup.rigs.is_none());
         let solved = Way::solved(study, layout.as_ref(), choice);
         let charting = Instant::now();
-        let ranker = layout.and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
-        let layout = study.space.layout().filter(|_| ranker.is_none());
+        let ranker = of_one().and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
+        let layout = of_one().filter(|_| ranker.is_none());
         let only_rows = !tuples && !output.distances && output.top.is_none();
         let of_rows = layout.as_ref().filter(|_| only_rows);
         let row_reader = of_rows.and_then(|layout| Way::read_rows(study, layout, choice)).map(Arc::new);
@@ -138,6 +144,14 @@ impl Plan {
             (true, true) => (0, taps),
             (false, _) => (0, 0),
         };
+        let rigs = of_rigs(study, choice)?;
+        let chart = chart.into_iter().chain(rigs.iter().filter_map(|plan| plan.chart)).reduce(|a, b| a + b);
+        let ranked = rigs.iter().any(|plan| plan.ranker.is_some());
+        let way = match ranked || rigs.iter().any(|plan| plan.solved == Way::Read) {
+            true if ranked => Way::Charted,
+            true => Way::Read,
+            false => way,
+        };
         let seconds = begun.elapsed().as_secs_f64();
         Ok(Self {
             taps,
@@ -152,6 +166,7 @@ impl Plan {
             ranker,
             reader,
             row_reader,
+            rigs,
             chart,
             seconds,
         })
@@ -170,7 +185,29 @@ impl Plan {
     pub fn chart_taps(&self) -> Option<u64> {
         let (ranker, reader, rows) = (self.ranker.as_ref(), self.reader.as_ref(), self.row_reader.as_ref());
         let taps = ranker.map(|r| r.sweeps().taps).or(reader.map(|r| r.sweeps().taps));
-        taps.or(rows.map(|r| r.sweeps().taps))
+        let taps = taps.or(rows.map(|r| r.sweeps().taps));
+        taps.into_iter().chain(self.rigs.iter().filter_map(Self::chart_taps)).reduce(|a, b| a + b)
+    }
+
+    /// What each rig is ranked by; none where nothing is.
+    pub fn rankers(&self) -> Vec<Option<&Ranker>> {
+        let all = self.each(|plan| plan.ranker.as_deref());
+        if all.iter().any(Option::is_some) { all } else { Vec::new() }
+    }
+
+    /// What the rows of each rig are read by; none unless all are.
+    pub fn row_readers(&self) -> Vec<&RowReader> {
+        self.each(|plan| plan.row_reader.as_deref()).into_iter().collect::<Option<_>>().unwrap_or_default()
+    }
+
+    /// What the taps of each rig are read by.
+    pub fn readers(&self) -> Vec<Option<Arc<Reader>>> {
+        self.each(|plan| plan.reader.clone())
+    }
+
+    /// Of the plan of each rig.
+    fn each<'p, T>(&'p self, of: impl Fn(&'p Self) -> T) -> Vec<T> {
+        if self.rigs.is_empty() { vec![of(self)] } else { self.rigs.iter().map(of).collect() }
     }
 
     /// Taps that are evaluated together, between which a sweep can stop: fewer where each takes long.
@@ -179,13 +216,36 @@ impl Plan {
     }
 }
 
+/// The plan of each rig of a grid alone; none where there is one, or many, or where rigs are sampled together with a design's axes.
+fn of_rigs(study: &Study, choice: &Choice) -> Result<Vec<Plan>, InputError> {
+    let (Some(rigs), Space::Grid(factors)) = (&study.setup.rigs, &study.space) else { return Ok(Vec::new()) };
+    if rigs.len() > MOST_RIGS || factors.iter().any(|f| !f.properties.is_empty() && !f.axes.is_empty()) {
+        return Ok(Vec::new());
+    }
+    let plan = |rig| {
+        let Some(setup) = rigs.setup(&study.setup, rig) else { return Plan::new(study, choice) };
+        let scale = if study.setup.varies(Property::Scale) { rigs.value(rig, Property::Scale) } else { 1.0 };
+        let own = factors.iter().filter(|f| f.properties.is_empty()).cloned().map(|mut factor| {
+            for (column, axis) in &mut factor.axes {
+                if let (Column::BaseDiameter | Column::TipDiameter, Axis::Value(d)) = (column, axis) {
+                    *d *= scale;
+                }
+            }
+            factor
+        });
+        let space = Space::Grid(own.collect());
+        Plan::new(&Study { setup, space, output: study.output }, choice)
+    };
+    (0..rigs.len()).map(plan).collect()
+}
+
 /// Number of different designs with their `part`.
 fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> [f64; 3]) -> u64 {
     let key = |t: &Tuple| {
         let [x, y, z] = part(t);
-        [t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits())
+        ([t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits()), t.rig)
     };
-    let mut keys: Vec<[u64; 8]> = tuples.iter().map(key).collect();
+    let mut keys: Vec<([u64; 8], u64)> = tuples.iter().map(key).collect();
     keys.sort_unstable();
     keys.dedup();
     keys.len() as u64

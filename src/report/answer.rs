@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::designs::{DRIVES, WHISKER, varying};
+use super::designs::{DRIVES, WHISKER, properties, varying};
 use super::quantity::{percent, rounded, said};
 use super::source::Source;
 use super::table::{Table, distinct};
@@ -144,7 +144,7 @@ pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<Str
         let key = name.rsplit_once('_').map_or(name, |(key, _)| key);
         asked.is_empty() || asked.split([' ', '{', ',', '=']).any(|word| word == key)
     };
-    let names = WHISKER.into_iter().filter(|name| varied(name));
+    let names = WHISKER.into_iter().filter(|name| varied(name)).chain(properties());
     let design: Vec<String> = names.filter_map(|name| Some(said(name, best[name].as_f64()?))).collect();
     let tap = DRIVES.into_iter().find_map(|name| Some(tapped(name, best[name].as_f64()?)));
     let told: Vec<String> = [Some(format!("with {}", design.join(", "))).filter(|_| !design.is_empty()), tap]

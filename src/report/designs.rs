@@ -6,9 +6,14 @@ use super::quantity;
 use super::table::{Table, distinct};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
+use crate::scene::Property;
 
 /// Columns that make a whisker.
 pub const WHISKER: [&str; 5] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+/// Columns of properties of the rig, where a table has them.
+pub fn properties() -> impl Iterator<Item = &'static str> {
+    Property::ALL.into_iter().map(|property| property.about().column)
+}
 /// Columns that make what is tapped, where a table has them.
 pub const DIRECTIONS: [&str; 2] = ["tilt_deg", "lean_deg"];
 /// Names of the spread of K.
@@ -19,7 +24,7 @@ pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
 /// Columns of whisker, direction and drive with more than one value.
 pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
-    for name in WHISKER.into_iter().chain(DIRECTIONS).chain(DRIVES) {
+    for name in WHISKER.into_iter().chain(properties()).chain(DIRECTIONS).chain(DRIVES) {
         if table.has(name) {
             let numbers = table.numbers(name)?;
             if numbers.iter().any(|x| *x != numbers[0]) {
@@ -117,7 +122,11 @@ pub fn parallel(
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
         // Symbols fit where labels do not.
-        if WHISKER.contains(n) || DIRECTIONS.contains(n) || DRIVES.contains(n) {
+        if WHISKER.contains(n)
+            || properties().any(|p| p == *n)
+            || DIRECTIONS.contains(n)
+            || DRIVES.contains(n)
+        {
             axis.label = axis.label.rsplit(' ').next().unwrap_or_default().to_owned();
         }
         axis
@@ -178,8 +187,8 @@ pub fn whiskers(
     by: &str,
     most: usize,
 ) -> Result<(Vec<Whisker>, usize), InputError> {
-    let names: Vec<&str> =
-        WHISKER.into_iter().chain(DIRECTIONS.into_iter().filter(|name| table.has(name))).collect();
+    let beside = properties().chain(DIRECTIONS).filter(|name| table.has(name));
+    let names: Vec<&str> = WHISKER.into_iter().chain(beside).collect();
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let values = table.numbers(by)?;
     let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
@@ -220,7 +229,7 @@ pub fn whiskers(
 /// A whisker at one direction of the object's edge, and its rows.
 #[derive(Debug, Clone)]
 pub struct Whisker {
-    /// Values of [`WHISKER`], and of [`DIRECTIONS`] where the table has them.
+    /// Values of [`WHISKER`], and of [`properties`] and [`DIRECTIONS`] where the table has them.
     pub of: Vec<f64>,
     /// In what it differs from the others.
     pub name: String,

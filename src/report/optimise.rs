@@ -49,7 +49,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         c.figure(figure);
     }
     split(source, &mut c);
-    for name in WHISKER.into_iter().chain(DRIVES) {
+    for name in WHISKER.into_iter().chain(designs::properties()).chain(DRIVES) {
         if let Some(x) = result["best"][name].as_f64() {
             let text = said(name, x);
             let (symbol, value) = text.split_once(" = ").unwrap_or((name, &text));

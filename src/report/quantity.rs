@@ -9,12 +9,29 @@ const DIGITS: i32 = 4;
 const MOST: i32 = 17;
 
 /// Column, label, unit, by decades.
-const KNOWN: [(&str, &str, &str, bool); 42] = [
+const KNOWN: [(&str, &str, &str, bool); 59] = [
     ("D_mm", "base diameter D", "mm", false),
     ("d_mm", "tip diameter d", "mm", false),
     ("L_a_mm", "length L_a", "mm", false),
     ("x_ss_mm", "gauge place x_ss", "mm", false),
     ("l_mm", "grid length l", "mm", false),
+    ("exponent", "exponent n", "", false),
+    ("scale", "scale of the profile z", "", false),
+    ("bore_mm", "bore b", "mm", false),
+    ("core_mm", "core c", "mm", false),
+    ("E_core_MPa", "modulus of the core E_c", "MPa", true),
+    ("kappa_base_per_mm", "curvature κ_base", "1/mm", false),
+    ("kappa_slope_per_mm2", "its slope κ_slope", "1/mm²", false),
+    ("k_theta_Nmm_per_rad", "root k_θ", "N mm/rad", true),
+    ("k_y_N_per_mm", "root k_y", "N/mm", true),
+    ("k_x_N_per_mm", "root k_x", "N/mm", true),
+    ("hub_mm", "hub r₀", "mm", false),
+    ("E_MPa", "modulus E", "MPa", false),
+    ("nu", "Poisson's ratio ν", "", false),
+    ("pole_radius_mm", "pole radius ρ", "mm", false),
+    ("mu", "friction μ", "", false),
+    ("foil_N_per_mm", "foil stiffness S_f", "N/mm", true),
+    ("noise", "noise σ", "", false),
     ("a_mm", "contact distance a", "mm", false),
     ("tilt_deg", "tilt β", "°", false),
     ("lean_deg", "lean γ", "°", false),

@@ -206,9 +206,11 @@ impl Packed for Status {
 impl Packed for Tuple {
     fn pack(&self, to: &mut Packer<'_>) {
         self.to_array().pack(to);
+        self.rig.pack(to);
     }
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        from.take().map(Self::from_array)
+        let tuple = Self::from_array(from.take()?);
+        Some(tuple.of_rig(from.take()?))
     }
 }
 

@@ -4,35 +4,25 @@ use std::path::Path;
 
 use toml::de::DeTable;
 
-use super::check::{Domain, LENGTH, MOST, domain};
+use super::axis::AxisItem;
+use super::check::{Domain, MOST, domain};
+use super::keys;
 use super::part::Section;
+use super::properties::{first, is_axis};
 use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::table::{self, Columns};
-use super::{keys, space};
-use crate::physics::body::Body;
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{
-    Clamp, Column, Convention, Drive, Gauge, Material, Model, Setup, Signal, Spec, TERMS, Term,
-};
+use crate::scene::{Clamp, Convention, Gauge, Material, Model, Property, Setup, Signal, TERMS, Term};
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
-const EXPONENT: Domain = domain("0.25 … 4 (1: the cone)", |v| (0.25..=4.0).contains(&v));
-const CURVATURE: Domain = domain("-1 … 1 per mm", |v| v.abs() <= 1.0);
-const CORE: Domain =
-    domain("0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", |v| v > 0.0 && v < 1e7);
-const TURN: Domain = domain("> 0 N mm/rad", |v| v > 0.0);
-const SHIFT: Domain = domain("> 0 N/mm", |v| v > 0.0);
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
 const INNER: &str = "a diameter in mm, or [[s, diameter], …] with s rising";
 const SHELL: &str = "{ diameter = 0.5, modulus = 60000 } (mm, MPa)";
-const NOISE: Domain = domain(
+pub(super) const NOISE: Domain = domain(
     "≥ 0 (one standard deviation, in the unit of the signal: N mm of a moment, N of a force)",
     |v| v >= 0.0,
 );
-
-/// Key of the thickest part, and how it is held.
-const HELD: &str = "0 < diameter < D everywhere";
 
 /// A profile as it is written.
 struct Shape {
@@ -137,8 +127,15 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         Some(Item::written(document, format!("{section}.{key}"), value))
     };
     let mut text = String::new();
-    if let Some(item) = find("whisker", "profile") {
-        let Shape { diameter, .. } = profile(&item, base)?;
+    let profile = find("whisker", "profile").map(|item| profile(&item, base)).transpose()?;
+    let scale = find("whisker", "scale");
+    if let Some(item) = scale.as_ref().filter(|_| profile.is_none()) {
+        let error = item.error("only the diameters of a profile are scaled");
+        return Err(error.allowed("a profile, or D and d without scale"));
+    }
+    if let Some(Shape { diameter, .. }) = profile {
+        let searched = find("optimise", "variables").is_some_and(|v| v.child("scale").is_some());
+        let scale = scale.filter(|_| !searched).map_or(Ok(1.0), |item| constant(&item))?;
         for key in ["D", "d", "L_a", "exponent"] {
             if let Some(other) = find("whisker", key) {
                 let error = other.error("this follows from the profile; remove one of the two");
@@ -154,12 +151,17 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
             variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
         {
             let error = other.error("this follows from the profile and cannot be searched over");
-            return Err(
-                error.allowed("x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile")
-            );
+            return Err(error.allowed(
+                "scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile",
+            ));
         }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
-        text = format!("[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n", first[1], last[1], last[0]);
+        text = format!(
+            "[whisker]\nD = {:?}\nd = {:?}\nL_a = {:?}\n",
+            scale * first[1],
+            scale * last[1],
+            last[0]
+        );
     }
     let strain = find("sensor", "signal").is_none_or(|signal| signal.value.as_str() == Some("strain"));
     if !strain && user.get("tuples").is_none() {
@@ -168,27 +170,34 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
     Ok(text)
 }
 
-/// `bore`, or the diameter of a core.
-fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
-    match item.elements() {
-        Some(_) => pairs(item, INNER, 2),
-        None => item.within(&LENGTH).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
+/// The factor of a profile's diameters that is the same for all of its whiskers; 1 where each has its own.
+fn constant(item: &Item<'_>) -> Result<f64> {
+    let (words, holds) = Property::Scale.about().allowed;
+    let axis = AxisItem::read(item.clone(), &domain(words, holds), 0)?.axis;
+    Ok(if axis.len() == 1 { axis.at(0) } else { 1.0 })
+}
+
+/// `bore`, or the diameter of a core; of many the first.
+fn inside(item: &Item<'_>, which: Property) -> Result<Vec<[f64; 2]>> {
+    match item.elements().and_then(|mut elements| elements.next()) {
+        Some(one) if one.value.is_array() => pairs(item, INNER, 2),
+        _ => first(item, which).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
     }
 }
 
 /// `core`; `file`: its diameters, where a file has them.
 fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
     item.only(&keys::CORE.names(), SHELL)?;
-    let modulus = item.needs("modulus", SHELL)?.within(&CORE)?;
+    let modulus = first(&item.needs("modulus", SHELL)?, Property::CoreModulus)?;
     let diameter = match (item.child("diameter"), file) {
-        (Some(item), None) => inside(&item)?,
+        (Some(item), None) => inside(&item, Property::Core)?,
         (None, Some(diameter)) => diameter,
         (Some(item), Some(_)) => {
             return Err(item
                 .error("the profile has the core's diameter already")
                 .allowed("core = { modulus }"));
         }
-        (None, None) => return Err(item.needs("diameter", SHELL).err().expect("it is missing")),
+        (None, None) => return Err(item.needs("diameter", SHELL).expect_err("it is missing")),
     };
     Ok(Inner { modulus, diameter })
 }
@@ -196,9 +205,12 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
 /// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only(&keys::ROOT.names(), ROOT)?;
-    let spring = |key: &str, domain: &Domain| item.child(key).map_or(Ok(f64::INFINITY), |k| k.within(domain));
-    let root =
-        Root { k_theta: spring("k_theta", &TURN)?, k_y: spring("k_y", &SHIFT)?, k_x: spring("k_x", &SHIFT)? };
+    let spring = |key, which| item.or(key, f64::INFINITY, |k| first(k, which));
+    let root = Root {
+        k_theta: spring("k_theta", Property::Turn)?,
+        k_y: spring("k_y", Property::Across)?,
+        k_x: spring("k_x", Property::Along)?,
+    };
     if root == Root::RIGID {
         return Err(item.error("a root needs a spring").allowed(ROOT));
     }
@@ -206,16 +218,19 @@ fn root(item: &Item<'_>) -> Result<Root> {
 }
 
 /// The whisker of `[whisker]` beyond D, d, L_a and hub.
-pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Result<Read> {
+/// `scaled`: a search scales its profile.
+pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled: bool) -> Result<Read> {
     let shape = section.optional("profile", |item| profile(item, base))?;
     let (mut outline, mut file, mut warning) = (Profile::Power(1.0), None, None);
     if let Some(Shape { diameter, inner, warning: told }) = shape {
         (file, warning) = (inner, told);
         // Two knots are a cone.
         if diameter.len() > 2 {
-            outline = Profile::Table(diameter);
+            let scale =
+                section.written("scale").filter(|_| !scaled).map_or(Ok(1.0), |item| constant(&item))?;
+            outline = Profile::Table(diameter.into_iter().map(|[s, d]| [s, scale * d]).collect());
         }
-    } else if let Some(n) = section.optional("exponent", |item| item.within(&EXPONENT))? {
+    } else if let Some(n) = section.optional("exponent", |item| first(item, Property::Exponent))? {
         outline = Profile::Power(n);
     }
     let (bore, shell) = (section.written("bore"), section.written("core"));
@@ -223,7 +238,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Resu
     let inner = match (&bore, &shell, file) {
         (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
         (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
-        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item)? }),
+        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item, Property::Bore)? }),
         (None, Some(item), Some(("bore", _))) => {
             return double(item, "the profile's file has a bore already");
         }
@@ -243,10 +258,12 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model) -> Resu
         return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
     }
     let mut bend = [0.0; 2];
-    for (bend, key) in bend.iter_mut().zip(["curvature", "curvature_slope"]) {
-        *bend = section.optional(key, |item| item.within(&CURVATURE))?.unwrap_or(0.0);
+    for (bend, which) in bend.iter_mut().zip([Property::Curvature, Property::CurvatureSlope]) {
+        *bend = section.optional(which.about().key, |item| first(item, which))?.unwrap_or(0.0);
     }
     let root = section.optional("root", root)?.unwrap_or(Root::RIGID);
+    let several = shell.as_ref().and_then(|core| core.child("diameter")).is_some_and(|d| is_axis(&d));
+    let inner = inner.filter(|inner| several || inner.diameter.iter().any(|knot| knot[1] != 0.0));
     let built = Built { profile: outline, inner, curvature: bend, root };
     Ok(Read { built: Some(built).filter(|built| *built != Built::CONE), warning })
 }
@@ -262,13 +279,18 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal>
         }
         return Ok(signal);
     }
-    gauge.noise_strain = noise.map(|item| item.within(&NOISE)).transpose()?;
+    gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, &NOISE, 0)?.axis.at(0))).transpose()?;
     gauge.strain_limit = f64::INFINITY;
     Ok(signal)
 }
 
-/// Refuses what does not go together.
-pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Result<()> {
+/// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.
+pub(super) fn allowed(
+    sections: &Sections<'_>,
+    setup: &Setup,
+    tilts: bool,
+    at: Option<&Item<'_>>,
+) -> Result<()> {
     let of = |section, key| sections.section(section).get(key);
     if setup.signal != Signal::Strain || setup.wrench {
         let (item, what) = match setup.signal {
@@ -296,7 +318,8 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
     let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let whisker = sections.section("whisker");
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
-    let item = whisker.get(key)?;
+    let item = whisker.written(key).or_else(|| at.cloned()).map_or_else(|| whisker.get(key), Ok)?;
+    let key = item.key.rsplit('.').next().unwrap_or(key);
     if let Some((section, other, instead)) =
         solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
     {
@@ -318,50 +341,4 @@ fn solid(model: &Model) -> Option<(&'static str, &'static str, String)> {
     let told =
         TERMS.iter().find(on).map(|term| ("model", term.key, format!("{} = {}", term.key, term.off())));
     told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting)
-}
-
-/// The whisker of the largest diameters, with the nearest contact; none of listed tuples.
-fn largest(spec: &Spec) -> Option<(Body, f64)> {
-    let setup = &spec.study.setup;
-    let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
-    let [base, tip, length] = [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(most);
-    let body =
-        Body::new(setup.built.as_deref()?, [base?, tip?, length?], setup.model.material.e0(), setup.model.nu);
-    Some((body, spec.study.space.axis(Column::Distance)?.min()))
-}
-
-/// Refuses what no whisker of the spec can be: an inner part as thick as the skin, a bend that turns away from every contact.
-pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
-    let Some((body, nearest)) = largest(spec) else { return Ok(()) };
-    if sections.section("optimise").written("variables").is_some() {
-        return Ok(()); // Designs of a search that are no whiskers are not taken.
-    }
-    let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
-    if let Some((s, inner, outer)) = body.burst() {
-        let item = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
-        let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
-        return Err(item.map_or_else(|| whisker.get("bore"), Ok)?.error(why).allowed(HELD));
-    }
-    let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
-    if sections.section("tap").written(space::KEYS[5].1).is_none() || body.is_straight() {
-        return Ok(());
-    }
-    if let Some(why) = body.refuses(nearest, setup.model.pole_radius, hub) {
-        let item = whisker.written("curvature").map_or_else(|| whisker.get("curvature_slope"), Ok)?;
-        return Err(item.error(format!("{why} at a = {nearest} mm")).allowed(
-            "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere",
-        ));
-    }
-    Ok(())
-}
-
-/// Where the equations leave something out.
-pub(super) fn doubts(spec: &Spec) -> Vec<String> {
-    let Some((body, _)) = largest(spec) else { return Vec::new() };
-    let bent = [0.0, body.length].map(|s| (body.curvature(s) * body.radius(s, s)).abs());
-    let most = bent[0].max(bent[1]);
-    let text = format!(
-        "[whisker] curvature times R is {most:.2}: sections of a whisker so bent at rest are not those of a straight one, by about as much (docs/model.md §7)"
-    );
-    (most > 0.05).then_some(text).into_iter().collect()
 }

@@ -22,14 +22,6 @@ pub(crate) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
 pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);
 pub(super) const TAP_ANGLE: Domain = domain("0 < theta < 90 degrees", |v| v > 0.0 && v < 90.0);
 pub(super) const LEANING: Domain = domain("-90 < degrees < 90", |v| v.abs() < 90.0);
-pub(super) const MODULUS: Domain = domain("> 0 MPa", |v| v > 0.0);
-pub(super) const POISSON: Domain = domain("0 … 0.5", |v| (0.0..=0.5).contains(&v));
-pub(super) const FRICTION: Domain = domain("≥ 0", |v| v >= 0.0);
-/// A noise of which the variance vanishes is none.
-pub(super) const NOISE: Domain =
-    domain("≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)", |v| {
-        (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE)
-    });
 pub(super) const STRAIN_LIMIT: Domain = domain("> 0 (strain; 0.05 is 5 %)", |v| v > 0.0);
 pub(super) const POSITIVE: Domain = domain("> 0", |v| v > 0.0);
 pub(super) const TOLERANCE: Domain = domain("0 < tolerance < 1", |v| v > 0.0 && v < 1.0);

@@ -9,12 +9,15 @@ mod built;
 mod check;
 mod curve;
 mod direction;
+mod fits;
 pub mod keys;
 mod model;
 mod optimise;
 mod part;
+mod properties;
 mod reader;
 mod schema;
+mod searched;
 mod sections;
 mod solid;
 mod space;
@@ -30,7 +33,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Search, Setup, Spec, Study, Written};
+use crate::scene::{Drive, Property, Search, Setup, Spec, Study, Written};
 pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 use reader::{Document, Result};
@@ -108,45 +111,45 @@ fn of_sections<'a>(
     }
     let tap = sections.section("tap");
     let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
-    let hub = sections.section("whisker").get("hub")?.within(&check::PLACE)?;
+    let hub = properties::first(&sections.section("whisker").get("hub")?, Property::Hub)?;
     let mut gauge = sections::gauge(&sections.section("gauge"))?;
     let model = model::read(&sections.section("model"), base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let space::Read { space, directions, leaning, mut warnings } = taps(sections, drive)?;
+    let space::Read { space, directions, leaning, properties, rigs, mut warnings } = taps(sections, drive)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
     let tilts = leaning.iter().any(Option::is_some);
-    direction::told(sections, &gauge, &estimate, &model.model)?;
     if leaning.iter().all(Option::is_none) {
         sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
     let sensor = built::sensor(&sections.section("sensor"), &mut gauge)?;
-    let built = built::whisker(&sections.section("whisker"), base, &model.model)?;
+    let scaled = properties::searched(sections, Property::Scale);
+    let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let built = built.built.map(Arc::new);
-    let setup =
-        Setup { hub, drive, gauge, model: model.model, estimate, directions, built, signal: sensor, wrench };
-    built::allowed(sections, &setup, tilts)?;
-    solid::allowed(sections, &setup, tilts)?;
+    let (model, fit) = (model.model, model.fit);
+    let setup = Setup { hub, drive, gauge, model, estimate, directions, built, signal: sensor, wrench, rigs };
+    properties::allowed_together(sections, &setup, &properties, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
         text: text.to_owned(),
         study: Study { setup, space, output },
-        material_fit: model.fit,
+        material_fit: fit,
         run,
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
         warnings,
+        several: properties::places(&properties),
     };
     solid::fits(sections, &spec)?;
-    built::fits(sections, &spec)?;
-    let doubts = built::doubts(&spec);
+    fits::fits(sections, &spec, &properties)?;
+    let doubts = fits::doubts(&spec);
     spec.warnings.extend(doubts);
     let doubts = units::doubts(sections, &spec);
     spec.warnings.extend(doubts);
@@ -172,7 +175,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let mut search = optimise::read(&sections)?;
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
     spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
-    optimise::check(&sections, &spec, &mut search)?;
+    optimise::check(&sections, &mut spec, &mut search)?;
     let doubts = units::of_search(&sections, &spec.study);
     spec.warnings.extend(doubts);
     Ok((spec, search))
@@ -191,6 +194,7 @@ pub fn read_tap(path: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
+    spec.one_rig()?;
     let document = Document { file: label, text };
     let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
     let defaults = schema::defaults(&[tap::FALLBACK], user.get_ref());

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use super::check::{self, FRICTION, MODULUS, POISSON};
+use super::check;
 use super::part::Section;
+use super::properties::first;
 use super::reader::{Item, Result};
 use super::{curve, keys};
-use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, TERMS};
+use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Property, TERMS};
 
 /// The section, and where its material comes from if that is a curve.
 pub(super) struct Read {
@@ -30,13 +31,12 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
                 let words: Vec<(&str, &'static str)> = term.words.iter().map(|word| (*word, *word)).collect();
                 Amount::Word(item.word(&words).map_err(|e| e.allowed(allowed))?)
             }
-            Amount::Number(_) | Amount::Word(_) => {
-                Amount::Number(item.within(&check::domain(allowed, holds))?)
-            }
+            Amount::Number(_) => Amount::Number(first(&item, Property::PoleRadius)?),
+            Amount::Word(_) => Amount::Number(item.within(&check::domain(allowed, holds))?),
         };
         (term.set)(&mut model, value);
     }
-    model.nu = section.get("nu")?.within(&POISSON)?;
+    model.nu = first(&section.get("nu")?, Property::Nu)?;
     model.contact = contact(&section.get("contact")?)?;
     if let Err((key, message, allowed)) = check::consistent(&model) {
         // What `solid = true` switched on is told where that stands.
@@ -50,7 +50,7 @@ fn contact(item: &Item<'_>) -> Result<Contact> {
     let allowed = "\"frictionless\", \"stick\" or { coulomb = 0.3 }";
     if item.value.is_table() {
         item.only(&keys::CONTACT.names(), allowed)?;
-        return Ok(Contact::Coulomb(item.need("coulomb")?.within(&FRICTION)?));
+        return Ok(Contact::Coulomb(first(&item.need("coulomb")?, Property::Friction)?));
     }
     let word = item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)]);
     word.map_err(|e| e.allowed(allowed))
@@ -70,8 +70,8 @@ fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
     };
     let value = item.need(law)?;
     let material = match law {
-        "hooke" => Material::Hooke(value.within(&MODULUS)?),
-        "neo-hookean" => Material::NeoHookean(value.within(&MODULUS)?),
+        "hooke" => Material::Hooke(first(&value, Property::Modulus)?),
+        "neo-hookean" => Material::NeoHookean(first(&value, Property::Modulus)?),
         "mooney-rivlin" => Material::MooneyRivlin(value.numbers("[C10, C01] in MPa")?),
         "yeoh" => Material::Yeoh(value.numbers("[C10, C20, C30] in MPa")?),
         _ => {

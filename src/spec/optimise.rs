@@ -2,14 +2,16 @@
 
 use std::fmt::Write;
 
-use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE};
+use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE, domain};
 use super::keys as listed;
 use super::part::Section;
+use super::properties::variable;
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use super::searched::{self, UNSURE, VARIED, names, vary};
 use crate::error::InputError;
 use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Places, Robust, Search, Variable,
+    Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
 };
 use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
@@ -72,8 +74,11 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
         );
         return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
     }
-    let leaning =
-        |r: &Robust| r.tilts() && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c));
+    let leaning = |r: &Robust| {
+        r.tilts()
+            && r.properties.is_empty()
+            && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c))
+    };
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
@@ -116,19 +121,27 @@ fn budget(item: &Item<'_>) -> Result<Budget> {
     Ok(budget)
 }
 
-fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
+fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
     let keys = keys(drive);
-    let names = keys.map(|(_, key, ..)| key);
+    let names = [&keys.map(|(_, key, ..)| key)[..], &names(VARIED)].concat();
     let all = format!("some of {}, each [min, max]", names.join(", "));
     if let Some(a) = item.child("a") {
         return Err(a
             .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
             .allowed(all));
     }
-    item.only(&names, &all)?;
+    searched::known(item, &names, &all)?;
     let mut variables = Vec::new();
-    for (_, key, column, domain) in keys {
-        let Some(bounds) = item.child(key) else { continue };
+    let columns = keys.map(|(_, key, column, domain)| (item.child(key), Quantity::Column(column), domain));
+    let properties = VARIED.into_iter().map(|property| {
+        let (words, holds) = property.about().allowed;
+        (variable(item, property), Quantity::Property(property), domain(words, holds))
+    });
+    // The drive comes last.
+    let (design, drive) = columns.split_at(5);
+    let columns = |part: &[(Option<Item<'a>>, Quantity, Domain)]| part.to_vec();
+    for (bounds, quantity, domain) in columns(design).into_iter().chain(properties).chain(columns(drive)) {
+        let Some(bounds) = bounds else { continue };
         let allowed = format!("[min, max] with min < max, {}", domain.allowed);
         let [min, max] = bounds.numbers(&allowed)?;
         let message = match (min, max) {
@@ -138,7 +151,7 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
                 "these bounds have no width; a value that is given belongs into its own section"
             }
             _ => {
-                variables.push(Variable { column, min, max, start: None });
+                variables.push(Variable { quantity, min, max, start: None });
                 continue;
             }
         };
@@ -183,7 +196,8 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let mut known = keys.map(|(_, key, ..)| key).to_vec();
     known.extend(DIRECTIONS.map(|(key, _)| key));
     known.extend(["samples", "measure", "calibrated"]);
-    item.only(&known, &known.join(", "))?;
+    known.extend(names(UNSURE));
+    searched::known(item, &known, &known.join(", "))?;
     let mut sd = [0.0; COLUMNS];
     for (_, key, column, _) in keys {
         if let Some(value) = item.child(key) {
@@ -195,7 +209,14 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
             sd[column as usize] = value.within(&LEANING_DEVIATION)?;
         }
     }
-    if sd == [0.0; COLUMNS] {
+    let mut properties = Vec::new();
+    for property in UNSURE {
+        if let Some(value) = variable(item, property) {
+            properties.push((property, value.within(&DEVIATION)?));
+        }
+    }
+    properties.retain(|(_, sd)| *sd > 0.0);
+    if sd == [0.0; COLUMNS] && properties.is_empty() {
         let message = "no standard deviation is larger than zero: nothing to be robust against";
         return Err(item.error(message).allowed(known.join(", ")));
     }
@@ -207,6 +228,7 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let calibrated = |c: Item<'_>| c.word(&[("each", Calibrated::Each), ("nominal", Calibrated::Nominal)]);
     Ok(Robust {
         sd,
+        properties,
         samples: samples as u32,
         measure: item.child("measure").map_or(Ok(Measure::Mean), measure)?,
         calibrated: item.child("calibrated").map_or(Ok(Calibrated::Each), calibrated)?,
@@ -226,7 +248,7 @@ pub(super) fn fallback(search: &Search) -> String {
         let _ = writeln!(text, "[{section}]");
         // A drive that the spec does not have does no harm in a fallback.
         for (_, key, column, _) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
-            let Some(v) = search.variables.iter().find(|v| v.column == column) else { continue };
+            let Some(v) = of(search, column) else { continue };
             let roomiest = if column == Column::Length { v.max } else { v.min };
             let _ = writeln!(text, "{key} = {roomiest:?}");
             if column == Column::Drive {
@@ -237,15 +259,20 @@ pub(super) fn fallback(search: &Search) -> String {
     text
 }
 
+/// The variable that is this column.
+fn of(search: &Search, column: Column) -> Option<&Variable> {
+    search.variables.iter().find(|v| v.quantity == Quantity::Column(column))
+}
+
 /// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
     let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
-    all.filter(|k| search.variables.iter().any(|v| v.column == k.2))
-        .any(|k| key == format!("{}.{}", k.0, k.1))
+    all.filter(|k| of(search, k.2).is_some()).any(|k| key == format!("{}.{}", k.0, k.1))
 }
 
-/// Judges the section together with the rest of the spec; fills in the first start.
-pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -> Result<()> {
+/// Judges the section together with the rest of the spec; fills in the first start, and the rigs of the candidates.
+pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
+    vary(sections, spec, search)?;
     let objective = sections.section("optimise").get("objective")?;
     if search.objective.needs_distance() && spec.study.setup.gauge.noise_strain.is_none() {
         return Err(noise_missing(&objective));
@@ -263,7 +290,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
             .allowed("two distances or more"));
     }
     for (section, key, column, _) in keys(spec.study.setup.drive) {
-        let variable = search.variables.iter_mut().find(|v| v.column == column);
+        let variable = search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column));
         let Some(item) = sections.section(section).written(key) else { continue };
         let Some(axis) = axis(column) else { continue };
         match variable {
@@ -311,8 +338,8 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, search: &mut Search) -
         }
     }
     let ends = |column: Column| {
-        let v = search.variables.iter().find(|v| v.column == column);
-        v.map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
+        of(search, column)
+            .map_or_else(|| axis(column).map_or([f64::NAN; 2], |a| [a.at(0); 2]), |v| [v.min, v.max])
     };
     let (base, tip) = (ends(Column::BaseDiameter), ends(Column::TipDiameter));
     if search.limits.tip_not_wider && tip[0] > base[1] {

@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use super::check::{LENGTH, MODEL_ERROR, NOISE, POSITIVE, STRAIN_LIMIT, TOLERANCE};
+use super::check::{LENGTH, MODEL_ERROR, POSITIVE, STRAIN_LIMIT, TOLERANCE};
 use super::part::Section;
+use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::solid;
 use crate::scene::{
-    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
-    Written,
+    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, Property, RankBy, RunOptions, Side,
+    Theory, Written,
 };
 use crate::sink::rows::TableFormat;
 
@@ -17,7 +18,7 @@ use crate::sink::rows::TableFormat;
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     Ok(Gauge {
         side: section.get("side")?.word(&[("contact", Side::Contact), ("far", Side::Far)])?,
-        noise_strain: section.optional("noise_strain", |v| v.within(&NOISE))?,
+        noise_strain: section.optional("noise_strain", |v| first(v, Property::Noise))?,
         strain_limit: section.get("strain_limit")?.within(&STRAIN_LIMIT)?,
         factor: section.get("factor")?.within(&POSITIVE)?,
         second: section.get("second")?.flag()?,

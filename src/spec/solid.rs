@@ -2,9 +2,10 @@
 
 use super::check::{LENGTH, STRAIN_LIMIT, domain};
 use super::keys;
+use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Material, Setup, Spec, TERMS, Term};
+use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Material, Property, Setup, Spec, TERMS, Term};
 
 /// Defaults of `[model]` with `solid = true`.
 pub(super) const ALL: &str = r#"[model]
@@ -22,10 +23,6 @@ const NAMED: [(&str, Foil); 1] =
 
 const SHAPE: &str = "{ stiffness = 100, length = 6.3, width = 2.8 } (N/mm, mm, mm), { thickness, modulus, length, width } (mm, MPa, mm, mm), or \
                      \"KFGS-2-120\"";
-const STIFFNESS: super::check::Domain =
-    domain("0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)", |v| {
-        v > 0.0 && v < 5e4
-    });
 const THICKNESS: super::check::Domain = domain("0 < thickness ≤ 2 mm", |v| v > 0.0 && v <= 2.0);
 const MODULUS: super::check::Domain =
     domain("0 < modulus < 1000000 MPa (polyimide has 3000)", |v| v > 0.0 && v < 1e6);
@@ -43,12 +40,13 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     let width = item.needs("width", SHAPE)?.within(&LENGTH)?;
     let strain_limit = item.child("strain_limit").map(|v| v.within(&STRAIN_LIMIT)).transpose()?;
     let stiffness = match (item.child("stiffness"), item.child("thickness"), item.child("modulus")) {
-        (Some(stiffness), None, None) => stiffness.within(&STIFFNESS)?,
+        (Some(stiffness), None, None) => first(&stiffness, Property::Foil)?,
         (None, Some(thickness), Some(modulus)) => {
             let stiffness = thickness.within(&THICKNESS)? * modulus.within(&MODULUS)?;
-            if !(STIFFNESS.holds)(stiffness) {
+            let (allowed, holds) = Property::Foil.about().allowed;
+            if !holds(stiffness) {
                 let message = format!("thickness times modulus is {stiffness} N/mm");
-                return Err(modulus.error(message).allowed(STIFFNESS.allowed));
+                return Err(modulus.error(message).allowed(allowed));
             }
             stiffness
         }

@@ -1,14 +1,15 @@
 //! The tuples: axes to factors, or a tuple file.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::axis::AxisItem;
 use super::check::{self, LEANING, LENGTH, PLACE, TAP_ANGLE};
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use super::tuple_file;
+use super::{properties, tuple_file};
 use crate::scene::space::AXIS_LIMIT;
-use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Space};
+use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Property, Rigs, Space};
 
 /// Section and key of each column but the last, which has the key of its drive.
 pub(super) const KEYS: [(&str, &str); 8] = [
@@ -32,6 +33,10 @@ pub(super) struct Read<'a> {
     pub directions: DirectionColumns,
     /// Where poles tilt, and where they lean, if they do.
     pub leaning: [Option<Item<'a>>; 2],
+    /// Axes of properties of the rig.
+    pub properties: Vec<(Property, AxisItem<'a>)>,
+    /// The rigs of the tuples, where they differ.
+    pub rigs: Option<Arc<Rigs>>,
     /// About a tuple file.
     pub warnings: Vec<String>,
 }
@@ -58,10 +63,15 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> 
     if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }
+    if let Some((_, axis)) = properties::axes(sections, &mut 0)?.first() {
+        return Err(axis.item.error("all taps have one rig here").allowed("one number"));
+    }
     Ok(Read {
         space: Space::List(Vec::new()),
         directions: DirectionColumns::default(),
         leaning: [None, None],
+        properties: Vec::new(),
+        rigs: None,
         warnings: Vec::new(),
     })
 }
@@ -87,12 +97,20 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
         if let Some(item) = written(sections, keys.clone()) {
             return Err(item.error("this comes from the tuple file of [tuples]; remove one of the two"));
         }
-        return tuple_file::read(&tuples.get("file")?, drive, base);
+        if let Some((property, axis)) = properties::axes(sections, &mut 0)?.first() {
+            let message = "beside a tuple file this is one number, or a column of the file";
+            let allowed = format!("a number, or the column {} in the file", property.about().column);
+            return Err(axis.item.error(message).allowed(allowed));
+        }
+        return tuple_file::read(sections, &tuples.get("file")?, drive, base);
     }
 
     let mut sampled = 0;
-    let mut axes = Vec::with_capacity(COLUMNS);
+    let (mut axes, mut properties) = (Vec::with_capacity(COLUMNS), Vec::new());
     for (section, key) in keys {
+        if key == KEYS[Column::Distance as usize].1 {
+            properties = properties::axes(sections, &mut sampled)?;
+        }
         let domain = match key {
             "x_ss" => PLACE,
             "theta" => TAP_ANGLE,
@@ -105,30 +123,30 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     }
     let axes: [AxisItem<'_>; COLUMNS] = axes.try_into().expect("as many as there are columns");
     check::satisfiable(&axes)?;
-    zipped(&axes)?;
-    short(&axes)?;
+    zipped(&axes, &properties)?;
+    short(&axes, properties.iter().any(|(_, axis)| axis.axis.points().is_some()))?;
     let [tilt, lean] = DIRECTIONS.map(|key| tap.written(key).is_some());
     let leaning = [Column::Tilt, Column::Lean].map(|column| {
         let AxisItem { item, axis } = &axes[column as usize];
         (axis.min() != 0.0 || axis.max() != 0.0).then(|| item.clone())
     });
-    Ok(Read {
-        space: grid(axes)?,
-        directions: DirectionColumns { tilt, lean },
-        leaning,
-        warnings: Vec::new(),
-    })
+    let space = grid(axes, &properties)?;
+    let rigs = if let Space::Grid(factors) = &space { Rigs::crossed(factors) } else { None };
+    let rigs = rigs.map(Arc::new);
+    let directions = DirectionColumns { tilt, lean };
+    Ok(Read { space, directions, leaning, properties, rigs, warnings: Vec::new() })
 }
 
 /// Sampled axes share one point set, and `a` shares it with none.
-fn zipped(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
-    let mut sampled =
-        Column::ALL.into_iter().zip(axes).filter_map(|(column, a)| Some((column, a, a.axis.points()?)));
-    let Some((_, first, points)) = sampled.next() else {
+fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<()> {
+    let (design, taps) = axes.split_at(Column::Distance as usize);
+    let all = design.iter().chain(properties.iter().map(|(_, axis)| axis)).chain(taps);
+    let mut sampled = all.filter_map(|a| Some((a, a.axis.points()?)));
+    let Some((first, points)) = sampled.next() else {
         return Ok(());
     };
     let is_a = |item: &AxisItem<'_>| item.item.key == axes[5].item.key;
-    for (_, other, others) in sampled {
+    for (other, others) in sampled {
         let (key, first_key) = (&other.item.key, &first.item.key);
         if is_a(first) || is_a(other) {
             let message =
@@ -152,7 +170,7 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
 }
 
 /// Distances and strokes (tilts, leans and drives that do not belong to a design) are few enough to keep statistics of each.
-fn short(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
+fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     let [whisker @ .., a, tilt, lean, drive] = axes;
     let many = |long: &AxisItem<'_>, n: u64| {
         let message = format!("one design would have too many of these, {n}; use several specs");
@@ -162,7 +180,7 @@ fn short(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
         return many(a, a.axis.len());
     }
     let sampled = |x: &AxisItem<'_>| x.axis.points().is_some();
-    let zipped = whisker.iter().any(sampled);
+    let zipped = rigs_sampled || whisker.iter().any(sampled);
     let (mut strokes, mut samples, mut longest) = (1u64, 1, tilt);
     for part in [drive, tilt, lean].into_iter().filter(|x| !(zipped && sampled(x))) {
         if sampled(part) {
@@ -181,9 +199,12 @@ fn short(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
 }
 
 /// The grid of `axes`, unless it is too large to be counted.
-fn grid(axes: [AxisItem<'_>; COLUMNS]) -> Result<Space> {
-    let largest = axes.iter().max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
-    Space::tilted(axes.map(|a| a.axis)).ok_or_else(|| {
+fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) -> Result<Space> {
+    let all = axes.iter().chain(properties.iter().map(|(_, axis)| axis));
+    let largest = all.max_by_key(|a| a.axis.len()).map(|a| a.item.clone());
+    let several = properties.iter().filter(|(_, axis)| axis.axis.len() > 1);
+    let several = several.map(|(property, axis)| (*property, axis.axis.clone())).collect();
+    Space::with(axes.map(|a| a.axis), several).ok_or_else(|| {
         let message = "all axes together have more than 2^64 tuples; make this axis shorter";
         largest.expect("there are axes").error(message)
     })

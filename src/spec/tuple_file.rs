@@ -1,39 +1,155 @@
 //! Tuples listed in a CSV file.
 
 use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
+use std::sync::Arc;
 
+use super::axis::AxisItem;
+use super::properties;
 use super::reader::{Document, Item, Result};
+use super::schema::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::Rows;
+use crate::measure::text::separator;
 use crate::scene::listed::{Grouping, Listed, MOST_ROWS, reader};
-use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Space, Tuple};
+use crate::scene::property::Description;
+use crate::scene::{
+    Axis, COLUMNS, Column, DirectionColumns, Drive, PROPERTIES, Property, Rigs, Space, Tuple,
+};
 
 /// Columns that a file may lack: its poles are then upright.
 const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
 
+/// Properties that a file may have: all but the scale of a profile, which it has not.
+const VARIED: usize = PROPERTIES - 1;
+/// Columns of a file at most.
+const ALL: usize = COLUMNS + VARIED;
+
 /// Size from which on a file is not held in memory, bytes: some 200 000 rows.
 pub const LARGE: u64 = 8 << 20;
 
+/// Properties by the places of their columns after those of a tuple.
+fn varied() -> impl Iterator<Item = Property> {
+    Property::ALL.into_iter().filter(|property| *property != Property::Scale)
+}
+
+/// Properties with a value that they have, and the rigs.
+type Differing<'a> = (Vec<(Property, AxisItem<'a>)>, Option<Arc<Rigs>>);
+
+/// What the rows of a file have beside their tuples.
+struct Varied {
+    /// Properties that the file has, and their places among the values of a row.
+    places: Vec<(Property, usize)>,
+    rigs: Arc<Rigs>,
+    /// Of each, the value that is farthest from none.
+    largest: Vec<f64>,
+}
+
+impl Varied {
+    /// Of a file with this first line.
+    fn new(header: &str) -> Self {
+        let names: Vec<&str> =
+            header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
+        let places: Vec<(Property, usize)> = varied()
+            .zip(COLUMNS..)
+            .filter(|(property, _)| names.contains(&property.about().column))
+            .collect();
+        let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
+        Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
+    }
+
+    /// The tuple of a row.
+    fn tuple(&mut self, row: &[f64; ALL]) -> Tuple {
+        let tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
+        if self.places.is_empty() {
+            return tuple;
+        }
+        let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
+        for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
+            if value.abs() > largest.abs() && (property.about().allowed.1)(*value) {
+                *largest = *value;
+            }
+        }
+        tuple.of_rig(self.rigs.number(&values))
+    }
+
+    /// The same for the rest of the spec: `item` names the file.
+    fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>) -> Result<Differing<'a>> {
+        let has = |property| self.places.iter().any(|(p, _)| *p == property);
+        for (property, _) in &self.places {
+            let Description { column, key, section, .. } = *property.about();
+            let written = properties::written(sections, *property);
+            // What stands in an inline table is a number that each row replaces.
+            if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
+                let error = other.error(format!("the tuple file of [tuples] has the column {column}"));
+                return Err(error.allowed("one of the two"));
+            }
+            let (missing, allowed) = match property {
+                Property::Foil => (
+                    properties::written(sections, *property).is_none(),
+                    "foil = { stiffness, length, width }",
+                ),
+                Property::Core => (
+                    !has(Property::CoreModulus) && sections.section("whisker").written("core").is_none(),
+                    "a column E_core_MPa beside it, or core = { diameter, modulus }",
+                ),
+                Property::CoreModulus => (
+                    !has(Property::Core) && sections.section("whisker").written("core").is_none(),
+                    "a column core_mm beside it, or core = { diameter, modulus }",
+                ),
+                Property::Modulus => {
+                    let material = sections.section("model").written("material");
+                    let other =
+                        |item: Item<'_>| ["hooke", "neo-hookean"].iter().all(|law| item.child(law).is_none());
+                    (material.is_some_and(other), "material = { hooke = E } or { neo-hookean = E }")
+                }
+                _ => (false, ""),
+            };
+            if missing {
+                let error = item.error(format!("the column {column} of this file needs more in [{section}]"));
+                return Err(error.allowed(allowed));
+            }
+        }
+        let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
+        let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.iter().map(axis)).collect();
+        Ok((properties, Some(self.rigs).filter(|rigs| !rigs.properties.is_empty())))
+    }
+}
+
+/// The first line of a text that is no comment.
+fn header<'t>(mut lines: impl Iterator<Item = &'t str>) -> &'t str {
+    lines.find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default()
+}
+
 /// Reads the file named by `item`, relative to `base`, and warnings about it.
-pub(super) fn read<'a>(item: &Item<'a>, drive: Drive, base: &Path) -> Result<Read<'a>> {
-    let names = Column::ALL.map(|column| column.name(drive));
-    let columns = Columns { names, spare: &SPARE };
+pub(super) fn read<'a>(
+    sections: &Sections<'a>,
+    item: &Item<'a>,
+    drive: Drive,
+    base: &Path,
+) -> Result<Read<'a>> {
+    let own = Column::ALL.into_iter().map(|column| column.name(drive));
+    let names: Vec<&str> = own.chain(varied().map(|property| property.about().column)).collect();
+    let spare = [&SPARE, &names[COLUMNS..]].concat();
+    let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let path = base.join(item.text()?);
     if path.metadata().is_ok_and(|m| m.is_file() && m.len() > LARGE)
-        && let Some((listed, directions, seen, warnings)) = large(&path, columns, drive)
+        && let Some((listed, varied, directions, seen, warnings)) = large(&path, columns, drive)
     {
         let listed = listed
             .ok_or_else(|| item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")))?;
         let leaning = seen.map(|seen| seen.then(|| item.clone()));
-        return Ok(Read { space: Space::File(listed), directions, leaning, warnings });
+        let (properties, rigs) = varied.read(sections, item)?;
+        return Ok(Read { space: Space::File(listed), directions, leaning, properties, rigs, warnings });
     }
     let (label, text) = table::open(item, base, "tuple")?;
     let document = Document { file: &label, text: &text };
     let (mut tuples, mut rows, mut seen) = (Vec::new(), Rows::new(drive), [false; 2]);
+    let mut varied = Varied::new(header(text.lines()));
     let header = table::read(&document, columns, allowed, &mut |values, start| {
-        let tuple = Tuple::from_array(values);
+        let tuple = varied.tuple(&values);
         rows.take(&tuple, start);
         seen = leaning(seen, &tuple);
         tuples.push(tuple);
@@ -41,19 +157,24 @@ pub(super) fn read<'a>(item: &Item<'a>, drive: Drive, base: &Path) -> Result<Rea
     let doubts = rows.doubts(&label, |start| Some(document.line(table::line_span(&text, start).start)));
     let warnings = header.warning(&label).into_iter().chain(doubts).collect();
     let leaning = seen.map(|seen| seen.then(|| item.clone()));
-    Ok(Read { space: Space::List(tuples), directions: directions(&header), leaning, warnings })
+    let (properties, rigs) = varied.read(sections, item)?;
+    let directions = directions(&header);
+    Ok(Read { space: Space::List(tuples), directions, leaning, properties, rigs, warnings })
 }
 
-/// Rows of a large file, unless there are too many, which columns of the pole's direction it has, whether poles tilt and lean, and warnings
-/// about it.
-type Large = (Option<Listed>, DirectionColumns, [bool; 2], Vec<String>);
+/// Rows of a large file, unless there are too many, the properties it has, which columns of the pole's direction, whether poles tilt and lean, and
+/// warnings about it.
+type Large = (Option<Listed>, Varied, DirectionColumns, [bool; 2], Vec<String>);
 
 /// Checks the file at `path` row by row; `None` where something is wrong with it, which is said of the whole text.
-fn large(path: &Path, columns: Columns<'_, COLUMNS>, drive: Drive) -> Option<Large> {
+fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Option<Large> {
     let (mut grouping, mut rows, mut doubted) = (Grouping::default(), 0, Rows::new(drive));
     let mut seen = [false; 2];
+    let mut lines = BufReader::new(File::open(path).ok()?).lines().map_while(std::io::Result::ok);
+    let first = lines.find(|line| !header(std::iter::once(line.as_str())).is_empty())?;
+    let mut varied = Varied::new(&first);
     let mut row = |values, start| {
-        let tuple = Tuple::from_array(values);
+        let tuple = varied.tuple(&values);
         rows += 1;
         doubted.take(&tuple, start);
         seen = leaning(seen, &tuple);
@@ -70,8 +191,12 @@ fn large(path: &Path, columns: Columns<'_, COLUMNS>, drive: Drive) -> Option<Lar
         Ok(pool) => pool.install(|| grouping.finish()),
         Err(_) => grouping.finish(),
     };
-    let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, header.places, grouped));
-    Some((listed, directions(&header), seen, warnings))
+    let places: [Option<usize>; COLUMNS] = std::array::from_fn(|k| header.places[k]);
+    let of_rigs = varied.places.iter().filter_map(|(_, place)| header.places[*place]).collect();
+    let rigs = (!varied.places.is_empty()).then(|| (of_rigs, varied.rigs.clone()));
+    let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, places, rigs, grouped));
+    let directions = directions(&header);
+    Some((listed, varied, directions, seen, warnings))
 }
 
 /// Whether poles tilt, and lean, in the rows so far.
@@ -80,14 +205,15 @@ fn leaning([tilt, lean]: [bool; 2], t: &Tuple) -> [bool; 2] {
 }
 
 /// Which columns of the pole's direction a file has.
-fn directions(header: &Header<COLUMNS>) -> DirectionColumns {
+fn directions(header: &Header<ALL>) -> DirectionColumns {
     let [tilt, lean] = [Column::Tilt, Column::Lean].map(|c| header.places[c as usize].is_some());
     DirectionColumns { tilt, lean }
 }
 
 fn allowed(column: &str) -> &'static str {
-    match column {
-        _ if column.ends_with("_deg") => "a number in degrees, no unit",
-        _ => "a number in mm, no unit",
+    match varied().find(|property| property.about().column == column) {
+        Some(property) => property.about().allowed.0,
+        None if column.ends_with("_deg") => "a number in degrees, no unit",
+        None => "a number in mm, no unit",
     }
 }

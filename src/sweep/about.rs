@@ -59,7 +59,7 @@ impl About {
             question.lasting(),
             question.asked,
             (b.name, &b.adapter, b.precision, b.tolerance),
-            format!("{:?} {:?} {CHUNK} {bound:?} {}", plan.way, plan.solved, plan.row_reader.is_some()),
+            format!("{:?} {:?} {CHUNK} {bound:?} {}", plan.way, plan.solved, !plan.row_readers().is_empty()),
             format.name(),
         ]);
         let whole = hash(&whole.to_string());

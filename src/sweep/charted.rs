@@ -11,12 +11,14 @@ use super::select::{Best, Kept};
 use crate::chart::{
     lanes::{Found, Words},
     ranker::Ranker,
+    scope::Summary,
 };
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
 use crate::kernel::ranking::{Case, Charts, Ranking};
-use crate::plan::Layout;
+use crate::plan::{Layout, Plan};
+use crate::reduce::Sweeps;
 use crate::scene::Tuple;
 use crate::sink::run_json::Counts;
 use crate::statistics::Reduction;
@@ -31,11 +33,47 @@ const TRIES: u32 = 2;
 /// Designs of one work item.
 const GRAIN: usize = 512;
 
+/// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
+pub(super) struct Rankers<'a>(Vec<Option<&'a Ranker>>);
+
+impl<'a> Rankers<'a> {
+    /// Those of `plan`, if it has any.
+    pub fn of(plan: &'a Plan) -> Option<Self> {
+        Some(Self(plan.rankers())).filter(|all| !all.0.is_empty())
+    }
+
+    fn all(&self) -> impl Iterator<Item = &'a Ranker> {
+        self.0.iter().flatten().copied()
+    }
+
+    /// Candidates to bring back.
+    pub fn keep(&self) -> usize {
+        self.all().map(Ranker::keep).max().unwrap_or(0)
+    }
+
+    /// Of the taps solved to make and to check the charts.
+    fn sweeps(&self) -> Sweeps {
+        let mut all = Sweeps::default();
+        self.all().for_each(|ranker| all.merge(&ranker.sweeps()));
+        all
+    }
+
+    /// What `run.json` says of the first of the charts.
+    pub fn summary(&self) -> Option<Summary> {
+        self.all().next().map(Ranker::summary)
+    }
+
+    /// How a design is ranked.
+    pub fn case(&self, t: &Tuple) -> Case {
+        self.0.get(t.rig as usize).copied().flatten().map_or(Case::Hard, |ranker| ranker.case(t))
+    }
+}
+
 /// The best `top` rows, best first.
 pub(super) fn run(
     run: &mut Run<'_>,
     layout: &Layout,
-    ranker: &Ranker,
+    ranker: &Rankers<'_>,
     (top, before): (usize, Option<At>),
 ) -> Result<Vec<Kept>, Error> {
     let (from, all, best) = match before {
@@ -100,19 +138,20 @@ pub(super) fn note(counts: &mut Counts, words: &Words) {
 /// What ranks on the backend's own device, where it can.
 pub(super) fn device(
     run: &mut Run<'_>,
-    ranker: &Ranker,
+    rankers: &Rankers<'_>,
     layout: &Layout,
 ) -> Result<Option<Box<dyn Ranking>>, Error> {
-    if !ranker.serves_devices() {
-        return Ok(None);
+    // A device ranks the designs of one rig.
+    match rankers.0.as_slice() {
+        [Some(ranker)] if ranker.serves_devices() => Ok(run.evaluator.ranking(*ranker, layout)?),
+        _ => Ok(None),
     }
-    Ok(run.evaluator.ranking(ranker, layout)?)
 }
 
 /// A search under way.
 struct Search<'a> {
     layout: &'a Layout,
-    ranker: &'a Ranker,
+    ranker: &'a Rankers<'a>,
     /// The designs before it are ranked.
     from: u64,
     all: Found,
@@ -194,22 +233,27 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
 }
 
 /// Rows of the designs `ks`, those that rank no worse than `bound`.
-pub(super) fn group(layout: &Layout, ranker: &Ranker, ks: &[u64], bound: f32) -> Found {
+pub(super) fn group(layout: &Layout, rankers: &Rankers<'_>, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
-        let mut easy: (Vec<u64>, Vec<Tuple>) = (Vec::with_capacity(ks.len()), Vec::with_capacity(ks.len()));
+        let each = ks.len() / rankers.0.len() + 1;
+        let mut easy: Vec<(Vec<u64>, Vec<Tuple>)> =
+            rankers.0.iter().map(|_| (Vec::with_capacity(each), Vec::with_capacity(each))).collect();
         for &k in ks {
             let tuple = layout.design(k);
-            match ranker.case(&tuple) {
+            match rankers.case(&tuple) {
                 Case::Easy => {
-                    easy.0.push(k);
-                    easy.1.push(tuple);
+                    let (ks, tuples) = &mut easy[tuple.rig as usize];
+                    ks.push(k);
+                    tuples.push(tuple);
                 }
                 Case::Hard => found.hard.push(k),
                 Case::Void => found.words.invalid += layout.block(),
             }
         }
-        ranker.rank(&easy.0, &easy.1, bound, &mut found);
+        for (ranker, (ks, tuples)) in rankers.0.iter().zip(&easy) {
+            ranker.iter().for_each(|ranker| ranker.rank(ks, tuples, bound, &mut found));
+        }
         found
     };
     let merge = |mut a: Found, b: Found| {

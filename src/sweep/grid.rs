@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::at::{At, pack_ranked};
+use super::charted::Rankers;
 use super::design::{Axes, Rendered, Visit, Wanted, competing, render};
 use super::parted::Place;
 use super::select::{Best, Kept};
@@ -20,8 +21,9 @@ use crate::sink::{pack::Packed, rows::Rows, table::Table};
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     let plan = run.plan;
     // Which taps of a row are near a threshold only its taps tell.
-    if let Some(reader) = plan.row_reader.as_ref().filter(|_| !run.evaluator.is_guarded()) {
-        return rows::run(run, layout, reader);
+    let readers = plan.row_readers();
+    if !readers.is_empty() && !run.evaluator.is_guarded() {
+        return rows::run(run, layout, &readers);
     }
     let every: Vec<Table> = Table::ALL.into_iter().filter(|t| run.writers.wants(*t)).collect();
     let Some(top) = run.study.output.top else {
@@ -31,8 +33,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     let at = match run.resumed::<At>()? {
         Some(At::Kept(kept, next)) => (kept, next),
         ranked => {
-            let kept = match &run.plan.ranker {
-                Some(ranker) => charted::run(run, layout, ranker, (top, ranked))?,
+            let kept = match Rankers::of(plan) {
+                Some(rankers) => charted::run(run, layout, &rankers, (top, ranked))?,
                 None => ranked_rows(run, layout, (top, ranked))?,
             };
             write_kept(run, &kept, &|row| row.index.0)?;

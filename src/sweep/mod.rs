@@ -43,6 +43,7 @@ use crate::sink::{
 };
 
 use about::About;
+use charted::Rankers;
 pub use collect::collect;
 use handed::Handed;
 pub use keep::EVERY;
@@ -219,8 +220,8 @@ fn attempt(
 
 /// The way of the space.
 fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
-    run.counts.chart = run.plan.ranker.as_ref().map(|ranker| serde_json::json!(ranker.summary()));
-    if let Some(reader) = &run.plan.reader {
+    run.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
+    for reader in run.plan.readers().into_iter().flatten() {
         run.counts.chart = Some(json!(reader.summary()));
         if run.state.is_none() {
             run.counts.solved += reader.sweeps().taps;
@@ -298,6 +299,6 @@ pub fn readable(state: &[u8]) -> [bool; 5] {
 }
 
 /// Everything that makes two designs of a tuple file the same.
-fn key(t: &Tuple) -> [u64; 5] {
-    [t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits())
+fn key(t: &Tuple) -> ([u64; 5], u64) {
+    ([t.D, t.d, t.L_a, t.x_ss, t.l].map(|x| (x + 0.0).to_bits()), t.rig)
 }

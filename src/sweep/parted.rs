@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::about::About;
+use super::charted::Rankers;
 use super::select::Kept;
-use crate::chart::ranker::Ranker;
 use crate::plan::Plan;
 use crate::scene::Study;
 use crate::sink::pack::Unpacker;
@@ -71,7 +71,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "designs": { "from": about.designs.start, "to": about.designs.end, "of": plan.designs },
         "format": about.format.name(),
         "top": study.output.top,
-        "candidates": plan.ranker.as_deref().map(Ranker::keep),
+        "candidates": Rankers::of(plan).map(|rankers| rankers.keep()),
         "distances_each": distances,
         "directions_each": directions,
         "tables": super::writers::tables(study, plan),

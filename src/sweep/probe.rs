@@ -3,15 +3,16 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::charted::Rankers;
 use super::grid::small;
 use super::{Before, Run, Writers, charted, rows};
 use crate::backend::Choice;
-use crate::chart::{lanes::Found, ranker::Ranker};
+use crate::chart::lanes::Found;
 use crate::curve::both::TAPS;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
-use crate::kernel::ranking::{Case, Charts, Ranking};
+use crate::kernel::ranking::{Case, Ranking};
 use crate::plan::{CHUNK, KEEP, Plan};
 use crate::progress::Silent;
 use crate::scene::Layout;
@@ -43,9 +44,9 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let mut run = Run::new((study, plan), method, Before::nothing(Writers::none()), (&never, &mut silent));
     let more = CURVE * plan.curves as f64 + (TAPS as u64 * plan.both) as f64;
     let curves = 1.0 + more / plan.taps.max(1) as f64;
-    let work = match (&study.space, &plan.ranker) {
-        (Space::Grid(factors), Some(ranker)) => ranked(&mut run, &Layout::new(factors), ranker)?,
-        (Space::Grid(factors), None) if plan.row_reader.is_some() => {
+    let work = match (&study.space, Rankers::of(plan)) {
+        (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), &rankers)?,
+        (Space::Grid(factors), None) if !plan.row_readers().is_empty() => {
             rows_alone(&mut run, &Layout::new(factors))?
         }
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
@@ -120,12 +121,12 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
 /// Rows, read and made into text.
 fn rows_alone(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
     let plan = run.plan;
-    let Some(reader) = &plan.row_reader else { return Ok(0.0) };
+    let readers = plan.row_readers();
     let total = layout.n_designs * layout.n_drives;
     let together = (CHUNK / layout.n_distances).max(1);
     paced(total, &mut |n| {
         let places: Vec<u64> = (0..n).map(|i| place(i, total)).collect();
-        places.chunks(together as usize).try_for_each(|places| rows::some(run, layout, reader, places))
+        places.chunks(together as usize).try_for_each(|places| rows::some(run, layout, &readers, places))
     })
 }
 
@@ -141,7 +142,7 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
 }
 
 /// Designs ranked from the chart, those outside it and the rows kept solved.
-fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Ranker) -> Result<f64, Error> {
+fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f64, Error> {
     let sample: Vec<u64> = (0..layout.n_designs.min(4096)).map(|i| place(i, layout.n_designs)).collect();
     let hard = sample.iter().filter(|k| ranker.case(&layout.design(**k)) == Case::Hard).count();
     let share = hard as f64 / sample.len().max(1) as f64;

@@ -24,21 +24,23 @@ use crate::statistics::{DriveRow, Reduction};
 const PIECE: usize = 512;
 
 /// Writes the rows of the designs of `layout` that are the run's own.
-pub(super) fn run(run: &mut Run<'_>, layout: &Layout, reader: &RowReader) -> Result<(), Error> {
-    run.counts.chart = Some(serde_json::json!(reader.summary()));
+pub(super) fn run(run: &mut Run<'_>, layout: &Layout, readers: &[&RowReader]) -> Result<(), Error> {
+    run.counts.chart = readers.first().map(|reader| serde_json::json!(reader.summary()));
     let (begin, end) = (run.designs.start * layout.n_drives, run.designs.end * layout.n_drives);
     let mut from = match run.resumed::<u64>()? {
         Some(row) => row,
         None => {
-            run.counts.solved += reader.sweeps().taps;
-            run.counts.sweeps.merge(&reader.sweeps());
+            for sweeps in readers.iter().map(|reader| reader.sweeps()) {
+                run.counts.solved += sweeps.taps;
+                run.counts.sweeps.merge(&sweeps);
+            }
             begin
         }
     };
     let together = (CHUNK / layout.n_distances).max(1);
     while from < end {
         let to = (from + together).min(end);
-        some(run, layout, reader, &(from..to).collect::<Vec<_>>())?;
+        some(run, layout, readers, &(from..to).collect::<Vec<_>>())?;
         run.complete((to - begin, end - begin, "rows"), |state| to.pack(state))?;
         from = to;
     }
@@ -49,12 +51,12 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, reader: &RowReader) -> Res
 pub(super) fn some(
     run: &mut Run<'_>,
     layout: &Layout,
-    reader: &RowReader,
+    readers: &[&RowReader],
     places: &[u64],
 ) -> Result<(), Error> {
     run.check_stop()?;
     let tuples: Vec<Tuple> = places.par_iter().map(|r| tuple(layout, *r)).collect();
-    let rows = rows(run, layout, reader, &tuples)?;
+    let rows = rows(run, layout, readers, &tuples)?;
     write(run, layout, places, &tuples, &rows)?;
     run.counts.taps += tuples.len() as u64 * layout.n_distances;
     run.show(0);
@@ -70,13 +72,29 @@ fn tuple(layout: &Layout, r: u64) -> Tuple {
 fn rows(
     run: &mut Run<'_>,
     layout: &Layout,
-    reader: &RowReader,
+    readers: &[&RowReader],
     tuples: &[Tuple],
 ) -> Result<Vec<DriveRow>, Error> {
     let start = Instant::now();
-    let (found, words) = reader.read(tuples, Counting::OnWhisker);
+    let found = match readers {
+        [reader] => {
+            let (found, words) = reader.read(tuples, Counting::OnWhisker);
+            charted::note(&mut run.counts, &words);
+            found
+        }
+        _ => {
+            let mut all = vec![None; tuples.len()];
+            for (rig, reader) in (0..).zip(readers) {
+                let places: Vec<usize> = (0..tuples.len()).filter(|&i| tuples[i].rig == rig).collect();
+                let own: Vec<Tuple> = places.iter().map(|&i| tuples[i]).collect();
+                let (found, words) = reader.read(&own, Counting::OnWhisker);
+                charted::note(&mut run.counts, &words);
+                places.into_iter().zip(found).for_each(|(i, row)| all[i] = row);
+            }
+            all
+        }
+    };
     run.solve += start.elapsed();
-    charted::note(&mut run.counts, &words);
     let hard: Vec<usize> = (0..tuples.len()).filter(|&i| found[i].is_none()).collect();
     run.counts.interpolated += (tuples.len() - hard.len()) as u64 * layout.n_distances;
     for row in found.iter().flatten() {

@@ -60,7 +60,7 @@ impl<'a> Run<'a> {
         before: Before,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
-        let evaluator = Evaluator::new(&study.setup, method).reading(plan.reader.clone());
+        let evaluator = Evaluator::new(&study.setup, method).reading(plan.readers());
         let Before { writers, counts, best, solve, mended, handed, state } = before;
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {

@@ -143,7 +143,7 @@ fn lists_charts_and_devices_tell_the_same() {
     let text = spec(4.0, "x_ss = 5", taps, REAL);
     let grid = sweep(&text, CPU_F64);
     let list = grid.tuples.rows.iter().map(|row| {
-        let Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive } = tap(row);
+        let Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, .. } = tap(row);
         format!("{D},{d},{L_a},{x_ss},{l},{a},{tilt},{lean},{drive}\n")
     });
     let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg\n".to_owned();
@@ -177,7 +177,7 @@ fn total(robust: &str, place: Place) -> (f64, Setup, Vec<[f64; COLUMNS]>) {
 }
 
 const NOMINAL: Tuple =
-    Tuple { D: 10.0, d: 5.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 0.0, tilt: 0.0, lean: 0.0, drive: 5.0 };
+    Tuple { D: 10.0, d: 5.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 0.0, tilt: 0.0, lean: 0.0, drive: 5.0, rig: 0 };
 
 /// A whisker that is calibrated itself has no bias at any tilt; the nominal one's model answers the strains that the built one shows.
 #[test]

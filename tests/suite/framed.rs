@@ -28,7 +28,7 @@ fn tap(i: u32) -> Tuple {
     };
     let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| number(k as u32));
     let [tilt, lean] = [70, 71].map(|k| if i % 50 == 1 { 20.0 * uniform(k) } else { 0.0 });
-    Tuple { D, d, L_a, x_ss, l, a, drive, tilt, lean }
+    Tuple { D, d, L_a, x_ss, l, a, drive, tilt, lean, rig: 0 }
 }
 
 /// The same with whiskers, gauges and contacts at the ends of the domain: cylinders, sharp tips, gauges from the clamp on, contacts on the gauge, beside it

@@ -127,6 +127,20 @@ fn tilted_taps_go_on_from_every_batch() {
     }
 }
 
+/// Two hubs: solved, ranked from two sets of charts, and read from them.
+#[test]
+fn grids_of_rigs_go_on_from_every_batch() {
+    let rigs = |text: String| text.replacen("L_a = 50", "L_a = 50\nhub = [0, 5]", 1);
+    for output in ["format = \"parquet\"", "top = 40\nby = \"noise_rms_mm\""] {
+        let stops = stopped_everywhere(&rigs(linear(output)), "", CPU_F64);
+        assert!(stops >= 3, "{stops}: {output}");
+    }
+    let ranked =
+        rows_alone("csv").replace("tuples = false\ndistances = false", "top = 30\nby = \"total_rms_mm\"");
+    assert!(stopped_everywhere(&rigs(ranked), "", CPU) >= 2);
+    assert!(stopped_everywhere(&rigs(rows_alone("csv").replace("6_000", "2_000")), "", CPU) >= 3);
+}
+
 /// One design larger than a chunk each.
 #[test]
 fn large_designs_go_on_from_each() {

@@ -55,6 +55,7 @@ mod reference_docs;
 mod refusals;
 mod report;
 mod report_drawn;
+mod rigs;
 mod rod;
 mod said;
 mod search;

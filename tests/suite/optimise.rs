@@ -9,6 +9,7 @@ use crate::common::searching::{parse, search, search_into};
 use crate::common::sweeping::{CPU, GPU, Table, number};
 use vibrissa::optimise::session::Ended;
 use vibrissa::optimise::{self, Step, Target, Watch};
+use vibrissa::scene::search::Quantity;
 use vibrissa::scene::{Column, RunOptions};
 
 /// Two variables, a noisy gauge, a strain limit that binds.
@@ -77,7 +78,7 @@ fn noise_moves_the_best_angle_from_its_bound_inside() {
     let quiet = SPEC.replace("20e-6", "0");
     let report = search(&quiet.replace("strain = 0.02", "strain = 0.05"), CPU);
     assert_eq!(report.best.point.drive, 0.5);
-    assert!(report.at_bounds.contains(&(Column::Drive, "min")), "{:?}", report.at_bounds);
+    assert!(report.at_bounds.contains(&(Quantity::Column(Column::Drive), "min")), "{:?}", report.at_bounds);
     let noisy = search(&SPEC.replace("20e-6", "5e-6").replace("strain = 0.02", "strain = 0.05"), CPU);
     assert!(noisy.best.point.drive > 1.0 && noisy.best.point.drive < 9.0, "{:?}", noisy.best.point);
     assert!(noisy.binding.is_empty(), "{:?}", noisy.binding);
@@ -246,7 +247,8 @@ fn sensitivities_agree_with_differences_of_sweeps() {
         [number(&row, "K_sd").unwrap(), number(&row, "total_rms_mm").unwrap()]
     };
     let (up, down) = (figures(p.d * 1.002), figures(p.d * 0.998));
-    let (_, local) = report.sensitivity.local.iter().find(|(c, _)| *c == Column::TipDiameter).unwrap();
+    let (_, local) =
+        report.sensitivity.local.iter().find(|(c, _)| *c == Quantity::Column(Column::TipDiameter)).unwrap();
     for i in 0..2 {
         let want = (up[i] / down[i]).ln() / (1.002f64 / 0.998).ln();
         assert!((local[i].unwrap() - want).abs() < 1e-3 * want.abs().max(1.0), "{local:?} {want}");

@@ -125,6 +125,27 @@ fn parts_give_the_bytes_of_the_whole() {
     }
 }
 
+/// Rigs by an axis, in all routes, and by a column of a tuple file.
+#[test]
+fn parts_of_rigs_give_the_bytes_of_the_whole() {
+    let rigs = |text: String| text.replace("L_a = [40, 50]", "L_a = 50\nhub = [0, 5]\nexponent = [1, 1.0]");
+    for (place, designs, output, parts) in [
+        (CPU, 2, "", 3),
+        (CPU, 900, "top = 9\nby = \"total_rms_mm\"\ntuples = false", 3),
+        (CPU_F64, 2, "top = 5\nper = \"design\"", 2),
+    ] {
+        joined(&rigs(grid(designs, output)), "", place, parts);
+    }
+    let row = |(i, line): (usize, &str)| match i {
+        0 => format!("{line},hub_mm\n"),
+        _ => format!("{line},{}\n", i % 3),
+    };
+    let list: String = list(80).lines().enumerate().map(row).collect();
+    for output in ["", "top = 3\nper = \"design\"\nformat = \"parquet\""] {
+        joined(&listed(output), &list, CPU, 3);
+    }
+}
+
 /// Strokes of several directions, given by axes, zipped with a whisker or with the drive, and listed.
 #[test]
 fn parts_of_tilted_taps_give_the_bytes_of_the_whole() {

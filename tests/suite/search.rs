@@ -139,7 +139,7 @@ fn no_point_of_a_front_loses_to_a_million_designs() {
 fn one_batch_against_one_design_at_a_time() {
     for (name, _, text) in problems() {
         let (spec, wanted) = parse(&text);
-        let points = spread(&Variables::new(&layout(&spec), &wanted), 0..4096);
+        let points = spread(&Variables::new(&spec.study.setup, &layout(&spec), &wanted), 0..4096);
         for place in [GPU, CPU] {
             let mut scorer =
                 Scorer::new(&spec.study.setup, &layout(&spec), &wanted, place.open(&spec.study.setup));

@@ -58,6 +58,7 @@ fn cases() -> Vec<Case> {
                 tilt: get("tilt_deg"),
                 lean: get("lean_deg"),
                 drive: get(drive.column()),
+                rig: 0,
             },
             setup,
             strain: get("strain"),
@@ -198,7 +199,7 @@ fn rigs() -> [Setup; 5] {
 /// A tap of the prototype; a displacement as large as the angle makes.
 fn tap(setup: &Setup, a: f64, degrees: f64, [tilt, lean]: [f64; 2]) -> Tuple {
     let drive = if setup.drive == Drive::Angle { degrees } else { a * degrees.to_radians() };
-    Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a, tilt, lean, drive }
+    Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a, tilt, lean, drive, rig: 0 }
 }
 
 /// A pole mirrored in the plane of rotation: strain, force and arc are even, the second strain but for the centreline's, azimuth and slide odd.
@@ -377,6 +378,7 @@ fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) 
             tilt: direction.tilt,
             lean: direction.lean,
             drive: least + (most - least) * unit(3, i),
+            rig: 0,
         }
     };
     let tuples = (0..n).map(one).collect();

@@ -218,8 +218,18 @@ fn absurd_numbers_are_refused() {
 
 #[test]
 fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
-    const TAP: Tuple =
-        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, tilt: 0.0, lean: 0.0, drive: 4.0 };
+    const TAP: Tuple = Tuple {
+        D: 10.0,
+        d: 4.0,
+        L_a: 50.0,
+        x_ss: 5.0,
+        l: 2.0,
+        a: 30.0,
+        tilt: 0.0,
+        lean: 0.0,
+        drive: 4.0,
+        rig: 0,
+    };
     let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
         spec::doubts_of_taps(Drive::Angle, n, tap, |column| column.name(Drive::Angle).to_owned())
     };
@@ -270,6 +280,7 @@ fn what_no_whisker_measures_is_no_geometry() {
             tilt: 0.0,
             lean: 0.0,
             drive: amount,
+            rig: 0,
         };
         let wide = Tuple { D: 1e300, d: 1e300, ..good };
         let long = Tuple { L_a: 1e13, ..good };

@@ -123,7 +123,6 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     };
     let theory = if with_shear { Inverse::new(theory) } else { bare.clone() };
     Design {
-        tuple,
         shared: Some(Shared {
             taper,
             gauge,
@@ -134,5 +133,6 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             body: body.clone(),
             start: Held::new(&setup.model).start(&taper),
         }),
+        ..Design::nothing(tuple)
     }
 }

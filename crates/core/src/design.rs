@@ -25,6 +25,8 @@ pub struct Design {
     pub tuple: Tuple,
     /// What its taps share; `None` where the numbers are no whisker with a gauge, and its foil, on it beyond where its clamp holds it.
     pub shared: Option<Shared>,
+    /// The rig of its own, where rigs differ from design to design.
+    pub own: Option<Arc<Setup>>,
 }
 
 /// Curves of a valid design.
@@ -85,8 +87,30 @@ fn body(setup: &Setup, tuple: &Tuple) -> Option<Arc<Body>> {
 }
 
 impl Design {
-    /// The design of `tuple` in `setup`.
+    /// The design of `tuple` in `setup`, or in the one of its rigs that the tuple has.
     pub fn new(setup: &Setup, tuple: Tuple) -> Self {
+        let Some(rigs) = &setup.rigs else { return Self::of(setup, tuple) };
+        rigs.setup(setup, tuple.rig).map_or_else(|| Self::nothing(tuple), |own| Self::with(own, tuple))
+    }
+
+    /// The design of `tuple` with a rig of its own.
+    pub fn with(own: Setup, tuple: Tuple) -> Self {
+        let design = Self::of(&own, tuple);
+        Self { own: Some(Arc::new(own)), ..design }
+    }
+
+    /// Numbers that are no whisker.
+    pub fn nothing(tuple: Tuple) -> Self {
+        Self { tuple, shared: None, own: None }
+    }
+
+    /// Its own rig, or `setup`, which is that of all.
+    pub fn setup<'a>(&'a self, setup: &'a Setup) -> &'a Setup {
+        self.own.as_deref().unwrap_or(setup)
+    }
+
+    /// The design of `tuple` in `setup`, whatever its rig.
+    pub fn of(setup: &Setup, tuple: Tuple) -> Self {
         let Tuple { D, d, L_a, x_ss, l, .. } = tuple;
         let held = Held::new(&setup.model).c0 * D <= x_ss;
         let taper = Taper::new(D, d, L_a);
@@ -118,7 +142,7 @@ impl Design {
                 let start = Held::new(&setup.model).start(&taper);
                 Shared { taper, gauge, model, peak, theory, foil, start, body: body.clone() }
             });
-        Self { tuple, shared }
+        Self { tuple, shared, own: None }
     }
 
     /// Length by which K is multiplied in the tables where the convention is elongation, mm: x2 − x1, NaN of no whisker. `None` where K has
@@ -131,6 +155,7 @@ impl Design {
 
     /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
     pub fn admits(&self, setup: &Setup, a: f64, drive: f64) -> bool {
+        let setup = self.setup(setup);
         let drive_ok = match setup.drive {
             Drive::Angle => drive > 0.0 && drive < 90.0,
             Drive::Displacement => drive > 0.0 && drive <= MOST,

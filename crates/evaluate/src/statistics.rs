@@ -222,7 +222,7 @@ pub struct Reduction<'a> {
 impl<'a> Reduction<'a> {
     /// Of `design` at so many (distances, drives); `reach`: smallest and largest distance asked of it, mm.
     pub fn new(setup: &Setup, design: &'a Design, reach: [f64; 2], n: (usize, usize)) -> Self {
-        let estimator = design.shared.as_ref().map(|s| Estimator::new(setup, s, reach));
+        let estimator = design.shared.as_ref().map(|s| Estimator::new(design.setup(setup), s, reach));
         Self::with(setup, design, estimator, n)
     }
 

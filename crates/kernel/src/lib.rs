@@ -83,6 +83,12 @@ impl Rung {
         Self { rule, spare: false, precision, law, chart: OnceLock::new() }
     }
 
+    /// The same rung for another material of a law, its chart not yet made.
+    pub fn of(&self, material: &Material) -> Self {
+        let law = self.law.map(|(_, tolerance)| (*material, tolerance));
+        Self { law, chart: OnceLock::new(), ..*self }
+    }
+
     /// The rungs for `tolerance`, cheapest first.
     pub fn ladder(precision: Precision, material: &Material, tolerance: f64) -> Vec<Self> {
         let rules = rule::ladder(precision, tolerance);

@@ -5,7 +5,7 @@ mod swept;
 use serde_json::Value;
 
 use super::rows::TableFormat;
-use crate::scene::{Convention, Drive, Setup, Signal};
+use crate::scene::{Convention, Drive, PROPERTIES, Property, Setup, Signal};
 use crate::status::Status;
 pub use swept::{AtDistance, AtDrive, LARGEST, TapRow};
 
@@ -133,6 +133,8 @@ pub enum Only {
     Wrench,
     /// Of whiskers that are more than a cone clamped at its base.
     Built,
+    /// Where this property differs from design to design.
+    Varies(Property),
 }
 
 impl Only {
@@ -146,6 +148,7 @@ impl Only {
             Self::Second => setup.gauge.second,
             Self::Wrench => setup.wrench,
             Self::Built => setup.built.is_some(),
+            Self::Varies(property) => setup.varies(property),
         }
     }
 
@@ -159,6 +162,7 @@ impl Only {
             Self::Second => "with a second gauge",
             Self::Wrench => "with wrench = true",
             Self::Built => "of more than a cone clamped at its base",
+            Self::Varies(_) => "where the spec has an axis of it, or a tuple file the column",
         }
     }
 }
@@ -172,6 +176,36 @@ const fn only<R>(only: Only, name: &'static str, meaning: &'static str, read: fn
     Column { name: Name::Is(name), meaning, only, read }
 }
 
+impl<R> Clone for Column<R> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<R> Copy for Column<R> {}
+
+/// `columns` with those of the properties that may vary after the five of a design; `rig` tells the rig of a row.
+const fn with_properties<R, const N: usize, const M: usize>(
+    columns: [Column<R>; N],
+    rig: fn(&R) -> Field,
+) -> [Column<R>; M] {
+    const DESIGN: usize = 5;
+    let mut all = [columns[0]; M];
+    let mut k = 0;
+    while k < M {
+        all[k] = match k.checked_sub(DESIGN) {
+            None => columns[k],
+            Some(p) if p < PROPERTIES => {
+                let property = Property::ALL[p];
+                let about = property.about();
+                only(Only::Varies(property), about.column, about.what, rig)
+            }
+            Some(_) => columns[k - PROPERTIES],
+        };
+        k += 1;
+    }
+    all
+}
+
 /// Names of `columns` for `setup`, in order.
 pub fn names<R>(columns: &[Column<R>], setup: &Setup) -> Vec<&'static str> {
     columns.iter().filter(|c| c.only.holds(setup)).map(|c| c.name.of(setup)).collect()
@@ -179,7 +213,11 @@ pub fn names<R>(columns: &[Column<R>], setup: &Setup) -> Vec<&'static str> {
 
 /// Values of those `columns` in `row` that tables of `setup` have, after what `out` holds.
 pub fn fields<R>(columns: &[Column<R>], setup: &Setup, row: &R, out: &mut Vec<Field>) {
-    out.extend(columns.iter().filter(|c| c.only.holds(setup)).map(|c| (c.read)(row)));
+    let value = |c: &Column<R>| match (c.only, (c.read)(row), &setup.rigs) {
+        (Only::Varies(property), Field::Count(rig), Some(rigs)) => Field::Number(rigs.value(rig, property)),
+        (_, field, _) => field,
+    };
+    out.extend(columns.iter().filter(|c| c.only.holds(setup)).map(value));
 }
 
 /// What takes the rows of a table, one after the other.
@@ -240,6 +278,15 @@ pub fn drive_unit(drive: Drive) -> (&'static str, &'static str) {
 
 /// The unit that the end of a column's name says; `1` of a number or a word without one.
 pub fn unit(name: &str) -> &'static str {
-    let units = [("_mm", "mm"), ("_deg", "deg"), ("_N", "N")];
+    let units = [
+        ("N_per_mm", "N/mm"),
+        ("_per_mm", "1/mm"),
+        ("_per_mm2", "1/mm²"),
+        ("_Nmm_per_rad", "N mm/rad"),
+        ("_MPa", "MPa"),
+        ("_mm", "mm"),
+        ("_deg", "deg"),
+        ("_N", "N"),
+    ];
     units.iter().find(|(end, _)| name.ends_with(end)).map_or("1", |(_, unit)| unit)
 }

@@ -5,8 +5,8 @@ use super::{Section, THAT_OF_THE_KEY, inline, key};
 /// Many values of a quantity.
 pub const AXIS: Section = inline(
     "axis",
-    "Many values of D, d, L_a, x_ss, l, a, theta or delta, besides a list [4, 7, 10]. Axes are crossed with each other, the last \
-     fastest; sampled ones are zipped: they share samples, sampler and seed, and `a` is sampled only alone.",
+    "Many values of D, d, L_a, x_ss, l, a, theta or delta, or of a property of the rig (exponent, scale, bore, core, curvature, root, hub, E, nu, \
+     pole_radius, mu, foil, noise), besides a list [4, 7, 10]. Axes are crossed with each other, the last fastest; sampled ones are zipped: they share samples, sampler and seed, and `a` is sampled only alone.",
     &[
         "{ from = 2, to = 8, steps = 4 }",
         "{ from = 1, to = 100, steps = 3, scale = \"log\" }",
@@ -138,13 +138,31 @@ pub const BUDGET: Section = inline(
 pub const VARIABLES: Section = inline(
     "optimise.variables",
     "What is searched over: some of these, each [min, max]. A number under the key in its own section is the first start.",
-    &["{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }"],
+    &[
+        "{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }",
+        "{ exponent = [0.5, 3], core = { diameter = [0.2, 2] }, k_theta = [100, 5000] }",
+    ],
     &[
         key("D", "mm", "base diameter", "").absent("fixed"),
         key("d", "mm", "tip diameter", "").absent("fixed"),
         key("L_a", "mm", "length", "").absent("fixed"),
         key("x_ss", "mm", "start of the grid", "").absent("fixed"),
         key("l", "mm", "length of the grid", "").absent("fixed"),
+        key("exponent", "", "n of the diameter's power law", "").absent("fixed"),
+        key("scale", "", "factor of a profile's diameters", "").absent("fixed"),
+        key("bore", "mm", "diameter of a bore", "").absent("fixed"),
+        key("core.diameter", "mm", "diameter of a core", "").absent("fixed"),
+        key("core.modulus", "MPa", "modulus of a core", "").absent("fixed"),
+        key("curvature", "1/mm", "curvature at rest", "").absent("fixed"),
+        key("curvature_slope", "1/mm²", "its growth along the whisker", "").absent("fixed"),
+        key("k_theta", "N mm/rad", "stiffness of the root against turning", "").absent("fixed"),
+        key("k_y", "N/mm", "stiffness of the root across the whisker", "").absent("fixed"),
+        key("k_x", "N/mm", "stiffness of the root along the whisker", "").absent("fixed"),
+        key("hub", "mm", "distance of the motor's axis behind the clamp", "").absent("fixed"),
+        key("E", "MPa", "modulus of a hooke or neo-hookean material", "").absent("fixed"),
+        key("nu", "", "Poisson's ratio", "").absent("fixed"),
+        key("pole_radius", "mm", "radius of the object", "").absent("fixed"),
+        key("foil.stiffness", "N/mm", "stiffness of the foil", "").absent("fixed"),
         key("theta", "degrees", "tap angle", "")
             .absent("fixed")
             .note("delta (mm) with drive = \"displacement\""),
@@ -186,6 +204,13 @@ pub const ROBUST: Section = inline(
             "No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)",
         ),
         key("lean", "degrees", "of its lean", "").absent("0").note("As tilt"),
+        key(
+            "exponent",
+            "",
+            "of the exponent; and so of the other properties that `variables` may hold, and of mu",
+            "",
+        )
+        .absent("0"),
         key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
         key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
         key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")

@@ -12,18 +12,19 @@ pub const WHISKER: Section = section(
         key("d", "mm", "tip diameter", "[4, 7, 10]")
             .note("A value, a list or an axis; d > D is a whisker that widens"),
         key("L_a", "mm", "length from clamp to tip", "50.0").note("A value, a list or an axis"),
-        key("hub", "mm", "distance of the motor's axis behind the clamp", "20.0"),
+        key("hub", "mm", "distance of the motor's axis behind the clamp", "20.0").note("A value, a list or an axis"),
         key("profile", "mm", "diameter along the whisker, in place of D, d and L_a (model §7)", "[[0, 14], [8, 9], [50, 4]]")
             .absent("the cone of D and d")
             .note("Linear between its pairs [s, D]; or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm. Tables show D(0), D(L_a), L_a"),
-        key("exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ", "2.0").absent("1: the cone").note("0.25 … 4"),
-        key("bore", "mm", "diameter of a concentric bore, or [[s, diameter], …]", "3.0").absent("none").note("With a hooke material"),
+        key("scale", "", "factor of the profile's diameters", "1.1").absent("1").note("A value, a list or an axis; what is inside keeps its diameter. Tables show the scaled D(0) and D(L_a)"),
+        key("exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ", "2.0").absent("1: the cone").note("0.25 … 4. A value, a list or an axis"),
+        key("bore", "mm", "diameter of a concentric bore, or [[s, diameter], …]", "3.0").absent("none").note("With a hooke material. A number may be a list or an axis; 0: none"),
         key("core", "", "a bonded concentric core: diameter, and modulus in MPa", "{ diameter = 0.5, modulus = 60000 }")
             .absent("none")
-            .note("With a hooke material"),
-        key("curvature", "1/mm", "curvature at rest κ_base, positive where the whisker bends away from the object", "0.01").absent("0"),
-        key("curvature_slope", "1/mm²", "its growth along the whisker κ_slope", "-1e-4").absent("0"),
-        key("root", "", "springs between motor and base", "{ k_theta = 500, k_y = 20 }").absent("none: the base does not give way").note("f is then that of the whisker with its root"),
+            .note("With a hooke material. Both numbers may be lists or axes"),
+        key("curvature", "1/mm", "curvature at rest κ_base, positive where the whisker bends away from the object", "0.01").absent("0").note("A value, a list or an axis"),
+        key("curvature_slope", "1/mm²", "its growth along the whisker κ_slope", "-1e-4").absent("0").note("A value, a list or an axis"),
+        key("root", "", "springs between motor and base", "{ k_theta = 500, k_y = 20 }").absent("none: the base does not give way").note("f is then that of the whisker with its root. Each stiffness may be a list or an axis"),
     ],
 );
 
@@ -38,7 +39,7 @@ pub const GAUGE: Section = section(
         key("side", "", "side of the whisker, towards the object or away from it", "\"far\"")
             .note("Tension is positive: the far side reads negative"),
         key("noise_strain", "", "standard deviation of one strain reading", "20e-6")
-            .note("Objectives that hold the noise need it written; 0 means none"),
+            .note("Objectives that hold the noise need it written; 0 means none. A value, a list or an axis"),
         key("strain_limit", "", "|strain| above which a tap is `strain_limit`", "0.02"),
         key("factor", "", "gauge factor", "2.1")
             .note("Used for bridge_mV_per_V by calibrate, locate and simulate"),
@@ -46,7 +47,7 @@ pub const GAUGE: Section = section(
             .note("It tells the tilt of the object's edge (model §6): columns strain_2, bending_azimuth_deg, slide_mm"),
         key("foil", "", "a foil that is stiffer than the skin (model §8)", "{ stiffness = 100, length = 6.3, width = 2.8 }")
             .absent("none: the bare strain of the skin")
-            .note("strain is then what the foil reads, some twentieth of that of the bare skin, and K is that much larger; strain_limit stays that of the skin"),
+            .note("strain is then what the foil reads, some twentieth of that of the bare skin, and K is that much larger; strain_limit stays that of the skin. Its stiffness may be a list or an axis"),
     ],
 );
 
@@ -57,7 +58,7 @@ pub const SENSOR: Section = section(
     &[
         key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"")
             .note("\"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
-        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("none"),
+        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("none").note("A value, a list or an axis"),
     ],
 );
 
@@ -85,7 +86,7 @@ pub const TUPLES: Section = section(
     &[key(
         "file",
         "",
-        "CSV file with the columns D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm, theta_deg (delta_mm)",
+        "CSV file with the columns D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm, theta_deg (delta_mm), and perhaps those of the rig (exponent, bore_mm, … noise)",
         "\"tuples.csv\"",
     )
     .absent("axes")
@@ -99,11 +100,13 @@ const NU: Key = key(
     "",
     "Poisson's ratio, which enters shear, and with clamp or indentation how the solid gives way",
     "0.49",
+)
+.note("A value, a list or an axis");
+const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }").note(
+    "stick and coulomb need extension = true and pole_radius = 0. The coefficient may be a list or an axis",
 );
-const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
-    .note("stick and coulomb need extension = true and pole_radius = 0");
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
-    .note("Strain, K and distances do not depend on a common factor of the moduli; forces do");
+    .note("Strain, K and distances do not depend on a common factor of the moduli; forces do. The modulus of the first two may be a list or an axis");
 
 const SOLID: Key = key("solid", "", "all that a rubber rod of three dimensions has (model §8)", "true")
     .note("surface, shear, extension, clamp = \"bonded\", indentation, section = \"distorting\"; what is written beside it wins; needs pole_radius > 0");

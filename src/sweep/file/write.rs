@@ -121,7 +121,7 @@ pub(super) fn write_distances(
             }
         }
         // Only a K with a unit needs the curves of the whisker.
-        let mut design = Design { tuple, shared: None };
+        let mut design = Design::nothing(tuple);
         if study.setup.estimate.convention == Convention::Elongation {
             design = Design::new(&study.setup, tuple);
         }

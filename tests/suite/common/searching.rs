@@ -48,7 +48,7 @@ pub fn search(text: &str, place: Place) -> Report {
 /// best of them, in f64. It shares the scores with a search, and nothing else.
 pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
     let (spec, search) = parse(text);
-    let variables = Variables::new(&layout(&spec), &search);
+    let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
     let (k, drives) = (variables.len(), variables.drives());
     let coordinate = |seed: u64, i: u32, c: usize| {
         (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
@@ -106,7 +106,7 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
 /// Scores of `designs` points that fill the box of the variables evenly, chunk by chunk.
 pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Score])) {
     let (spec, search) = parse(text);
-    let variables = Variables::new(&layout(&spec), &search);
+    let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
     let mut scorer = Scorer::new(&spec.study.setup, &layout(&spec), &search, place.open(&spec.study.setup));
     for from in (0..designs).step_by(1 << 14) {
         let to = (from + (1 << 14)).min(designs);

@@ -7,6 +7,7 @@
 use std::sync::OnceLock;
 
 use super::axis::Axis;
+use super::property::Property;
 use super::space::{COLUMNS, Column, Direction, Factor, Tuple};
 
 /// A grid of taps.
@@ -24,6 +25,8 @@ pub struct Layout {
     pub n_drives: u64,
     /// Directions of each design, each with all of its drives: strokes j with the same j / (strokes / directions).
     pub n_directions: u64,
+    /// Combinations of properties of the rig.
+    pub n_rigs: u64,
 }
 
 impl Layout {
@@ -34,7 +37,9 @@ impl Layout {
         for factor in factors {
             match factor.axes.as_slice() {
                 [(Column::Distance, axis)] => distance = axis.clone(),
-                axes if axes.iter().all(|(column, _)| *column > Column::Distance) => {
+                axes if factor.properties.is_empty()
+                    && axes.iter().all(|(column, _)| *column > Column::Distance) =>
+                {
                     strokes.push(factor.clone());
                 }
                 _ => designs.push(factor.clone()),
@@ -48,6 +53,7 @@ impl Layout {
             n_distances: distance.len(),
             n_drives,
             n_directions: n_drives / angles,
+            n_rigs: designs.iter().filter(|f| !f.properties.is_empty()).map(|f| f.len).product(),
             designs,
             distance,
             reach: OnceLock::new(),
@@ -74,7 +80,27 @@ impl Layout {
     pub fn design(&self, k: u64) -> Tuple {
         let mut values = [f64::NAN; COLUMNS];
         place(&self.designs, k, &mut values);
-        Tuple::from_array(values)
+        let tuple = Tuple::from_array(values);
+        if self.n_rigs == 1 { tuple } else { self.of_rig(tuple, k) }
+    }
+
+    /// `tuple`, which is design `k`, with its rig; a profile that is scaled has other diameters.
+    fn of_rig(&self, mut tuple: Tuple, mut k: u64) -> Tuple {
+        let mut stride = 1;
+        for factor in self.designs.iter().rev() {
+            let at = k % factor.len;
+            k /= factor.len;
+            if factor.properties.is_empty() {
+                continue;
+            }
+            tuple.rig += at * stride;
+            stride *= factor.len;
+            if let Some((_, axis)) = factor.properties.iter().find(|(p, _)| *p == Property::Scale) {
+                tuple.D *= axis.at(at);
+                tuple.d *= axis.at(at);
+            }
+        }
+        tuple
     }
 
     /// Distance `i`, mm.
@@ -125,7 +151,7 @@ impl Layout {
     pub fn stroke(&self, design: &Tuple, j: u64) -> Tuple {
         let mut values = design.to_array();
         place(&self.strokes, j, &mut values);
-        Tuple::from_array(values)
+        Tuple::from_array(values).of_rig(design.rig)
     }
 
     /// Drive of stroke `j` of `design`, degrees or mm.
@@ -179,7 +205,11 @@ mod tests {
 
     /// An axis of its own.
     fn alone(column: Column, values: &[f64]) -> Factor {
-        Factor { axes: vec![(column, Axis::List(values.to_vec()))], len: values.len() as u64 }
+        Factor {
+            axes: vec![(column, Axis::List(values.to_vec()))],
+            len: values.len() as u64,
+            properties: vec![],
+        }
     }
 
     fn sampled(min: f64, max: f64, dimension: u32) -> Axis {
@@ -211,8 +241,18 @@ mod tests {
                 for a in [20.0, 30.0] {
                     for tilt in [0.0, 10.0] {
                         for drive in [1.0, 2.0, 3.0] {
-                            let want =
-                                Tuple { D: big, d: 4.0, L_a: 50.0, x_ss, l: 2.0, a, tilt, lean: 0.0, drive };
+                            let want = Tuple {
+                                D: big,
+                                d: 4.0,
+                                L_a: 50.0,
+                                x_ss,
+                                l: 2.0,
+                                a,
+                                tilt,
+                                lean: 0.0,
+                                drive,
+                                rig: 0,
+                            };
                             assert_eq!(l.tuple(index), want);
                             index += 1;
                         }
@@ -227,7 +267,7 @@ mod tests {
         let zipped =
             vec![(Column::BaseDiameter, sampled(8.0, 12.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
         let l = Layout::new(&[
-            Factor { axes: zipped, len: 5 },
+            Factor { axes: zipped, len: 5, properties: vec![] },
             alone(Column::TipDiameter, &[2.0, 4.0]),
             alone(Column::Length, &[50.0]),
             alone(Column::GaugePosition, &[5.0]),
@@ -247,7 +287,7 @@ mod tests {
         let l = Layout::new(&[
             alone(Column::BaseDiameter, &[8.0, 10.0]),
             alone(Column::Distance, &[20.0, 30.0]),
-            Factor { axes: zipped, len: 5 },
+            Factor { axes: zipped, len: 5, properties: vec![] },
             alone(Column::Lean, &[0.0, 5.0, 10.0]),
         ]);
         assert_eq!((l.n_designs, l.n_drives, l.n_directions, l.drives().is_some()), (2, 15, 15, false));

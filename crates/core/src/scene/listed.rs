@@ -1,6 +1,6 @@
 //! Tuples that stay in their file, because they are too many to hold: what is known of every row, and how to read rows again.
 //!
-//! A design is what rows with the same D, d, L_a, x_ss and l share; a row of designs.csv is a design at one stroke (direction of the pole
+//! A design is what rows with the same D, d, L_a, x_ss, l and rig share; a row of designs.csv is a design at one stroke (direction of the pole
 //! and drive), of distances.csv a design at one distance and direction. All are numbered in order of first appearance.
 
 use std::fs::File;
@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::rigs::Rigs;
 use super::space::{COLUMNS, Tuple};
 use crate::error::Error;
 
@@ -31,8 +32,12 @@ pub struct Listed {
     path: PathBuf,
     /// Place of each column.
     places: Places,
+    rigs: Option<Varied>,
     groups: Arc<Groups>,
 }
+
+/// Places of the properties that vary, and the rigs that rows have.
+type Varied = (Vec<usize>, Arc<Rigs>);
 
 /// What belongs together in a tuple file.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,9 +55,9 @@ pub struct Groups {
 }
 
 impl Listed {
-    /// The file at `path`, whose columns stand at `places`.
-    pub fn new(path: &Path, places: Places, groups: Groups) -> Self {
-        Self { path: path.to_owned(), places, groups: Arc::new(groups) }
+    /// The file at `path`, whose columns stand at `places`, those of properties at the places of `rigs`.
+    pub fn new(path: &Path, places: Places, rigs: Option<Varied>, groups: Groups) -> Self {
+        Self { path: path.to_owned(), places, rigs, groups: Arc::new(groups) }
     }
 
     /// The file.
@@ -77,8 +82,8 @@ impl Listed {
 
     /// Rows from the first on.
     pub fn rows(&self) -> csv::Result<Rows> {
-        let mut rows =
-            Rows { reader: reader(File::open(&self.path)?), places: self.places, record: Default::default() };
+        let (reader, rigs) = (reader(File::open(&self.path)?), self.rigs.clone());
+        let mut rows = Rows { reader, places: self.places, rigs, record: Default::default() };
         rows.reader.read_record(&mut rows.record)?;
         Ok(rows)
     }
@@ -117,6 +122,7 @@ pub fn reader<R: Read>(from: R) -> csv::Reader<R> {
 pub struct Rows {
     reader: csv::Reader<File>,
     places: Places,
+    rigs: Option<Varied>,
     record: csv::StringRecord,
 }
 
@@ -128,12 +134,19 @@ impl Rows {
         if !self.reader.read_record(&mut self.record)? {
             return Err(changed());
         }
+        let number =
+            |place: usize| self.record.get(place).and_then(|x| x.parse::<f64>().ok()).ok_or_else(changed);
         let mut values = [0.0; COLUMNS];
         for (value, place) in values.iter_mut().zip(self.places) {
             let Some(place) = place else { continue };
-            *value = self.record.get(place).and_then(|x| x.parse().ok()).ok_or_else(changed)?;
+            *value = number(place)?;
         }
-        Ok(Tuple::from_array(values))
+        let mut rig = 0;
+        if let Some((places, rigs)) = &self.rigs {
+            let values = places.iter().map(|place| number(*place)).collect::<csv::Result<Vec<f64>>>()?;
+            rig = rigs.number(&values);
+        }
+        Ok(Tuple::from_array(values).of_rig(rig))
     }
 
     /// Goes to the row that starts at `byte`.
@@ -157,7 +170,7 @@ pub struct Grouping {
 impl Grouping {
     /// Takes the next row.
     pub fn push(&mut self, t: &Tuple) {
-        let (high, low) = digest([t.D, t.d, t.L_a, t.x_ss, t.l].map(bits));
+        let (high, low) = digest([bits(t.D), bits(t.d), bits(t.L_a), bits(t.x_ss), bits(t.l), t.rig]);
         self.designs.push((high, low, self.a.len() as u32));
         if !self.directions.is_empty() || !t.direction().is_upright() {
             self.directions.resize(self.a.len(), [0.0; 2]);
@@ -186,7 +199,7 @@ impl Grouping {
             None
         } else {
             let entry = |(row, (&design, d)): (usize, (&Number, &[f64; 2]))| {
-                let (high, low) = digest([u64::from(design), bits(d[0]), bits(d[1]), 0, 0]);
+                let (high, low) = digest([u64::from(design), bits(d[0]), bits(d[1]), 0, 0, 0]);
                 (high, low, row as u32)
             };
             Some(numbered(designs.iter().zip(&directions).enumerate().map(entry).collect()).0)
@@ -214,7 +227,7 @@ fn bits(x: f64) -> u64 {
 }
 
 /// 96 well-mixed bits (splitmix64): of 10⁷ designs two are taken for one once in 10¹⁵ files.
-fn digest(words: [u64; 5]) -> (u64, u32) {
+fn digest(words: [u64; 6]) -> (u64, u32) {
     let mix = |seed: u64| {
         words.iter().fold(seed, |h, w| {
             let mut z = (h ^ w).wrapping_add(0x9e37_79b9_7f4a_7c15);

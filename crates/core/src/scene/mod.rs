@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use crate::error::InputError;
+
 pub mod axis;
 pub mod built;
 pub mod even;
@@ -13,6 +15,8 @@ mod layout;
 pub mod listed;
 pub mod material;
 pub mod model;
+pub mod property;
+pub mod rigs;
 pub mod run;
 pub mod sampler;
 pub mod search;
@@ -28,6 +32,8 @@ pub use material::{Material, MaterialFit};
 pub use model::{
     Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
 };
+pub use property::{PROPERTIES, Property};
+pub use rigs::Rigs;
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
 pub use signal::Signal;
@@ -56,6 +62,8 @@ pub struct Setup {
     pub signal: Signal,
     /// Whether tables have the wrench on the base.
     pub wrench: bool,
+    /// Properties that differ from tuple to tuple; none where all taps have the same rig.
+    pub rigs: Option<Arc<Rigs>>,
 }
 
 impl Setup {
@@ -75,6 +83,11 @@ impl Setup {
     /// Whether taps are those of a cone clamped at its base, of which only the strain is asked.
     pub fn is_plain(&self) -> bool {
         self.built.is_none() && !self.asks_wrench()
+    }
+
+    /// Whether a property differs from tuple to tuple.
+    pub fn varies(&self, property: Property) -> bool {
+        self.rigs.as_ref().is_some_and(|rigs| rigs.properties.contains(&property))
     }
 
     /// Whether the wrench on the base is asked for.
@@ -173,9 +186,18 @@ pub struct Spec {
     pub inputs: Vec<std::path::PathBuf>,
     /// Things worth telling that are no errors (ignored columns of a tuple or curve file).
     pub warnings: Vec<String>,
+    /// Errors without a message where properties of the rig have several values.
+    pub several: Vec<InputError>,
 }
 
 impl Spec {
+    /// Refuses properties of several values, for a command that takes one rig.
+    pub fn one_rig(&self) -> Result<(), InputError> {
+        let Some(place) = self.several.first() else { return Ok(()) };
+        let message = "only sweep takes several values here".to_owned();
+        Err(InputError { message, ..place.clone() }.allowed("one number"))
+    }
+
     /// A study that no file asked for.
     pub fn of(name: &str, study: Study) -> Self {
         Self {
@@ -187,6 +209,7 @@ impl Spec {
             in_force: Vec::new(),
             inputs: Vec::new(),
             warnings: Vec::new(),
+            several: Vec::new(),
         }
     }
 }

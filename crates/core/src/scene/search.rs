@@ -1,5 +1,7 @@
 //! What is searched for: `[optimise]`.
 
+use super::model::Drive;
+use super::property::Property;
 use super::space::{COLUMNS, Column};
 use crate::error::InputError;
 
@@ -41,12 +43,40 @@ impl Objective {
     }
 }
 
+/// What a search can vary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// D, d, L_a, x_ss, l or the drive.
+    Column(Column),
+    /// A property of the rig.
+    Property(Property),
+}
+
+impl Quantity {
+    /// Its name in a spec.
+    pub fn name(self, drive: Drive) -> &'static str {
+        match self {
+            Self::Column(column) => column.name(drive).trim_end_matches("_mm").trim_end_matches("_deg"),
+            Self::Property(property) => property.name(),
+        }
+    }
+
+    /// Its unit, for people.
+    pub fn unit(self, drive: Drive) -> &'static str {
+        match self {
+            Self::Column(column) if column.name(drive).ends_with("_deg") => "°",
+            Self::Column(_) => " mm",
+            Self::Property(property) => property.about().unit,
+        }
+    }
+}
+
 /// A quantity that is searched over.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// D, d, L_a, x_ss, l or the drive.
-    pub column: Column,
-    /// Lower bound, mm or degrees.
+    /// Which.
+    pub quantity: Quantity,
+    /// Lower bound, in its unit.
     pub min: f64,
     /// Upper bound.
     pub max: f64,
@@ -99,6 +129,8 @@ pub enum Calibrated {
 pub struct Robust {
     /// Standard deviations of D, d, L_a, x_ss, l, a (0), tilt, lean and the drive, by [`Column`].
     pub sd: [f64; COLUMNS],
+    /// Those of properties of the rig, where they are not 0.
+    pub properties: Vec<(Property, f64)>,
     /// Whiskers sampled for each candidate; the same deviations for all.
     pub samples: u32,
     /// Mean or worst tenth.

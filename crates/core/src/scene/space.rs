@@ -1,12 +1,13 @@
 //! The tuples of a sweep and their order: index ↔ tuple.
 //!
-//! Row order is D, d, L_a, x_ss, l, a, tilt, lean, drive nested, last fastest. A set of sampled axes is one factor that
+//! Row order is D, d, L_a, x_ss, l, properties of the rig, a, tilt, lean, drive nested, last fastest. A set of sampled axes is one factor that
 //! stands in the place of its first axis. The index of a tuple is its identity on every backend.
 
 use super::axis::Axis;
 use super::layout::Layout;
 use super::listed::Listed;
 use super::model::Drive;
+use super::property::Property;
 
 /// Quantities that vary from tuple to tuple.
 pub const COLUMNS: usize = 9;
@@ -122,19 +123,26 @@ pub struct Tuple {
     pub lean: f64,
     /// Tap angle, degrees, or displacement, mm.
     pub drive: f64,
+    /// Which of the rigs of its setup it has; 0 where there is one.
+    pub rig: u64,
 }
 
 #[allow(non_snake_case)]
 impl Tuple {
     /// Values in [`Column`] order.
     pub fn to_array(self) -> [f64; COLUMNS] {
-        let Self { D, d, L_a, x_ss, l, a, tilt, lean, drive } = self;
+        let Self { D, d, L_a, x_ss, l, a, tilt, lean, drive, .. } = self;
         [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
-    /// From values in [`Column`] order.
+    /// From values in [`Column`] order, of the first rig.
     pub fn from_array([D, d, L_a, x_ss, l, a, tilt, lean, drive]: [f64; COLUMNS]) -> Self {
-        Self { D, d, L_a, x_ss, l, a, tilt, lean, drive }
+        Self { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
+    }
+
+    /// The same with this rig.
+    pub fn of_rig(self, rig: u64) -> Self {
+        Self { rig, ..self }
     }
 
     /// Direction of the pole.
@@ -153,6 +161,8 @@ impl Tuple {
 pub struct Factor {
     /// The quantities and their axes; all axes have `len` points.
     pub axes: Vec<(Column, Axis)>,
+    /// Properties of the rig and their axes, which have as many.
+    pub properties: Vec<(Property, Axis)>,
     /// Number of points.
     pub len: u64,
 }
@@ -179,18 +189,28 @@ impl Space {
     /// Every combination of these axes, in [`Column`] order: one factor each; all sampled axes, which share their points, are one factor in
     /// the place of the first. `None` where they have more than 2^64 tuples.
     pub fn tilted(axes: [Axis; COLUMNS]) -> Option<Self> {
+        Self::with(axes, Vec::new())
+    }
+
+    /// As [`Self::tilted`], with `properties` of the rig that vary between the design's axes and a.
+    pub fn with(axes: [Axis; COLUMNS], properties: Vec<(Property, Axis)>) -> Option<Self> {
+        let mut columns = Column::ALL.into_iter().zip(axes).map(|(column, axis)| (Ok(column), axis));
+        let design: Vec<_> = columns.by_ref().take(Column::Distance as usize).collect();
+        let properties = properties.into_iter().map(|(property, axis)| (Err(property), axis));
         let mut factors: Vec<Factor> = Vec::new();
         let mut zip = None;
-        for (column, axis) in Column::ALL.into_iter().zip(axes) {
-            match (axis.points(), zip) {
-                (Some(_), Some(place)) => {
-                    let factor: &mut Factor = &mut factors[place];
-                    factor.axes.push((column, axis));
-                }
+        for (quantity, axis) in design.into_iter().chain(properties).chain(columns) {
+            let place = match (axis.points(), zip) {
+                (Some(_), Some(place)) => place,
                 (points, _) => {
                     zip = zip.or(points.map(|_| factors.len()));
-                    factors.push(Factor { len: axis.len(), axes: vec![(column, axis)] });
+                    factors.push(Factor { len: axis.len(), axes: Vec::new(), properties: Vec::new() });
+                    factors.len() - 1
                 }
+            };
+            match quantity {
+                Ok(column) => factors[place].axes.push((column, axis)),
+                Err(property) => factors[place].properties.push((property, axis)),
             }
         }
         factors.iter().try_fold(1u64, |n, f| n.checked_mul(f.len))?;

@@ -330,7 +330,7 @@ impl Inverter<'_, '_> {
         let designs = self.designs;
         // From the gauge to the tip.
         let reach = |design: u32| {
-            let Design { tuple, shared } = &designs[design as usize];
+            let Design { tuple, shared, .. } = &designs[design as usize];
             [shared.as_ref().map_or(tuple.L_a, |shared| shared.gauge[0]), tuple.L_a]
         };
         let whisker = |ask: &Ask| designs[ask.tap.design as usize].shared.is_some();

@@ -90,6 +90,7 @@ impl Evaluator<'_> {
         let stop = self.stop;
         let finish = |((task, known), grip): ((&Task, &Option<Result<Solution, Open>>), &Grip)| {
             let design = &designs[task.design as usize];
+            let setup = design.setup(setup);
             let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
                 return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
             };
@@ -148,6 +149,8 @@ impl Evaluator<'_> {
         };
         let tap = |(task, grip): (&Task, &Grip)| {
             let design = &designs[task.design as usize];
+            let setup = design.setup(setup);
+            let model = &setup.model;
             let shared = design.shared.as_ref().filter(|_| admitted(setup, design, task))?;
             let amount = amount(setup.drive, task.drive);
             let (turn, lift) = match setup.drive {

@@ -4,6 +4,7 @@ mod built;
 mod guard;
 mod outcome;
 mod over_drives;
+mod rigs;
 mod solid;
 mod solve;
 mod source;
@@ -22,7 +23,7 @@ use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Geometry, Layout, Setup, Tuple};
+use crate::scene::{Contact, Direction, Geometry, Layout, Material, Setup, Tuple};
 use crate::status::Status;
 pub use guard::{Guard, doubts};
 pub use outcome::told;
@@ -138,8 +139,10 @@ pub struct Evaluator<'a> {
     spare: usize,
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
-    /// Read in place of solved, where that is enough.
-    reader: Option<Arc<dyn Source>>,
+    /// Read in place of solved, where that is enough: one for each rig.
+    readers: Vec<Option<Arc<dyn Source>>>,
+    /// Rungs for materials of rigs that differ.
+    laws: Vec<(Material, Vec<Rung>)>,
     /// The full model, where effects are left off.
     guard: Option<Box<Guard<'a>>>,
     /// Set from outside to stop early.
@@ -173,7 +176,8 @@ impl<'a> Evaluator<'a> {
             spatial: false,
             spare: usize::MAX,
             samples: false,
-            reader: None,
+            readers: Vec::new(),
+            laws: Vec::new(),
             guard: None,
             stop: &NEVER,
         }
@@ -276,10 +280,8 @@ impl<'a> Evaluator<'a> {
             || self.setup.built.is_some() && tasks.iter().any(|task| task.is_spatial(self.setup))
     }
 
-    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
-    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
-    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
-    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+    /// [`Self::run`] of designs with rigs of one kind, not yet mended.
+    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel(tasks) {
@@ -296,7 +298,7 @@ impl<'a> Evaluator<'a> {
             self.outcomes(designs, tasks, &solved, None)?
         };
         self.go_on()?;
-        self.mend(designs, tasks, outcomes)
+        Ok(outcomes)
     }
 
     /// [`Self::solutions`] of taps of any direction.

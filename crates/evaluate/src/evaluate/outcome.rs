@@ -18,6 +18,7 @@ pub(super) fn fast(
     task: &Task,
     solved: Option<&Solved>,
 ) -> Outcome {
+    let setup = design.setup(setup);
     let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
@@ -114,7 +115,7 @@ pub fn told(
     ([strain, arc, normal, friction], beside): ([f64; 4], Option<[f64; 3]>),
     sticking: bool,
 ) -> Option<Outcome> {
-    let shared = design.shared.as_ref()?;
+    let (shared, setup) = (design.shared.as_ref()?, design.setup(setup));
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
     let (share, deviation) = match task.direction.is_upright() {
         true => (1.0, -strain / (1.0 + strain)),
@@ -157,6 +158,7 @@ fn theories_apart(shared: &Shared, task: &Task) -> f64 {
 
 /// What the reference says of a tap, or where the geometry is linear, the closed forms.
 pub(super) fn reference(setup: &Setup, design: &Design, task: &Task) -> Outcome {
+    let setup = design.setup(setup);
     let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };

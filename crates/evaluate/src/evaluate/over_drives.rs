@@ -18,10 +18,26 @@ impl Evaluator<'_> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<(Vec<Outcome>, u64), SolveError> {
+        let one =
+            &mut |one: &mut Evaluator<'_>, tasks: &[Task]| one.over_drives_alike(designs, tasks, drives);
+        let (outcomes, count) = match self.by_kind(designs, tasks, one)? {
+            Some(found) => found,
+            None => self.over_drives_alike(designs, tasks, drives)?,
+        };
+        Ok((self.mend(designs, tasks, outcomes)?, count))
+    }
+
+    /// The same of designs with rigs of one kind, not yet mended.
+    fn over_drives_alike(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        drives: &[f64],
+    ) -> Result<(Vec<Outcome>, u64), SolveError> {
         let setup = self.setup;
         let told = solid::asked(setup) || setup.asks_wrench() || built::asked(setup);
         if self.needs_no_kernel(tasks) || told || tasks.iter().any(|task| task.is_spatial(setup)) {
-            return Ok((self.run(designs, tasks)?, tasks.len() as u64));
+            return Ok((self.run_alike(designs, tasks)?, tasks.len() as u64));
         }
         let ways = DriveAxis::ways(drives);
         let tolerance = self.tolerance();
@@ -57,8 +73,7 @@ impl Evaluator<'_> {
         for (&i, s) in rest.iter().zip(self.solutions(designs, &again)?) {
             solved[i] = s;
         }
-        let outcomes = self.outcomes(designs, tasks, &solved, None)?;
-        Ok((self.mend(designs, tasks, outcomes)?, count))
+        Ok((self.outcomes(designs, tasks, &solved, None)?, count))
     }
 }
 

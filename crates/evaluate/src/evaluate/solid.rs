@@ -246,7 +246,7 @@ impl Evaluator<'_> {
             let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;
             // Where nothing else is found the reference is asked.
             let lost = Solved::lost(super::solve::frame(setup, design, task, Grip::Slide(0.0))?);
-            Some((lost, Trial::new(setup, shared, task)))
+            Some((lost, Trial::new(design.setup(setup), shared, task)))
         };
         let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
             tasks.par_iter().with_min_len(64).map(begin).collect();

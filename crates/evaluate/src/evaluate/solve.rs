@@ -232,6 +232,7 @@ fn frames(
 
 /// `task` in its own units; `None` outside the domain or at the apex.
 pub(super) fn frame(setup: &Setup, design: &Design, task: &Task, grip: Grip) -> Option<Frame> {
+    let setup = design.setup(setup);
     let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;
     let ask = Ask {
         model: &setup.model,

@@ -199,6 +199,7 @@ impl Evaluator<'_> {
             let upright =
                 frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
             let lost = Solved { plane: Some(Plane::default()), ..Solved::lost(upright) };
+            let setup = design.setup(setup);
             Some((lost, design.shared.as_ref().and_then(|shared| Trial::new(setup, shared, task))))
         };
         let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =

@@ -1,0 +1,294 @@
+//! What beside D, d, L_a, x_ss, l, the contact and the drive may differ from design to design: properties of whisker, rig and object.
+
+use super::built::{Built, Inner, Profile};
+use super::model::Contact;
+use super::{Material, Setup};
+use crate::design::MOST;
+
+/// How many properties there are.
+pub const PROPERTIES: usize = 17;
+
+/// A property, in row order: after l, before a.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Property {
+    /// n of the diameter's power law.
+    Exponent,
+    /// Factor of a profile's diameters.
+    Scale,
+    /// Diameter of a bore; 0: none.
+    Bore,
+    /// Diameter of a core; 0: none.
+    Core,
+    /// Modulus of a core.
+    CoreModulus,
+    /// κ_base.
+    Curvature,
+    /// κ_slope.
+    CurvatureSlope,
+    /// Stiffness of the root against turning.
+    Turn,
+    /// Stiffness of the root across the whisker.
+    Across,
+    /// Stiffness of the root along the whisker.
+    Along,
+    /// r₀.
+    Hub,
+    /// E, of a hooke or neo-hookean material.
+    Modulus,
+    /// ν.
+    Nu,
+    /// ρ.
+    PoleRadius,
+    /// μ.
+    Friction,
+    /// Modulus times thickness of a foil.
+    Foil,
+    /// Standard deviation of one reading.
+    Noise,
+}
+
+/// What is known of a property.
+#[derive(Debug)]
+pub struct Description {
+    /// Column of tables and tuple files.
+    pub column: &'static str,
+    /// Section of its key.
+    pub section: &'static str,
+    /// Its key there, `core.diameter` for one in an inline table.
+    pub key: &'static str,
+    /// Unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub what: &'static str,
+    /// Values that it may have, in words and as a check.
+    pub allowed: (&'static str, fn(f64) -> bool),
+}
+
+const fn description(
+    [column, section, key, unit, what]: [&'static str; 5],
+    allowed: &'static str,
+    holds: fn(f64) -> bool,
+) -> Description {
+    Description { column, section, key, unit, what, allowed: (allowed, holds) }
+}
+
+/// All, in the order of [`Property::ALL`].
+const DESCRIPTIONS: [Description; PROPERTIES] = [
+    description(
+        ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
+        "0.25 … 4 (1: the cone)",
+        |v| (0.25..=4.0).contains(&v),
+    ),
+    description(
+        ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
+        "0 < scale ≤ 1000",
+        |v| v > 0.0 && v <= 1e3,
+    ),
+    description(["bore_mm", "whisker", "bore", "mm", "diameter of the bore"], "≥ 0 mm (0: none)", |v| {
+        v >= 0.0
+    }),
+    description(
+        ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
+        "≥ 0 mm (0: none)",
+        |v| v >= 0.0,
+    ),
+    description(
+        ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
+        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)",
+        |v| v > 0.0 && v < 1e7,
+    ),
+    description(
+        ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
+        "-1 … 1 per mm",
+        |v| v.abs() <= 1.0,
+    ),
+    description(
+        [
+            "kappa_slope_per_mm2",
+            "whisker",
+            "curvature_slope",
+            "1/mm²",
+            "its growth along the whisker κ_slope",
+        ],
+        "-1 … 1 per mm²",
+        |v| v.abs() <= 1.0,
+    ),
+    description(
+        [
+            "k_theta_Nmm_per_rad",
+            "whisker",
+            "root.k_theta",
+            "N mm/rad",
+            "stiffness of the root against turning",
+        ],
+        "> 0 N mm/rad",
+        |v| v > 0.0,
+    ),
+    description(
+        ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
+        "> 0 N/mm",
+        |v| v > 0.0,
+    ),
+    description(
+        ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
+        "> 0 N/mm",
+        |v| v > 0.0,
+    ),
+    description(
+        ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
+        "≥ 0 mm",
+        |v| v >= 0.0,
+    ),
+    description(
+        ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
+        "> 0 MPa",
+        |v| v > 0.0,
+    ),
+    description(["nu", "model", "nu", "", "Poisson's ratio ν"], "0 … 0.5", |v| (0.0..=0.5).contains(&v)),
+    description(
+        ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
+        "≥ 0 mm",
+        |v| v >= 0.0,
+    ),
+    description(["mu", "model", "contact.coulomb", "", "coefficient of friction μ"], "≥ 0", |v| v >= 0.0),
+    description(
+        [
+            "foil_N_per_mm",
+            "gauge",
+            "foil.stiffness",
+            "N/mm",
+            "stiffness of the foil, modulus times thickness",
+        ],
+        "0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)",
+        |v| v > 0.0 && v < 5e4,
+    ),
+    description(
+        [
+            "noise",
+            "gauge",
+            "noise_strain",
+            "",
+            "standard deviation of one reading: strain, or N mm or N of a moment or a force",
+        ],
+        "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)",
+        |v| (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE),
+    ),
+];
+
+impl Property {
+    /// All, in row order.
+    pub const ALL: [Self; PROPERTIES] = [
+        Self::Exponent,
+        Self::Scale,
+        Self::Bore,
+        Self::Core,
+        Self::CoreModulus,
+        Self::Curvature,
+        Self::CurvatureSlope,
+        Self::Turn,
+        Self::Across,
+        Self::Along,
+        Self::Hub,
+        Self::Modulus,
+        Self::Nu,
+        Self::PoleRadius,
+        Self::Friction,
+        Self::Foil,
+        Self::Noise,
+    ];
+
+    /// What is known of it.
+    pub const fn about(self) -> &'static Description {
+        &DESCRIPTIONS[self as usize]
+    }
+
+    /// Its name in `[optimise]`: its key, but `E` for the modulus of the material and `mu` for friction.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Modulus => "E",
+            Self::Friction => "mu",
+            _ => self.about().key,
+        }
+    }
+
+    /// Its value in `setup`: of a bore or a core that at the base.
+    pub fn get(self, setup: &Setup) -> f64 {
+        let built = setup.built.as_deref().unwrap_or(&Built::CONE);
+        let inner = |hollow: bool| built.inner.as_ref().filter(|inner| (inner.modulus == 0.0) == hollow);
+        let diameter = |inner: Option<&Inner>| inner.map_or(0.0, |inner| inner.diameter[0][1]);
+        match self {
+            Self::Exponent => match built.profile {
+                Profile::Power(n) => n,
+                Profile::Table(_) => f64::NAN,
+            },
+            Self::Scale => 1.0,
+            Self::Bore => diameter(inner(true)),
+            Self::Core => diameter(inner(false)),
+            Self::CoreModulus => inner(false).map_or(f64::NAN, |inner| inner.modulus),
+            Self::Curvature => built.curvature[0],
+            Self::CurvatureSlope => built.curvature[1],
+            Self::Turn => built.root.k_theta,
+            Self::Across => built.root.k_y,
+            Self::Along => built.root.k_x,
+            Self::Hub => setup.hub,
+            Self::Modulus => setup.model.material.e0(),
+            Self::Nu => setup.model.nu,
+            Self::PoleRadius => setup.model.pole_radius,
+            Self::Friction => match setup.model.contact {
+                Contact::Coulomb(mu) => mu,
+                Contact::Frictionless | Contact::Stick => f64::NAN,
+            },
+            Self::Foil => setup.gauge.foil.map_or(f64::NAN, |foil| foil.stiffness),
+            Self::Noise => setup.gauge.noise_strain.unwrap_or(0.0),
+        }
+    }
+
+    /// Gives it a value in `setup`.
+    pub fn set(self, setup: &mut Setup, value: f64) {
+        let uniform = || vec![[0.0, value], [MOST, value]];
+        match self {
+            Self::Hub => setup.hub = value,
+            Self::Nu => setup.model.nu = value,
+            Self::PoleRadius => setup.model.pole_radius = value,
+            Self::Friction => setup.model.contact = Contact::Coulomb(value),
+            Self::Foil => setup.gauge.foil.iter_mut().for_each(|foil| foil.stiffness = value),
+            Self::Noise => setup.gauge.noise_strain = Some(value),
+            Self::Modulus => match &mut setup.model.material {
+                Material::Hooke(e) | Material::NeoHookean(e) => *e = value,
+                Material::MooneyRivlin(_) | Material::Yeoh(_) => {}
+            },
+            _ => {
+                let mut built = setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+                match self {
+                    Self::Exponent => built.profile = Profile::Power(value),
+                    Self::Scale => {
+                        if let Profile::Table(table) = &mut built.profile {
+                            table.iter_mut().for_each(|knot| knot[1] *= value);
+                        }
+                    }
+                    // A bore has no modulus; that of a new core comes next.
+                    Self::Bore if value > 0.0 => {
+                        built.inner = Some(Inner { modulus: 0.0, diameter: uniform() });
+                    }
+                    Self::Bore => built.inner = built.inner.filter(|inner| inner.modulus != 0.0),
+                    Self::Core if value > 0.0 => {
+                        let known = built.inner.map(|inner| inner.modulus).filter(|modulus| *modulus != 0.0);
+                        let modulus = known.unwrap_or(f64::NAN);
+                        built.inner = Some(Inner { modulus, diameter: uniform() });
+                    }
+                    Self::Core => built.inner = built.inner.filter(|inner| inner.modulus == 0.0),
+                    Self::CoreModulus => {
+                        let core = built.inner.iter_mut().filter(|inner| inner.modulus != 0.0);
+                        core.for_each(|inner| inner.modulus = value);
+                    }
+                    Self::Curvature => built.curvature[0] = value,
+                    Self::CurvatureSlope => built.curvature[1] = value,
+                    Self::Turn => built.root.k_theta = value,
+                    Self::Across => built.root.k_y = value,
+                    _ => built.root.k_x = value,
+                }
+                setup.built = Some(built).filter(|built| *built != Built::CONE).map(Into::into);
+            }
+        }
+    }
+}

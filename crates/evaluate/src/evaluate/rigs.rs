@@ -1,0 +1,137 @@
+//! Designs that differ in their rigs: taps of rigs that are alike to a kernel are solved together.
+
+use std::sync::Arc;
+
+use super::{Evaluator, Method, Outcome, Task};
+use crate::design::Design;
+use crate::error::SolveError;
+use crate::kernel::Rung;
+use crate::scene::built::{Inner, Profile, Root};
+use crate::scene::{Material, Setup};
+
+/// What of a rig a kernel is specialised on, and what holds for all of a batch: numbers that each tap or design has for itself are left out.
+fn kind(setup: &Setup) -> Setup {
+    let mut kind = setup.clone();
+    kind.hub = 0.0;
+    kind.gauge.noise_strain = None;
+    kind.gauge.foil.iter_mut().for_each(|foil| foil.stiffness = 1.0);
+    kind.model.nu = 0.5;
+    kind.model.pole_radius = kind.model.pole_radius.signum() * f64::from(kind.model.pole_radius != 0.0);
+    if let Material::Hooke(e) = &mut kind.model.material {
+        *e = 1.0;
+    }
+    let built = kind.built.as_deref().cloned();
+    kind.built = built.map(|mut built| {
+        built.profile = match built.profile {
+            Profile::Power(n) => Profile::Power(if n == 1.0 { n } else { 2.0 }),
+            Profile::Table(_) => Profile::Table(Vec::new()),
+        };
+        let alike = |inner: Inner| Inner { modulus: inner.modulus.signum(), diameter: Vec::new() };
+        built.inner = built.inner.map(alike);
+        if !built.is_straight() {
+            built.curvature = [1.0; 2];
+        }
+        let given = |k: f64| if k.is_finite() { 1.0 } else { k };
+        let Root { k_theta, k_y, k_x } = built.root;
+        built.root = Root { k_theta: given(k_theta), k_y: given(k_y), k_x: given(k_x) };
+        Arc::new(built)
+    });
+    kind
+}
+
+/// Places of the tasks of each rig of its own, or of each kind of them, with one of its rigs; `None` where no design has one.
+type Kinds = Vec<(Arc<Setup>, Vec<usize>)>;
+
+/// Solves some tasks, and counts.
+type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Result<(Vec<Outcome>, u64), SolveError> + 's;
+
+/// See [`Kinds`].
+fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
+    let own = |task: &Task| designs[task.design as usize].own.as_ref();
+    tasks.iter().find_map(own)?;
+    let (mut kinds, mut all): (Vec<Setup>, Kinds) = Default::default();
+    let mut of_design = vec![None; designs.len()];
+    for (i, task) in tasks.iter().enumerate() {
+        let at = &mut of_design[task.design as usize];
+        let place = *at.get_or_insert_with(|| {
+            // What is no whisker goes with any.
+            let Some(setup) = own(task) else { return 0 };
+            let kind = kind(setup);
+            let known = kinds.iter().position(|other| *other == kind);
+            known.unwrap_or_else(|| {
+                kinds.push(kind);
+                all.push((setup.clone(), Vec::new()));
+                kinds.len() - 1
+            })
+        });
+        match all.get_mut(place) {
+            Some((_, places)) => places.push(i),
+            None => *at = None,
+        }
+    }
+    // Those before the first whisker.
+    let open = (0..tasks.len()).filter(|&i| of_design[tasks[i].design as usize].is_none());
+    let open: Vec<usize> = open.collect();
+    all[0].1.extend(open);
+    Some(all)
+}
+
+impl Evaluator<'_> {
+    /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
+    /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
+    /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
+    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
+        let outcomes = match self.by_kind(designs, tasks, one)? {
+            Some((outcomes, _)) => outcomes,
+            None => self.run_alike(designs, tasks)?,
+        };
+        self.mend(designs, tasks, outcomes)
+    }
+
+    /// Outcomes of `tasks` by `solve`, one kind of rig after the other, with the number that it counts; `None` where no design has a rig of its
+    /// own.
+    pub(super) fn by_kind(
+        &mut self,
+        designs: &[Design],
+        tasks: &[Task],
+        solve: &mut Solve<'_>,
+    ) -> Result<Option<(Vec<Outcome>, u64)>, SolveError> {
+        let Some(kinds) = kinds(designs, tasks) else { return Ok(None) };
+        let (mut outcomes, mut count) = (vec![Outcome::NOTHING; tasks.len()], 0);
+        for (setup, places) in &kinds {
+            let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
+            let (found, n) = self.with(setup, |one| solve(one, &these))?;
+            places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
+            count += n;
+        }
+        Ok(Some((outcomes, count)))
+    }
+
+    /// Does `f` for another `setup`, of the same kind of material.
+    fn with<R>(&mut self, setup: &Setup, f: impl FnOnce(&mut Evaluator<'_>) -> R) -> R {
+        let law = setup.model.material;
+        let mut method = std::mem::replace(&mut self.method, Method::Reference);
+        let mut first = None;
+        if let Method::Fast { rungs, .. } = &mut method
+            && !matches!(law, Material::Hooke(_))
+        {
+            let known = self.laws.iter().position(|(other, _)| *other == law);
+            let place = known.unwrap_or_else(|| {
+                self.laws.push((law, rungs.iter().map(|rung| rung.of(&law)).collect::<Vec<Rung>>()));
+                self.laws.len() - 1
+            });
+            first = Some((place, std::mem::replace(rungs, std::mem::take(&mut self.laws[place].1))));
+        }
+        let mut other = Evaluator::new(setup, method).stopping(self.stop);
+        (other.spare, other.samples) = (self.spare, self.samples);
+        let done = f(&mut other);
+        self.spare = other.spare;
+        self.sweeps.merge(&other.take_sweeps());
+        self.method = other.into_method();
+        if let (Method::Fast { rungs, .. }, Some((place, own))) = (&mut self.method, first) {
+            self.laws[place].1 = std::mem::replace(rungs, own);
+        }
+        done
+    }
+}

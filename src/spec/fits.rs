@@ -1,0 +1,104 @@
+//! Whether there can be the built whiskers that a spec asks for, and where their equations leave something out.
+
+use super::axis::AxisItem;
+use super::properties::corners;
+use super::reader::Result;
+use super::schema::Sections;
+use super::space;
+use crate::physics::body::Body;
+use crate::scene::{Column, Drive, Property, Setup, Spec};
+
+/// Key of the thickest part, and how it is held.
+const HELD: &str = "0 < diameter < D everywhere";
+
+/// The whisker of `setup` of the largest diameters, times `scale`, with the nearest contact; none of listed tuples.
+fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
+    let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
+    let [base, tip, length] = [Column::BaseDiameter, Column::TipDiameter, Column::Length].map(most);
+    let diameters = [scale * base?, scale * tip?, length?];
+    let body = Body::new(setup.built.as_deref()?, diameters, setup.model.material.e0(), setup.model.nu);
+    Some((body, spec.study.space.axis(Column::Distance)?.min()))
+}
+
+/// Properties that decide whether there is such a whisker.
+const SHAPING: [Property; 8] = [
+    Property::Exponent,
+    Property::Scale,
+    Property::Bore,
+    Property::Core,
+    Property::Curvature,
+    Property::CurvatureSlope,
+    Property::Hub,
+    Property::PoleRadius,
+];
+
+/// Why no whisker of the spec can be that of `setup`, what is allowed, and the keys that may say so: an inner part as thick as the skin, or a bend
+/// that turns away from every contact.
+fn misfit(
+    spec: &Spec,
+    (setup, scale): &(Setup, f64),
+    tapped: bool,
+) -> Option<(String, &'static str, &'static [&'static str])> {
+    let (body, nearest) = largest(spec, setup, *scale)?;
+    if let Some((s, inner, outer)) = body.burst() {
+        let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
+        return Some((why, HELD, &["bore", "core", "profile"]));
+    }
+    let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
+    let why = body.refuses(nearest, setup.model.pole_radius, hub).filter(|_| tapped)?;
+    let allowed =
+        "|κ_base a + κ_slope a²/2| < π/2, a lever towards the object, and κ > -1/pole_radius everywhere";
+    Some((format!("{why} at a = {nearest} mm"), allowed, &["curvature", "curvature_slope"]))
+}
+
+/// Refuses what no whisker of the spec can be, each value of a property beside all others.
+pub(super) fn fits(
+    sections: &Sections<'_>,
+    spec: &Spec,
+    properties: &[(Property, AxisItem<'_>)],
+) -> Result<()> {
+    if sections.section("optimise").written("variables").is_some() {
+        return Ok(()); // Designs of a search that are no whiskers are not taken.
+    }
+    let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
+    let tapped = sections.section("tap").written(space::KEYS[5].1).is_some();
+    let shaping: Vec<_> = properties.iter().filter(|(p, _)| SHAPING.contains(p)).cloned().collect();
+    // What is wrong in all combinations of the others.
+    let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {
+        let corners = corners(setup, others).into_iter();
+        let mut all = corners.map(|(setup, own)| misfit(spec, &(setup, scale * own), tapped));
+        let first = all.next()??;
+        all.all(|misfit| misfit.is_some()).then_some(first)
+    };
+    for (k, (property, axis)) in shaping.iter().enumerate() {
+        let others = [&shaping[..k], &shaping[k + 1..]].concat();
+        let with = |value: f64| {
+            let mut one = setup.clone();
+            property.set(&mut one, value);
+            wrong(&others, &one, if *property == Property::Scale { value } else { 1.0 })
+        };
+        // A sample is judged by the row that it is in.
+        if axis.axis.points().is_none()
+            && let Some((value, item)) = axis.first_where(0.0, |value| with(value).is_some())
+            && let Some((why, allowed, _)) = with(value)
+        {
+            return Err(item.error(why).allowed(allowed));
+        }
+    }
+    if let Some((why, allowed, keys)) = wrong(&shaping, setup, 1.0) {
+        let item = keys.iter().find_map(|key| whisker.written(key));
+        return Err(item.map_or_else(|| whisker.get(keys[0]), Ok)?.error(why).allowed(allowed));
+    }
+    Ok(())
+}
+
+/// Where the equations leave something out.
+pub(super) fn doubts(spec: &Spec) -> Vec<String> {
+    let Some((body, _)) = largest(spec, &spec.study.setup, 1.0) else { return Vec::new() };
+    let bent = [0.0, body.length].map(|s| (body.curvature(s) * body.radius(s, s)).abs());
+    let most = bent[0].max(bent[1]);
+    let text = format!(
+        "[whisker] curvature times R is {most:.2}: sections of a whisker so bent at rest are not those of a straight one, by about as much (docs/model.md §7)"
+    );
+    (most > 0.05).then_some(text).into_iter().collect()
+}

@@ -1,0 +1,150 @@
+//! Properties of the rig that differ from design to design: where their keys stand, their axes, and what they exclude.
+
+use toml::de::DeValue;
+
+use super::axis::AxisItem;
+use super::check::{consistent, domain};
+use super::reader::{Item, Result};
+use super::schema::Sections;
+use super::{built, direction, solid};
+use crate::error::InputError;
+use crate::scene::property::Description;
+use crate::scene::{Axis, Property, Setup, Signal};
+
+/// Where `property` is written, if it is.
+pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option<Item<'a>> {
+    let Description { section, key, .. } = *property.about();
+    let section = sections.section(section);
+    let mut path = key.split('.');
+    let item = match property {
+        Property::Noise if of_strain(sections) => section.written(key)?,
+        Property::Noise => sections.section("sensor").written("noise")?,
+        Property::Modulus => {
+            let material = section.written(key)?;
+            ["hooke", "neo-hookean"].into_iter().find_map(|law| material.child(law))?
+        }
+        _ => section.written(path.next()?)?,
+    };
+    match property {
+        Property::Noise | Property::Modulus => Some(item),
+        _ => path.try_fold(item, |item, key| item.child(key)),
+    }
+}
+
+/// Whether a strain is read.
+fn of_strain(sections: &Sections<'_>) -> bool {
+    let word = sections.section("sensor").written("signal").and_then(|item| item.text().ok());
+    word.is_none_or(|word| word == Signal::Strain.word())
+}
+
+/// Whether many values stand at `item`, or something that should be many: pairs are the diameters of one whisker.
+pub(super) fn is_axis(item: &Item<'_>) -> bool {
+    match item.value {
+        DeValue::Array(list) => !list.first().is_some_and(|first| first.get_ref().is_array()),
+        DeValue::Table(_) => true,
+        _ => false,
+    }
+}
+
+/// The axes of properties, in row order; `sampled`: how many sampled axes come before them.
+pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec<(Property, AxisItem<'a>)>> {
+    let mut all = Vec::new();
+    for property in Property::ALL {
+        let Some(item) = written(sections, property).filter(is_axis) else { continue };
+        let read = AxisItem::read(item, &allowed(sections, property), *sampled)?;
+        *sampled += u32::from(read.axis.points().is_some());
+        all.push((property, read));
+    }
+    Ok(all)
+}
+
+/// Values that `property` may have.
+fn allowed(sections: &Sections<'_>, property: Property) -> super::check::Domain {
+    if property == Property::Noise && !of_strain(sections) {
+        return super::built::NOISE;
+    }
+    let (words, holds) = property.about().allowed;
+    domain(words, holds)
+}
+
+/// The number of `property` at `item`, or the first of its axis: the others are given to each rig.
+pub(super) fn first(item: &Item<'_>, property: Property) -> Result<f64> {
+    let (words, holds) = property.about().allowed;
+    Ok(AxisItem::read(item.clone(), &domain(words, holds), 0)?.axis.at(0))
+}
+
+/// Errors without a message where the axes of several values stand.
+pub(super) fn places(axes: &[(Property, AxisItem<'_>)]) -> Vec<InputError> {
+    axes.iter().filter(|(_, axis)| axis.axis.len() > 1).map(|(_, axis)| axis.item.error("")).collect()
+}
+
+/// Whether `property` is a variable of `[optimise]`.
+pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
+    let variables = sections.section("optimise").written("variables");
+    variables.is_some_and(|variables| variable(&variables, property).is_some())
+}
+
+/// Bounds or deviation of `property` in a table of `[optimise]`: under its key, or under the last part of it.
+pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<'a>> {
+    let key = property.name();
+    let last = key.rsplit('.').next()?;
+    let nested = key.split('.').try_fold(table.clone(), |item, key| item.child(key));
+    nested.or_else(|| table.child(key)).or_else(|| table.child(last).filter(|_| key.starts_with("root.")))
+}
+
+/// `setup` with each of the values that a property has, or with the ends of its axis.
+fn each<'a>(
+    setup: &'a Setup,
+    axes: &'a [(Property, AxisItem<'_>)],
+) -> impl Iterator<Item = (&'a AxisItem<'a>, Setup)> {
+    axes.iter().flat_map(move |(property, axis)| {
+        let values = match &axis.axis {
+            Axis::List(values) => values.clone(),
+            axis => vec![axis.min(), axis.max()],
+        };
+        values.into_iter().map(move |value| {
+            let mut one = setup.clone();
+            property.set(&mut one, value);
+            (axis, one)
+        })
+    })
+}
+
+/// Refuses what does not go together in any of the rigs.
+pub(super) fn allowed_together(
+    sections: &Sections<'_>,
+    setup: &Setup,
+    axes: &[(Property, AxisItem<'_>)],
+    tilts: bool,
+) -> Result<()> {
+    let check = |setup: &Setup, at: Option<&Item<'_>>| {
+        direction::told(sections, &setup.gauge, &setup.estimate, &setup.model)?;
+        built::allowed(sections, setup, tilts, at)?;
+        solid::allowed(sections, setup, tilts)
+    };
+    check(setup, None)?;
+    for (axis, one) in each(setup, axes) {
+        if let Err((_, message, allowed)) = consistent(&one.model) {
+            return Err(axis.item.error(message).allowed(allowed));
+        }
+        check(&one, Some(&axis.item))?;
+    }
+    Ok(())
+}
+
+/// `setup` with the ends of these axes, in all combinations, and the factor of its diameters.
+pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(Setup, f64)> {
+    let mut all = vec![(setup.clone(), 1.0)];
+    for (property, axis) in axes {
+        let ends = [axis.axis.min(), axis.axis.max()];
+        let both = |(setup, scale): &(Setup, f64)| {
+            ends.map(|value| {
+                let mut one = setup.clone();
+                property.set(&mut one, value);
+                (one, if *property == Property::Scale { value } else { *scale })
+            })
+        };
+        all = all.iter().flat_map(both).collect();
+    }
+    all
+}

@@ -1,0 +1,413 @@
+//! Axes of properties of whisker, rig and object: their rows are those of the sweeps of their values, bit for bit, in grids, tuple files, parts,
+//! rankings and searches; and what is refused.
+
+use crate::common::program::Desk;
+use crate::common::searching::search;
+use crate::common::sweeping::{
+    CPU, CPU_F64, Place, REFERENCE, Row, Table, number, rows_alone, sweep, sweep_with,
+};
+
+const TAP: &str = "[tap]\na = [20, 33]\ntheta = [2, 5]\n";
+const GAUGE: &str = "[gauge]\nx_ss = 5\nl = 2\n";
+
+/// A spec with these lines in [whisker], [gauge] and [model].
+fn spec(whisker: &str, gauge: &str, model: &str) -> String {
+    format!("[whisker]\n{whisker}\n{GAUGE}{gauge}\n{TAP}[model]\n{model}\n")
+}
+
+const CONE: &str = "D = [10, 9]\nd = 4\nL_a = 50\n";
+const PROFILE: &str = "profile = [[0, 14], [8, 9], [50, 4]]\n";
+
+/// Column, spec with `@` in place of the values, and the values.
+fn cases() -> Vec<(&'static str, String, [&'static str; 2])> {
+    let noise = "noise_strain = 20e-6";
+    let friction =
+        "extension = true\nsurface = true\ncontact = { coulomb = @ }\nmaterial = { neo-hookean = 3.2 }";
+    vec![
+        ("exponent", spec(&format!("{CONE}exponent = @"), noise, ""), ["1", "2"]),
+        ("scale", spec(&format!("{PROFILE}scale = @"), noise, ""), ["0.8", "1.1"]),
+        ("scale", spec("profile = [[0, 12], [50, 4]]\nscale = @", noise, ""), ["0.8", "1.25"]),
+        ("bore_mm", spec(&format!("{CONE}bore = @"), noise, ""), ["0", "3"]),
+        (
+            "core_mm",
+            spec(&format!("{CONE}core = {{ diameter = @, modulus = 60000 }}"), noise, "shear = true"),
+            ["0.5", "1"],
+        ),
+        (
+            "E_core_MPa",
+            spec(&format!("{CONE}core = {{ diameter = 0.5, modulus = @ }}"), noise, ""),
+            ["1000", "60000"],
+        ),
+        ("kappa_base_per_mm", spec(&format!("{CONE}curvature = @"), noise, ""), ["-0.01", "0"]),
+        ("kappa_slope_per_mm2", spec(&format!("{CONE}curvature_slope = @"), noise, ""), ["0", "1e-4"]),
+        ("k_theta_Nmm_per_rad", spec(&format!("{CONE}root = {{ k_theta = @ }}"), noise, ""), ["100", "1000"]),
+        (
+            "k_y_N_per_mm",
+            spec(&format!("{CONE}root = {{ k_theta = 500, k_y = @ }}"), noise, ""),
+            ["20", "50"],
+        ),
+        ("k_x_N_per_mm", spec(&format!("{CONE}root = {{ k_x = @ }}"), noise, "surface = true"), ["2", "30"]),
+        ("hub_mm", spec(&format!("{CONE}hub = @"), noise, ""), ["0", "5"]),
+        ("E_MPa", spec(CONE, noise, "material = { hooke = @ }"), ["1", "3.2"]),
+        ("E_MPa", spec(CONE, noise, "material = { neo-hookean = @ }"), ["1.1", "3.2"]),
+        ("nu", spec(CONE, noise, "shear = true\nnu = @"), ["0.3", "0.5"]),
+        ("pole_radius_mm", spec(CONE, noise, "pole_radius = @"), ["0", "2"]),
+        ("pole_radius_mm", spec(CONE, noise, "solid = true\npole_radius = @"), ["3", "4"]),
+        ("mu", spec(CONE, noise, friction), ["0", "0.3"]),
+        (
+            "foil_N_per_mm",
+            spec(CONE, "noise_strain = 20e-6\nfoil = { stiffness = @, length = 6.3, width = 2.8 }", ""),
+            ["50", "100"],
+        ),
+        ("noise", spec(CONE, "noise_strain = @", ""), ["1e-5", "5e-5"]),
+        ("noise", spec(CONE, "[sensor]\nsignal = \"moment\"\nnoise = @", ""), ["0.01", "0.9"]),
+    ]
+}
+
+/// A row without a column.
+fn without(row: &Row, column: &str) -> Row {
+    row.iter()
+        .filter(|(name, _)| *name != column)
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect()
+}
+
+/// Fails unless the rows of `all` with each of `values` in `column` are the rows of `each`.
+#[track_caller]
+fn same_rows(what: &str, column: &str, all: &Table, each: &[(f64, &Table)]) {
+    let place = all.columns.iter().position(|name| name == column);
+    assert_eq!(place, Some(5), "{what}: {:?}", all.columns);
+    let mut count = 0;
+    for (value, one) in each {
+        let own: Vec<Row> = all
+            .rows
+            .iter()
+            .filter(|row| number(row, column) == Some(*value))
+            .map(|row| without(row, column))
+            .collect();
+        assert!(!own.is_empty() && own == one.rows, "{what}, {column} = {value}");
+        assert!(!one.columns.iter().any(|name| name == column), "{what}: {:?}", one.columns);
+        count += own.len();
+    }
+    assert_eq!(count, all.rows.len(), "{what}");
+}
+
+fn equals_its_values(place: Place, wanted: impl Fn(&str) -> bool) {
+    for (column, text, values) in cases().into_iter().filter(|(column, ..)| wanted(column)) {
+        let all = sweep(&text.replace('@', &format!("[{}]", values.join(", "))), place);
+        let each: Vec<_> = values.iter().map(|value| sweep(&text.replace('@', value), place)).collect();
+        let numbers: Vec<f64> = values.iter().map(|value| value.parse().unwrap()).collect();
+        let with = |table: fn(&crate::common::sweeping::Swept) -> &Table| -> Vec<(f64, &Table)> {
+            numbers.iter().copied().zip(each.iter().map(table)).collect()
+        };
+        same_rows("tuples", column, &all.tuples, &with(|s| &s.tuples));
+        same_rows("designs", column, &all.designs, &with(|s| &s.designs));
+        same_rows("distances", column, &all.distances, &with(|s| &s.distances));
+        let taps: u64 = each.iter().map(|one| one.report.counts.taps).sum();
+        assert_eq!(all.report.counts.taps, taps, "{column}");
+    }
+}
+
+#[test]
+fn an_axis_gives_the_rows_of_the_sweeps_of_its_values() {
+    equals_its_values(CPU, |_| true);
+}
+
+#[test]
+fn so_it_does_in_f64_and_by_the_reference() {
+    equals_its_values(CPU_F64, |column| !column.starts_with('k'));
+    equals_its_values(REFERENCE, |column| ["exponent", "E_MPa", "nu", "hub_mm", "noise"].contains(&column));
+}
+
+#[test]
+fn own_models_and_second_gauges_know_their_rig() {
+    for estimate in ["[estimate]\ntheory = \"exact\"\n", "[estimate]\nconvention = \"elongation\"\n"] {
+        for (column, key) in [("hub_mm", "hub = @"), ("exponent", "exponent = @")] {
+            let text = spec(&format!("{CONE}{key}"), "noise_strain = 1e-5", "") + estimate;
+            let all = sweep(&text.replace('@', "[1, 2]"), CPU);
+            let each = ["1", "2"].map(|value| sweep(&text.replace('@', value), CPU));
+            same_rows(estimate, column, &all.tuples, &[(1.0, &each[0].tuples), (2.0, &each[1].tuples)]);
+            same_rows(estimate, column, &all.designs, &[(1.0, &each[0].designs), (2.0, &each[1].designs)]);
+        }
+    }
+    let text = spec(&format!("{CONE}hub = @"), "second = true\nnoise_strain = 1e-5", "")
+        .replace("theta", "tilt = [0, 20]\ntheta")
+        + "[estimate]\ntheory = \"exact\"\n";
+    let all = sweep(&text.replace('@', "[0, 4]"), CPU);
+    let each = ["0", "4"].map(|value| sweep(&text.replace('@', value), CPU));
+    same_rows("two gauges", "hub_mm", &all.tuples, &[(0.0, &each[0].tuples), (4.0, &each[1].tuples)]);
+}
+
+/// Two axes, of two kinds, beside D and l.
+const TWO: &str = "[whisker]\nD = [10, 9]\nd = 4\nL_a = 50\nbore = [1, 3]\nhub = { from = 0, to = 4, steps = 2 }\n\
+                   [gauge]\nx_ss = 5\nl = [1, 2]\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\ntheta = [2, 5]\n";
+
+#[test]
+fn rows_are_nested_after_l_and_before_a() {
+    let all = sweep(TWO, CPU);
+    let mut wanted = Vec::new();
+    for big in [10.0, 9.0] {
+        for l in [1.0, 2.0] {
+            for bore in [1.0, 3.0] {
+                for hub in [0.0, 4.0] {
+                    for a in [20.0, 33.0] {
+                        wanted.extend([2.0, 5.0].map(|theta| [big, l, bore, hub, a, theta]));
+                    }
+                }
+            }
+        }
+    }
+    let columns = ["D_mm", "l_mm", "bore_mm", "hub_mm", "a_mm", "theta_deg"];
+    let rows: Vec<_> = all.tuples.rows.iter().map(|r| columns.map(|c| number(r, c).unwrap())).collect();
+    assert_eq!(rows, wanted);
+    let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,bore_mm,hub_mm,";
+    assert!(all.tuples.text.starts_with(&format!("{head}a_mm,theta_deg,strain,")), "{:.90}", all.tuples.text);
+    assert!(all.designs.text.starts_with(&format!("{head}theta_deg,n,")), "{:.90}", all.designs.text);
+    assert!(all.distances.text.starts_with(&format!("{head}a_mm,n,")), "{:.90}", all.distances.text);
+}
+
+/// The rows of a sweep as a tuple file.
+fn listed(table: &Table) -> String {
+    let end = table.columns.iter().position(|name| name == "strain").unwrap();
+    let line = |row: &Row| table.columns[..end].iter().map(|c| row[c].clone()).collect::<Vec<_>>().join(",");
+    let rows = table.rows.iter().map(line).collect::<Vec<_>>().join("\n");
+    format!("{}\n{rows}\n", table.columns[..end].join(","))
+}
+
+#[test]
+fn samples_run_together_and_a_tuple_file_says_the_same() {
+    let sampled = "[whisker]\nD = { min = 8, max = 12, samples = 16 }\nd = 4\nL_a = 50\nexponent = { min = 0.5, max = 3, samples = 16 }\n\
+                   root = { k_theta = [500, 900] }\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\n\
+                   theta = { min = 1, max = 4, samples = 16 }\n[model]\nnu = { min = 0.3, max = 0.5, samples = 16 }\nshear = true\n";
+    let all = sweep(sampled, CPU_F64);
+    assert_eq!(all.tuples.rows.len(), 16 * 2 * 2);
+    let of = |column: &str| -> Vec<f64> {
+        all.designs.rows.iter().step_by(2).map(|row| number(row, column).unwrap()).collect()
+    };
+    // Dimensions of Sobol's points in the order of the columns: D, exponent, nu, theta.
+    use vibrissa::scene::sampler::Sampler;
+    for (dimension, column, [min, max]) in [
+        (0, "D_mm", [8.0, 12.0]),
+        (1, "exponent", [0.5, 3.0]),
+        (2, "nu", [0.3, 0.5]),
+        (3, "theta_deg", [1.0, 4.0]),
+    ] {
+        for (i, value) in of(column).into_iter().enumerate() {
+            let x = (f64::from(Sampler::Sobol.coordinate(0, dimension, i as u32)) + 0.5) / 4_294_967_296.0;
+            assert_eq!(value, min + (max - min) * x, "{column} {i}");
+        }
+    }
+    let file = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-5\n[model]\nshear = true\n";
+    let again = sweep_with(file, Some(&listed(&all.tuples)), CPU_F64);
+    assert_eq!(again.tuples.text, all.tuples.text);
+    assert_eq!(again.designs.rows.len(), all.designs.rows.len());
+    assert_eq!(again.designs.text, all.designs.text);
+    assert_eq!(again.distances.text, all.distances.text);
+}
+
+#[test]
+fn a_tuple_file_has_rows_outside_the_domain() {
+    let file = "[tuples]\nfile = \"list.csv\"\n[whisker]\ncore = { diameter = 1, modulus = 60000 }\n";
+    let rows = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,core_mm,nu\n10,4,50,5,2,33,5,0.5,0.4\n10,4,50,5,2,33,5,0.5,0.6\n\
+                10,4,50,5,2,33,5,11,0.4\n10,4,50,5,2,33,5,0,0.4\n";
+    let swept = sweep_with(file, Some(rows), CPU);
+    assert_eq!(swept.tuples.statuses(), ["ok", "invalid_geometry", "invalid_geometry", "ok"]);
+    let plain = sweep(
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 33\ntheta = 5\n",
+        CPU,
+    );
+    assert_eq!(swept.tuples.rows[3]["strain"], plain.tuples.rows[0]["strain"]);
+}
+
+#[test]
+fn the_best_rows_are_those_of_the_whole_table() {
+    for per in ["row", "design"] {
+        let all = sweep(TWO, CPU);
+        let top = sweep(&format!("{TWO}[output]\ntop = 5\nby = \"total_rms_mm\"\nper = \"{per}\"\n"), CPU);
+        let mut rows = all.designs.rows;
+        rows.sort_by(|p, q| {
+            number(p, "total_rms_mm").partial_cmp(&number(q, "total_rms_mm")).expect("complete rows")
+        });
+        if per == "design" {
+            let key = |row: &Row| ["D_mm", "l_mm", "bore_mm", "hub_mm"].map(|c| row[c].clone());
+            let mut seen = Vec::new();
+            rows.retain(|row| {
+                let new = !seen.contains(&key(row));
+                seen.push(key(row));
+                new
+            });
+        }
+        rows.truncate(5);
+        assert_eq!(top.designs.rows, rows, "{per}");
+        assert!(top.tuples.rows.iter().all(|row| all.tuples.rows.contains(row)), "{per}");
+        assert_eq!(top.tuples.rows.len(), 10, "{per}");
+    }
+}
+
+/// What charts are made for is made for each rig alone.
+#[test]
+fn each_rig_has_the_charts_of_its_own_sweep() {
+    let text = rows_alone("csv").replace("6_000", "1_000");
+    let with = |text: &str, hub: &str| text.replacen("L_a = 50", &format!("L_a = 50\nhub = {hub}"), 1);
+    let ranked = text.replace("tuples = false\ndistances = false", "top = 20\nby = \"total_rms_mm\"");
+    let all = sweep(&with(&text, "[0, 6]"), CPU);
+    let each = ["0", "6"].map(|hub| sweep(&with(&text, hub), CPU));
+    assert!(each.iter().all(|one| one.report.counts.chart.is_some()));
+    same_rows("charts", "hub_mm", &all.designs, &[(0.0, &each[0].designs), (6.0, &each[1].designs)]);
+    assert!(all.report.counts.interpolated > all.report.counts.solved);
+    let all = sweep(&with(&ranked, "[0, 6]"), CPU);
+    let mut rows: Vec<Row> = ["0", "6"]
+        .into_iter()
+        .flat_map(|hub| {
+            let one = sweep(&with(&ranked, hub), CPU);
+            assert!(one.report.counts.chart.is_some());
+            let hub = ("hub_mm".to_owned(), hub.to_owned());
+            one.designs.rows.into_iter().map(move |row| row.into_iter().chain([hub.clone()]).collect())
+        })
+        .collect();
+    rows.sort_by(|p, q| number(p, "total_rms_mm").partial_cmp(&number(q, "total_rms_mm")).unwrap());
+    rows.truncate(20);
+    assert_eq!(all.designs.rows, rows);
+    assert!(all.report.counts.chart.is_some() && all.report.counts.interpolated > 0);
+}
+
+#[test]
+fn parquet_reports_and_plans_know_the_columns() {
+    let desk = Desk::new(TWO);
+    let planned = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    assert_eq!(planned["counts"]["taps"], 64, "{planned}");
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk.run(&["report", "out"]).exits(0);
+    let page = desk.read("out/report/report.html");
+    assert!(page.contains("bore_mm") || page.contains("bore"), "no bore in the page");
+    desk.write("spec.toml", format!("{TWO}[output]\nformat = \"parquet\"\n"));
+    desk.sweep(&["--out", "other"]).exits(0);
+    desk.run(&["report", "other"]).exits(0);
+}
+
+#[test]
+fn what_cannot_be_an_axis_says_where_and_why() {
+    for (text, key, part) in [
+        (spec(CONE, "", "nu = [0.3, 0.6]"), "model.nu", "0 … 0.5"),
+        (spec(&format!("{CONE}bore = [3, 12]"), "", ""), "whisker.bore", "12 mm thick"),
+        (
+            spec(&format!("{CONE}exponent = {{ from = 0.1, to = 2, steps = 3 }}"), "", ""),
+            "whisker.exponent.from",
+            "0.25",
+        ),
+        (spec(&format!("{CONE}hub = []"), "", ""), "whisker.hub", "empty"),
+        (spec(&format!("{CONE}curvature = [0, 0.2]"), "", ""), "whisker.curvature", "90°"),
+        (spec(&format!("{CONE}scale = [1, 2]"), "", ""), "whisker.scale", "profile"),
+        (
+            spec(CONE, "", "extension = true\ncontact = { coulomb = [0.1, 0.3] }\npole_radius = [0, 2]"),
+            "model.pole_radius",
+            "thin edge",
+        ),
+        (spec(CONE, "", "geometry = \"linear\"\npole_radius = [0, 2]"), "model.pole_radius", "linear"),
+        (
+            spec(&format!("{CONE}bore = [0, 2]"), "", "material = { neo-hookean = 3.2 }"),
+            "whisker.bore",
+            "hooke",
+        ),
+        (
+            spec(&format!("{CONE}exponent = [1, 2]"), "", "solid = true\npole_radius = 3"),
+            "whisker.exponent",
+            "clamp",
+        ),
+        (
+            spec(
+                &format!("{CONE}hub = {{ min = 0, max = 5, samples = 8 }}"),
+                "",
+                "nu = { min = 0.3, max = 0.5, samples = 4 }",
+            ),
+            "model.nu.samples",
+            "differ in samples",
+        ),
+    ] {
+        let desk = Desk::new(&text);
+        let ran = desk.sweep(&["--json"]).exits(2);
+        let error = ran.json()["error"].clone();
+        assert_eq!(error["key"], key, "{error}");
+        assert!(error["line"].is_number() && error.to_string().contains(part), "{part}: {error}");
+    }
+    let desk = Desk::new(
+        &spec(&format!("{CONE}hub = [0, 5]"), "noise_strain = 1e-5", "").replace("D = [10, 9]", "D = 10"),
+    );
+    for command in ["tap", "shape", "chart", "explore", "verify", "simulate"] {
+        let ran = desk.run(&[command, "spec.toml", "--json"]).exits(2);
+        assert_eq!(ran.json()["error"]["key"], "whisker.hub", "{command}: {}", ran.stdout);
+    }
+    for flag in [&["--explain"][..], &["--model-error", "0.01"]] {
+        assert!(desk.sweep(flag).exits(2).stderr.contains("hub"), "{flag:?}");
+    }
+}
+
+/// K_sd of a row over three distances, of the whisker with this exponent and root.
+const SEARCHED: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 30, 40]\ntheta = 4\n";
+
+#[test]
+fn a_search_finds_the_best_of_a_dense_axis() {
+    let dense = SEARCHED.replace("[gauge]", "exponent = { from = 0.3, to = 3, steps = 109 }\n[gauge]");
+    let swept = sweep(&dense, CPU_F64);
+    let best = |column: &str| {
+        let rows = swept.designs.rows.iter();
+        rows.map(|r| (number(r, column).unwrap(), number(r, "exponent").unwrap()))
+            .min_by(|p, q| p.0.total_cmp(&q.0))
+            .unwrap()
+    };
+    for (objective, column) in [("sd", "K_sd"), ("distance", "total_rms_mm")] {
+        let text = format!(
+            "{SEARCHED}[optimise]\nobjective = \"{objective}\"\nvariables = {{ exponent = [0.3, 3] }}\nbudget = {{ evaluations = 400 }}\n\
+             limits = {{ strain = 1 }}\n"
+        );
+        let found = search(&text, CPU_F64);
+        let (value, exponent) = best(column);
+        assert!(
+            found.value <= value * (1.0 + 1e-9),
+            "{objective}: {} against {value} at {exponent}",
+            found.value
+        );
+        assert!(found.value > value * 0.98, "{objective}: {} against {value} at {exponent}", found.value);
+    }
+}
+
+#[test]
+fn best_toml_is_swept_to_the_figures_of_the_search() {
+    let text = format!(
+        "{}[optimise]\nobjective = \"distance\"\nvariables = {{ d = [3, 6], core = {{ diameter = [0.2, 1] }}, k_theta = [200, 2000], E = [2, 4] }}\n\
+         robust = {{ k_theta = 20, nu = 0.01, samples = 4 }}\nbudget = {{ evaluations = 120 }}\nlimits = {{ strain = 1 }}\n",
+        SEARCHED.replace("[gauge]", "core = { diameter = 0.5, modulus = 60000 }\n[gauge]")
+    );
+    let desk = Desk::new(&text);
+    let ran = desk
+        .run(&["optimise", "spec.toml", "--backend", "cpu", "--precision", "f64", "--json", "--out", "out"])
+        .exits(0);
+    let best = ran.json()["result"]["best"].clone();
+    for column in ["core_mm", "k_theta_Nmm_per_rad", "E_MPa"] {
+        assert!(best[column].is_number(), "{best}");
+    }
+    desk.run(&["sweep", "out/best.toml", "--out", "again", "--quiet"]).exits(0);
+    let again = Table::read(&desk.path("again/designs.csv"));
+    for column in ["K_sd", "total_rms_mm", "force_max_N"] {
+        assert_eq!(number(&again.rows[0], column), best[column].as_f64(), "{column}");
+    }
+    let history = Table::read(&desk.path("out/history.csv"));
+    assert!(history.columns.iter().any(|name| name == "k_theta_Nmm_per_rad"), "{:?}", history.columns);
+}
+
+#[test]
+fn variables_that_lack_something_say_so() {
+    for (variables, key, part) in [
+        ("scale = [0.5, 2]", "optimise.variables.scale", "a profile"),
+        ("core = { diameter = [0.1, 1] }", "optimise.variables.core.diameter", "modulus"),
+        ("nu = [0.2, 0.7]", "optimise.variables.nu", "0 … 0.5"),
+        ("exponent = [3, 1]", "optimise.variables.exponent", "inverted"),
+        ("core = { length = [1, 2] }", "optimise.variables.core.length", "unknown key"),
+    ] {
+        let desk =
+            Desk::new(&format!("{SEARCHED}[optimise]\nobjective = \"sd\"\nvariables = {{ {variables} }}\n"));
+        let error = desk.run(&["optimise", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+        assert_eq!(error["key"], key, "{error}");
+        assert!(error["line"].is_number() && error.to_string().contains(part), "{error}");
+    }
+}
