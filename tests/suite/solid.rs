@@ -220,7 +220,7 @@ fn kernels_are_the_reference() {
     }
 }
 
-/// Large sweeps are read from charts, but for those with a foil, which charts do not know.
+/// Large sweeps are read from charts, small ones are solved.
 #[test]
 fn large_sweeps_say_what_small_ones_do() {
     let model = "[model]\nsolid = true\npole_radius = 3\nmaterial = { neo-hookean = 3.2 }";
@@ -240,7 +240,8 @@ fn large_sweeps_say_what_small_ones_do() {
         let all = rows("many", "many.toml");
         let run: serde_json::Value = serde_json::from_str(&desk.read("many/run.json")).unwrap();
         let read = run["counts"]["interpolated"].as_u64().expect("a count");
-        assert_eq!(read == 0, !foil.is_empty(), "{read} taps read from charts");
+        let asked = all.len() as u64 * 3;
+        assert!(2 * read > asked, "{read} of {asked} taps read from charts");
         let few = rows("few", "spec.toml");
         assert_eq!(few.len(), 8);
         for row in few {
@@ -248,8 +249,11 @@ fn large_sweeps_say_what_small_ones_do() {
                 ["d_mm", "x_ss_mm", "theta_deg"].into_iter().all(|c| number(other, c) == number(&row, c))
             };
             let other = all.iter().find(same).expect("the row is there");
-            let apart = (number(other, "K_mean") / number(&row, "K_mean") - 1.0).abs();
-            assert!(apart < 1e-5, "{foil} {row:?} {other:?}");
+            for column in ["K_mean", "strain_max", "force_max_N"] {
+                let apart = (number(other, column) / number(&row, column) - 1.0).abs();
+                assert!(apart < 1e-5, "{column} {foil} {row:?} {other:?}");
+            }
+            assert_eq!(other["status"], row["status"]);
         }
     }
 }

@@ -12,11 +12,11 @@ use crate::status::Status;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
     /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
-    /// contact as 1 − x/a does, and δ there is steep.
+    /// contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
     Strain,
-    /// c/a − 1.
+    /// c/a − 1; times 1 − x/a with a foil.
     Arc,
-    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1.
+    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1; times 1 − x/a with a foil.
     Force,
 }
 
@@ -40,7 +40,7 @@ pub fn power(setup: &Setup) -> i32 {
     let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
     let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
     let solid = is_solid(model) || model.clamp != Clamp::Rigid;
-    let limit = frictionless && !model.surface && theory && !solid;
+    let limit = frictionless && !model.surface && theory && !solid && setup.gauge.foil.is_none();
     let even = !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
     let angle = setup.drive == Drive::Angle;
     match (limit, even && angle) {
@@ -95,7 +95,10 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (linear_force(setup, a, q) * cos) - 1.0])
+    let (arc, force) = (o.arc / a - 1.0, o.normal_force / (linear_force(setup, a, q) * cos) - 1.0);
+    // A foil stiffens the rod where the gauge is: all are read as the strain is then.
+    let rest = if setup.gauge.foil.is_some() { room(q) } else { 1.0 };
+    Some([room(q) * strain, rest * arc, rest * force])
 }
 
 /// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.

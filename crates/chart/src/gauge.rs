@@ -2,16 +2,27 @@
 //!
 //! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
 //! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
+//!
+//! A foil is centred on its grid and stiffens the rod there: a chart knows whole grids of one length then, by their middle.
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, Function, room};
 use crate::kernel::nodes::gauss;
+use crate::scene::Setup;
 
 /// Numbers of points that are tried.
 const POINTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
 /// Points of the mean that others are compared with.
 const EXACT: usize = 20;
+
+/// Places of a gauge that a chart must hold: its ends, or, where there is a foil, its middle.
+pub fn asked(setup: &Setup, [x1, x2]: [f64; 2]) -> [f64; 2] {
+    match setup.gauge.foil {
+        None => [x1, x2],
+        Some(_) => [0.5 * (x1 + x2); 2],
+    }
+}
 
 /// Gauges up to a width, and the points at which they are read.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +31,8 @@ pub struct Rule {
     pub width: f64,
     /// Place between x1 (0) and x2 (1), and weight, of each point.
     pub points: Vec<[f64; 2]>,
+    /// Whether gauges are known by their middle, on which arc and force depend then as the strain does.
+    pub centred: bool,
 }
 
 impl Rule {
@@ -28,8 +41,14 @@ impl Rule {
         let (places, weights) = gauss(n);
         Self {
             width,
+            centred: false,
             points: places.into_iter().zip(weights).map(|(place, weight)| [place, weight]).collect(),
         }
+    }
+
+    /// Of grids that a chart knows by their middle.
+    pub fn middle(width: f64) -> Self {
+        Self { width, points: vec![[0.5, 1.0]], centred: true }
     }
 
     /// The fewest points by which `chart` gives the mean over gauges of `width` to `error`; `None` where eight are too few. Compared are gauges at

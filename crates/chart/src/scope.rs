@@ -3,6 +3,7 @@
 use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
 use super::distance::DistanceChart;
+use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, holds};
 use crate::design::{amount, is_whisker};
@@ -222,7 +223,7 @@ impl Scope {
         } else {
             self.within[Quantity::Drive as usize][0]
         };
-        let numbers = [x1, x2].map(|x| [drive, 0.0, t.D, taper.tau, x]);
+        let numbers = asked(&self.setup, [x1, x2]).map(|x| [drive, 0.0, t.D, taper.tau, x]);
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
         let inside = !tilted

@@ -13,7 +13,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
-    solid::Held,
+    solid::{Bonded, Held},
     taper::Taper,
 };
 use crate::reduce::Sweeps;
@@ -28,6 +28,8 @@ pub struct Taps<'a> {
     /// What holds the contact; none where the model says.
     grip: Option<Grip>,
     direction: Direction,
+    /// Length of the grid, mm, where its foil makes it more than a point.
+    grid: Option<f64>,
     /// Spent on them.
     pub sweeps: Sweeps,
 }
@@ -38,7 +40,7 @@ impl<'a> Taps<'a> {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
         let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
-        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, sweeps }
+        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, grid: None, sweeps }
     }
 
     /// Until `stop` is set.
@@ -51,6 +53,11 @@ impl<'a> Taps<'a> {
         Self { direction, ..self }
     }
 
+    /// Of grids of `l` mm, where the setup has a foil.
+    pub fn under_foil(self, l: f64) -> Self {
+        Self { grid: self.setup.gauge.foil.map(|_| l), ..self }
+    }
+
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
         let points: Vec<(f64, [f64; AXES])> = points.iter().map(|q| (self.a, *q)).collect();
@@ -59,7 +66,8 @@ impl<'a> Taps<'a> {
 
     /// The same, each at a distance of its own, mm.
     pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
-        let designs: Vec<Design> = points.par_iter().map(|(a, q)| design(self.setup, *a, q)).collect();
+        let designs: Vec<Design> =
+            points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
         let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
             let drive = q[Quantity::Drive as usize];
             let drive = match self.setup.drive {
@@ -78,16 +86,18 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// A whisker, longer than any contact, with a point of a gauge, of which a tap at `a` mm has the quantities `q`.
+/// A whisker, longer than any contact, with a point of a gauge, or a grid of length `grid`, mm, and its foil, of which a tap at `a` mm has the
+/// quantities `q`. The foil passes all of the strain on: the share T that it does pass is known of every design.
 #[allow(non_snake_case)]
-fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
+fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
-    let (D, width, place) = (of(Quantity::Base), a * POINT, of(Quantity::Place));
+    let (D, place) = (of(Quantity::Base), of(Quantity::Place));
     let p = q[Quantity::Taper as usize];
     let reach = if p > 0.0 { (0.5 + 0.5 / p).min(1.5) } else { 1.5 };
     let L_a = a * reach;
     let d = D * (1.0 - p * reach);
     let taper = Taper::new(D, d, L_a);
+    let width = grid.map_or(a * POINT, |l| l * taper.cos_alpha());
     let gauge = [place - 0.5 * width, place + 0.5 * width];
     let curve = |shear| StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
     let with_shear = setup.estimate.theory == Theory::Timoshenko;
@@ -112,7 +122,10 @@ fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             model: curve(0.0),
             peak: bare.peak().1,
             theory,
-            foil: None,
+            foil: setup.gauge.foil.map(|foil| Bonded {
+                transfer: 1.0,
+                ..Bonded::new(&foil, &taper, gauge, setup.model.material.e0())
+            }),
             body: None,
             start: Held::new(&setup.model).start(&taper),
         }),

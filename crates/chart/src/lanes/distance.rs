@@ -62,7 +62,10 @@ impl Charted {
         let scale = per_mm.powi(chart.power);
         let mut products = Products::default();
         let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
-        let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale) as f32;
+        let centred = chart.gauges.centred;
+        let room = if centred { 1.0 - axes[Quantity::Place as usize].range[1] } else { 1.0 };
+        let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale / room) as f32;
+        let point = |f: Function| f == Function::Strain || centred;
         Self {
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
@@ -75,7 +78,7 @@ impl Charted {
             branches: chart
                 .branches
                 .iter()
-                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], f == Function::Strain, &mut products)))
+                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], point(f), &mut products)))
                 .collect(),
             products,
             most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
