@@ -27,6 +27,7 @@ mod outcome;
 mod read;
 mod rows;
 mod scratch;
+mod section;
 mod sheet;
 mod tally;
 mod tap;
