@@ -5,7 +5,9 @@ use super::keys;
 use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use crate::scene::{Clamp, Column, Contact, Foil, Geometry, Material, Property, Setup, Spec, TERMS, Term};
+use crate::scene::{
+    Clamp, Column, Contact, Drive, Foil, Geometry, Material, Property, Setup, Spec, TERMS, Term,
+};
 
 /// Defaults of `[model]` with `solid = true`.
 pub(super) const ALL: &str = r#"[model]
@@ -180,7 +182,35 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         model.distorting && near.is_finite() && place[0] < near * base[1],
         "[model] section = \"distorting\" has been tested for gauges that begin at least 0.24 D from a bonded clamp, 0.45 D from a glued one",
     );
+    let tap = sections.section("tap");
+    if tap.written("a").is_some()
+        && let Some(drive) = ends(spec, Column::Drive)
+    {
+        let [least, most] = match spec.study.setup.drive {
+            Drive::Angle => drive,
+            Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
+        };
+        // Without a skin that gives way small angles are the linear limit, which was tested.
+        let small = model.indentation && least < 0.5 * (1.0 - 1e-9);
+        let any = held || model.indentation || model.distorting || gauge.foil.is_some();
+        say(
+            small || any && most > 10.0 * (1.0 + 1e-9),
+            "clamp, indentation, section and foil have been tested for taps of 0.5 … 10°",
+        );
+    }
     if let Some(foil) = &gauge.foil {
+        let half = 0.5 * foil.length;
+        if let Some(grid) = ends(spec, Column::GridLength) {
+            let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
+            say(
+                tap.written("a").is_some() && a[0] < stops + base[1],
+                "[gauge] foil has been tested for contacts of at least 1 D beyond its end",
+            );
+            say(
+                begins < 0.1 * base[1],
+                "[gauge] foil has been tested for foils that begin at least 0.1 D from the clamp",
+            );
+        }
         let relative = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
         say(
             relative(foil.width, [0.22, 0.34]),

@@ -165,14 +165,27 @@ fn every_case_on_every_backend() {
 #[test]
 fn charts_of_built_whiskers_say_what_solved_taps_do() {
     for (whisker, model) in [
-        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\nroot = { k_theta = 900, k_y = 30 }", ""),
-        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncore = { diameter = 0.5, modulus = 60000 }", "shear = true\nextension = true\n"),
-        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncurvature = 0.008", "surface = true\npole_radius = 2\n"),
-        ("D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 52\nexponent = 1.6", "surface = true\n"),
+        (
+            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\nroot = { k_theta = 900, k_y = 30 }",
+            "",
+        ),
+        (
+            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncore = { diameter = 0.5, modulus = 60000 }",
+            "shear = true\nextension = true\n",
+        ),
+        (
+            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncurvature = 0.008",
+            "surface = true\npole_radius = 2\n",
+        ),
+        (
+            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 52\nexponent = 1.6",
+            "surface = true\n",
+        ),
         ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]", "shear = true\n"),
     ] {
         let several = if whisker.starts_with("profile") { 128 } else { 4 };
-        let places: Vec<f64> = (0..several).map(|k| 3.0 + 7.0 * f64::from(k) / f64::from(several - 1)).collect();
+        let places: Vec<f64> =
+            (0..several).map(|k| 3.0 + 7.0 * f64::from(k) / f64::from(several - 1)).collect();
         let text = |places: &[f64], top: &str| {
             format!(
                 "[whisker]\n{whisker}\n[gauge]\nx_ss = {places:?}\nl = 2\n\

@@ -144,10 +144,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
             root: std::array::from_fn(|k| whisker(&|rod| rod.root[k])),
             curvature: std::array::from_fn(|k| whisker(&|rod| rod.curvature[k])),
             moduli: std::array::from_fn(|k| whisker(&|rod| rod.moduli[k])),
-            skin: [
-                whisker(&|rod| std::f64::consts::PI * rod.moduli[0]),
-                whisker(&|rod| 0.75 + 0.5 * rod.nu),
-            ],
+            skin: [whisker(&|rod| std::f64::consts::PI * rod.moduli[0]), whisker(&|rod| 0.75 + 0.5 * rod.nu)],
             contact: std::array::from_fn(|k| pack(&|tap| tap.rod.radius(tap.a, tap.a)[k])),
         }
     }
@@ -226,7 +223,8 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
                 continue;
             }
             let [thin, thick] = [self.of_piece(piece, high), self.of_piece(piece, low)];
-            let ratio = (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
+            let ratio =
+                (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
             let step = 1.0 / piece.steps as f64;
             for number in 0..piece.steps {
                 let mut slopes = [[zero; 6]; STAGES];

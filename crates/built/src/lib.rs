@@ -21,13 +21,13 @@ pub mod tableau;
 
 use rayon::prelude::*;
 
-use vibrissa_kernel::Chart;
-use vibrissa_kernel::cpu::{Pack, Scalar, fused};
 use lanes::{Fixed, Ground};
 pub use rod::{Piece, Rod};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
+use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
+use vibrissa_kernel::cpu::{Pack, Scalar, fused};
 
 /// Effects that are the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,7 +148,9 @@ pub fn solve_on(
     let apart = looked.iter().zip(&known).filter(|(_, s)| told(s)).map(|(&i, s)| out[i].apart(s));
     let worst = apart.fold(0.0, f64::max);
     if worst > APART * tolerance {
-        solver.refuse(&format!("forces of built whiskers are off by {worst:.1e}, which the CPU has within {tolerance:.0e}"));
+        solver.refuse(&format!(
+            "forces of built whiskers are off by {worst:.1e}, which the CPU has within {tolerance:.0e}"
+        ));
         return Ok(solve(taps, effects, (Precision::F64, tolerance), chart));
     }
     let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();

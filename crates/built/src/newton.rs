@@ -112,7 +112,9 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let [k_theta, k_x, k_y] = self.root;
         let beta = moment * k_theta - turned;
         let [versine, sine] = fixed.turn(beta);
-        let turn = |v: [Pack<T, L, FMA>; 2]| [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]];
+        let turn = |v: [Pack<T, L, FMA>; 2]| {
+            [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
+        };
         let force = turn(back(load.force));
         let moved = back([along, across]);
 
@@ -126,10 +128,8 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let [mean_v, mean_s] = fixed.turn(half * (beta - theta));
         let mean_c = one - mean_v;
         let twice = apart + apart;
-        let swing = [
-            zero - twice * (mean_s * pole_x + mean_c * pole_y),
-            twice * (mean_c * pole_x - mean_s * pole_y),
-        ];
+        let swing =
+            [zero - twice * (mean_s * pole_x + mean_c * pole_y), twice * (mean_c * pole_x - mean_s * pole_y)];
         let carried = turn([shift[0] - moved[0], shift[1] - moved[1]]);
         let miss_x = force[0] * k_x + carried[0] + swing[0] + self.hub * versine_t;
         let miss_y = force[1] * k_y + carried[1] + swing[1] + self.hub * sine_t + self.lift * share;
@@ -224,10 +224,7 @@ fn step<T: Scalar, const L: usize, const FMA: bool>(
     miss: [Pack<T, L, FMA>; 2],
 ) -> [Pack<T, L, FMA>; 2] {
     let inverse = Pack::of(-1.0) / determinant(j);
-    [
-        inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]),
-        inverse * (j[0][0] * miss[1] - j[0][1] * miss[0]),
-    ]
+    [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
 }
 
 /// Solves the taps of `ground`.

@@ -11,7 +11,8 @@ fn the_text_is_valid_whatever_the_effects() {
     let chart = rungs[0].chart();
     for bits in 0..512u32 {
         let on = |k: u32| bits >> k & 1 == 1;
-        let [shear, extension, surface, stick, law, far, curved, inner, power] = std::array::from_fn(|k| on(k as u32));
+        let [shear, extension, surface, stick, law, far, curved, inner, power] =
+            std::array::from_fn(|k| on(k as u32));
         let effects = Effects { shear, extension, surface, stick, law, far, curved, inner, power };
         for (precision, tolerance) in [(Precision::F32, 1e-5), (Precision::F64, 1e-8)] {
             let found = validated(effects, (precision, tolerance), chart.filter(|_| law));

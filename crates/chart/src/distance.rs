@@ -39,6 +39,8 @@ pub struct DistanceChart {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
+    /// Whether the strain is relative to what distorting sections make of that of the theory.
+    pub distorting: bool,
     /// Gauges that it serves, and how they are read.
     pub gauges: Rule,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
@@ -71,7 +73,7 @@ impl DistanceChart {
     }
 
     /// The same against poles of a direction, over driveᵉ, e = `power`, until `stop` is set, with the taps asked on the way in `sweeps`, which begins empty. With `all_drives` the range of the drive is not cut. `None` also where the contact of one that is not upright, or is told by
-    /// two gauges, has friction, with a foil: that is centred on its gauge, where a chart knows points of the bare skin; and moments and forces at the root.
+    /// two gauges, has friction; and of moments and forces at the root. With a foil `width` is that of all gauges.
     pub fn towards(
         setup: &Setup,
         (a, direction): (f64, Direction),
@@ -80,11 +82,15 @@ impl DistanceChart {
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
         let spatial = setup.gauge.second || !direction.is_upright();
-        if setup.gauge.foil.is_some() || setup.signal != Signal::Strain || spatial && setup.built.is_some() {
+        if setup.signal != Signal::Strain || spatial && setup.built.is_some() {
             return Ok(None);
         }
         let served = |mut chart: Self| {
-            chart.gauges = Rule::fewest(&chart, width, FOLDED * tolerance)?;
+            chart.distorting = setup.model.distorting;
+            chart.gauges = match setup.gauge.foil {
+                Some(_) => Rule::middle(width),
+                None => Rule::fewest(&chart, width, FOLDED * tolerance)?,
+            };
             if setup.built.is_some() {
                 chart.theory = Some(theory(setup, a, *chart.axes(), FOLDED * tolerance)?);
             }
@@ -105,7 +111,7 @@ impl DistanceChart {
             if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
                 return Ok(None);
             }
-            let Some(built) = branch(setup, (a, direction, None), axes, job, sweeps)? else {
+            let Some(built) = branch(setup, (a, direction, None), (axes, width), job, sweeps)? else {
                 return Ok(None);
             };
             let mut chart = Self::of(a, power, vec![built], Vec::new(), *sweeps);
@@ -119,14 +125,14 @@ impl DistanceChart {
             return Ok(if whole { served(chart) } else { None });
         }
         let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, direction, None), axes, job, sweeps)? else {
+            let Some(built) = branch(setup, (a, direction, None), (axes, width), job, sweeps)? else {
                 return Ok(None);
             };
             return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
         };
         if mu == 0.0 {
             let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, direction, frictionless), axes, job, sweeps)? else {
+            let Some(built) = branch(setup, (a, direction, frictionless), (axes, width), job, sweeps)? else {
                 return Ok(None);
             };
             return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
@@ -137,7 +143,7 @@ impl DistanceChart {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, direction, grip), axes, job, sweeps)? else {
+                let Some(built) = branch(setup, (a, direction, grip), (axes, width), job, sweeps)? else {
                     return Ok(None);
                 };
                 if built.axes != axes {
@@ -163,8 +169,9 @@ impl DistanceChart {
             |b: &Built<FUNCTIONS>| b.errors[0] * b.axes[Quantity::Drive as usize].range[1].powi(power);
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
-        let gauges = Rule { width: 0.0, points: Vec::new() };
-        Self { a, direction, gauges, power, branches, theory: None, beside, ratios, error, sweeps }
+        let gauges = Rule { width: 0.0, points: Vec::new(), centred: false };
+        let (distorting, theory) = (false, None);
+        Self { a, direction, distorting, gauges, power, branches, theory, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -254,18 +261,19 @@ fn theory(setup: &Setup, a: f64, mut axes: [Axis; AXES], error: f64) -> Option<S
     Some(series)
 }
 
-/// Box and series of taps at `a` mm held by `grip`.
+/// Box and series of taps at `a` mm held by `grip`, told by gauges of `width` over a where there is a foil.
 fn branch(
     setup: &Setup,
     (a, direction, grip): (f64, Direction, Option<Grip>),
-    axes: [Axis; AXES],
+    (axes, width): ([Axis; AXES], f64),
     (power, tolerance, stop): (i32, f64, &AtomicBool),
     sweeps: &mut Sweeps,
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
     let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
     let bounds = bounds(ends, (power, tolerance), chooses);
-    let mut taps = Taps::new(setup, a, grip, solved(power, chooses)).towards(direction).stopping(stop);
+    let taps = Taps::new(setup, a, grip, solved(power, chooses)).under_foil(width * a);
+    let mut taps = taps.towards(direction).stopping(stop);
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {
         let scale = q[Quantity::Drive as usize].powi(power);
         let values = functions(setup, (a, direction), q, o)?;

@@ -15,16 +15,26 @@ const FORMAT: u32 = 2;
 /// `charts` of `setup`. A function at quantities q is driveᵉ Σ c T_i(x_drive) T_j(x_length) T_k(x_D) T_m(x_τ) T_n(x_place) over the terms of
 /// its branch, x = (2y − y_lo − y_hi)/(y_hi − y_lo), y(q) the variable of its axis; 0 where an axis has one value. The strain is that at a point;
 /// `gauge` says at which points of a gauge it is read, and what each weighs ([`super::gauge`]). With a second gauge three functions more,
-/// over a box of their own, each with the value of linear theory that is to be added; of them ε₂ is that at a point too.
+/// over a box of their own, each with the value of linear theory that is to be added; of them ε₂ is that at a point too. With a foil x is the middle of a
+/// gauge, and its reading is the share T that the foil passes on ([`crate::physics::solid::Bonded`]) of the strain that is told.
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
     let upright = charts.iter().all(|chart| chart.direction.is_upright());
+    let (foil, room) = (setup.gauge.foil.is_some(), "_times_1_less_x_over_a");
+    let strain = if foil { "skin_strain" } else { "strain" };
+    let theory = if setup.model.distorting { "theory_and_section" } else { "theory" };
+    let rest = if foil { room } else { "" };
+    let names = [
+        format!("{strain}_over_{theory}_less_1{room}"),
+        format!("arc_over_a_less_1{rest}"),
+        format!("force_over_linear_less_1{rest}"),
+    ];
     let mut all = json!({
         "vibrissa_chart": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),
         "drive": drive,
         "hub_mm": setup.hub,
-        "functions": ["strain_over_theory_less_1_times_1_less_x_over_a", "arc_over_a_less_1", "force_over_linear_less_1"],
+        "functions": names,
         "variables": { "linear": "q", "square": "q^2", "root": "(1 - q)^(-1/2)", "inverse": "1/(1 - q)", "fourth": "q^(1/4)" },
         "charts": charts.iter().map(|chart| one(chart, upright)).collect::<Vec<_>>(),
     });
@@ -46,7 +56,8 @@ fn one(chart: &DistanceChart, upright: bool) -> Value {
         "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
     });
     if let Some(theory) = &chart.theory {
-        one["own_theory"] = json!({ "function": "f_over_f_of_cone_less_1_times_1_less_x_over_a", "series": terms(theory) });
+        one["own_theory"] =
+            json!({ "function": "f_over_f_of_cone_less_1_times_1_less_x_over_a", "series": terms(theory) });
     }
     if !upright {
         (one["tilt_deg"], one["lean_deg"]) = (chart.direction.tilt.into(), chart.direction.lean.into());

@@ -1,27 +1,26 @@
 //! What a chart holds of a tap, how it vanishes with the drive, and how exact it must be.
 
-use super::axis::{AXES, Map, Quantity};
+use super::axis::{AXES, Map, POINT, Quantity};
 use super::build::Bound;
 use super::taps::design;
 use crate::design::radians;
 use crate::evaluate::Outcome;
-use crate::physics::{
-    linear::{StrainCurve, shear_length2},
-    solid::is_solid,
-    taper::Taper,
-};
+use crate::physics::linear::{StrainCurve, shear_length2};
+use crate::physics::solid::{distorted_linear, is_solid};
+use crate::physics::taper::Taper;
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
 /// What a chart holds of a tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
-    /// contact as 1 − x/a does, and δ there is steep. Of a built whisker f/f_cone times that, which is folded as that of a cone is.
+    /// (1 − x/a) δ with δ = ε/(θ f S cos² β) − 1 at a point, f of the estimator's theory, S what [`sections`] make of it; δ of a gauge is 1/K − 1 of an
+    /// upright pole. f ends at the contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
+    /// Of a built whisker f/f_cone times that, which is folded as that of a cone is.
     Strain,
-    /// c/a − 1.
+    /// c/a − 1; times 1 − x/a with a foil.
     Arc,
-    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1.
+    /// P over that of the linear theory, as [`linear_force`] times cos β, less 1; times 1 − x/a with a foil.
     Force,
 }
 
@@ -45,9 +44,10 @@ pub fn power(setup: &Setup) -> i32 {
     let frictionless = matches!(model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
     let theory = model.shear == (setup.estimate.theory == Theory::Timoshenko);
     let solid = is_solid(model) || model.clamp != Clamp::Rigid;
-    let limit = frictionless && !model.surface && theory && !solid;
+    let limit = frictionless && !model.surface && theory && !solid && setup.gauge.foil.is_none();
     let straight = setup.built.as_ref().is_none_or(|built| built.is_straight());
-    let even = straight && !model.extension && model.pole_radius == 0.0 && matches!(model.material, Material::Hooke(_));
+    let hooke = matches!(model.material, Material::Hooke(_));
+    let even = straight && !model.extension && model.pole_radius == 0.0 && hooke;
     let angle = setup.drive == Drive::Angle;
     match (limit, even && angle) {
         (false, _) => 0,
@@ -68,6 +68,26 @@ pub fn over_drives(setup: &Setup, power: i32) -> Map {
 /// 1 − x/a.
 pub fn room(q: &[f64; AXES]) -> f64 {
     1.0 - q[Quantity::Place as usize]
+}
+
+/// S: what sections that distort make of the strain of linear theory at a point of the skin. It changes along a millimetre or two, which no polynomial
+/// of few orders follows.
+pub fn sections(q: &[f64; AXES]) -> f64 {
+    let [base, p, x] = [Quantity::Base, Quantity::Taper, Quantity::Place].map(|k| q[k as usize]);
+    let taper = Taper { D: base, tau: p, tan_alpha: 0.5 * base * p };
+    let [bending, lever] = distorted_linear(&taper, x);
+    bending + lever / (1.0 - x)
+}
+
+/// Their mean over the gauge that stands for a point; at the middle of a grid with a foil.
+fn over_point(setup: &Setup, q: &[f64; AXES]) -> f64 {
+    let half = if setup.gauge.foil.is_some() { 0.0 } else { POINT / 12.0f64.sqrt() };
+    let at = |x: f64| {
+        let mut q = *q;
+        q[Quantity::Place as usize] += x;
+        sections(&q)
+    };
+    0.5 * (at(-half) + at(half))
 }
 
 /// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
@@ -101,6 +121,7 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
+    let strain = if setup.model.distorting { (1.0 + strain) / over_point(setup, q) - 1.0 } else { strain };
     let (strain, force) = match &setup.built {
         None => (strain, linear_force(setup, a, q)),
         Some(_) => {
@@ -108,7 +129,10 @@ pub fn functions(
             (strain * own.share, own.force)
         }
     };
-    Some([room(q) * strain, o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0])
+    let (arc, force) = (o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0);
+    // A foil stiffens the rod where the gauge is: all are read as the strain is then.
+    let rest = if setup.gauge.foil.is_some() { room(q) } else { 1.0 };
+    Some([room(q) * strain, rest * arc, rest * force])
 }
 
 /// Linear theory of a built whisker with a point gauge.
@@ -122,7 +146,7 @@ pub struct OwnTheory {
 /// That of the quantities `q` at `a` mm.
 pub fn built(setup: &Setup, a: f64, q: &[f64; AXES]) -> OwnTheory {
     let amount = q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a };
-    let design = design(setup, a, q);
+    let design = design(setup, None, a, q);
     let Some(shared) = &design.shared else { return OwnTheory { share: f64::NAN, force: f64::NAN } };
     let StrainCurve { taper, gauge, hub, drive, shear, .. } = *shared.theory.curve();
     let cone = StrainCurve::new(taper, gauge, hub, drive, shear);

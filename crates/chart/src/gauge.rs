@@ -2,16 +2,29 @@
 //!
 //! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
 //! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
+//! Where sections distort δ is relative to S f ([`super::function::sections`]), and the mean is 1 + Σ ω_g (S_g − 1 + S_g δ_g)/Σ ω_g.
+//!
+//! A foil is centred on its grid and stiffens the rod there: a chart knows whole grids of one length then, by their middle.
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, Function, room};
+use super::function::sections;
 use crate::kernel::nodes::gauss;
+use crate::scene::Setup;
 
 /// Numbers of points that are tried.
 const POINTS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 
 /// Points of the mean that others are compared with.
 const EXACT: usize = 20;
+
+/// Places of a gauge that a chart must hold: its ends, or, where there is a foil, its middle.
+pub fn asked(setup: &Setup, [x1, x2]: [f64; 2]) -> [f64; 2] {
+    match setup.gauge.foil {
+        None => [x1, x2],
+        Some(_) => [0.5 * (x1 + x2); 2],
+    }
+}
 
 /// Gauges up to a width, and the points at which they are read.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +33,8 @@ pub struct Rule {
     pub width: f64,
     /// Place between x1 (0) and x2 (1), and weight, of each point.
     pub points: Vec<[f64; 2]>,
+    /// Whether gauges are known by their middle, on which arc and force depend then as the strain does.
+    pub centred: bool,
 }
 
 impl Rule {
@@ -28,8 +43,14 @@ impl Rule {
         let (places, weights) = gauss(n);
         Self {
             width,
+            centred: false,
             points: places.into_iter().zip(weights).map(|(place, weight)| [place, weight]).collect(),
         }
+    }
+
+    /// Of grids that a chart knows by their middle.
+    pub fn middle(width: f64) -> Self {
+        Self { width, points: vec![[0.5, 1.0]], centred: true }
     }
 
     /// The fewest points by which `chart` gives the mean over gauges of `width` to `error`; `None` where eight are too few. Compared are gauges at
@@ -63,17 +84,19 @@ impl Rule {
     fn means(&self, chart: &DistanceChart, q: &[f64; AXES], end: f64) -> Vec<f64> {
         let (place, taper) = (Quantity::Place as usize, Quantity::Taper as usize);
         let scale = q[Quantity::Drive as usize].powi(chart.power);
-        let (mut sums, mut total) = (vec![0.0; chart.branches.len()], 0.0);
+        let (mut sums, mut total, mut beside) = (vec![0.0; chart.branches.len()], 0.0, 0.0);
         for [share, weight] in &self.points {
             let mut at = *q;
             at[place] += share * (end - q[place]);
             let weight = weight / (1.0 - q[taper] * at[place]).powi(3);
+            let factor = if chart.distorting { sections(&at) } else { 1.0 };
             let x = std::array::from_fn(|k| chart.axes()[k].place(at[k]));
             for (sum, branch) in sums.iter_mut().zip(&chart.branches) {
-                *sum += weight * scale * branch.series[Function::Strain as usize].at(x);
+                *sum += weight * factor * scale * branch.series[Function::Strain as usize].at(x);
             }
             total += weight * room(&at);
+            beside += weight * room(&at) * (factor - 1.0);
         }
-        sums.into_iter().map(|sum| sum / total).collect()
+        sums.into_iter().map(|sum| (sum + beside) / total).collect()
     }
 }

@@ -153,7 +153,7 @@ impl Maker<'_> {
         let all: Vec<(f64, [f64; AXES])> = (0..CHECKS).map(point).collect();
         let asked: Vec<(f64, [f64; AXES])> =
             all.iter().map(|(a, numbers)| (*a, quantities(self.setup, numbers, *a))).collect();
-        let mut taps = Taps::new(self.setup, farthest, None, solved(power, false));
+        let mut taps = Taps::new(self.setup, farthest, None, solved(power, false)).under_foil(self.width);
         let found = taps.solve_at(&asked)?;
         self.taps += taps.sweeps.taps;
         let told = |i: usize| {
@@ -175,7 +175,9 @@ impl Maker<'_> {
             for (chart, weight) in charts.iter().zip(weights(&nodes, check.a)) {
                 let own = quantities(self.setup, &check.numbers, chart.a);
                 let mut values = chart.at(&own);
-                values[Function::Strain as usize] *= room(&q) / room(&own);
+                let rooms = room(&q) / room(&own);
+                let like_strain = if chart.gauges.centred { FUNCTIONS } else { 1 };
+                values[..like_strain].iter_mut().for_each(|value| *value *= rooms);
                 read.iter_mut().zip(values).for_each(|(read, value)| *read += weight * value);
             }
             let drive = q[Quantity::Drive as usize];

@@ -1,8 +1,8 @@
 //! What the numbers of designs can be, and the box of a chart that holds them.
 
-use super::axis::AXES;
+use super::axis::{AXES, FIRST_PLACE};
 use crate::design::amount;
-use crate::physics::taper::Taper;
+use crate::physics::{solid::Held, taper::Taper};
 use crate::scene::built::Profile;
 use crate::scene::{Column, Drive, Layout, Setup};
 
@@ -38,7 +38,7 @@ impl Wanted {
         Self { D: base, d: tip, L_a: length, x_ss, l: grid, drive }
     }
 
-    /// Ranges of drive (rad or mm), lengths of the rig (none vary), D, τ and points of gauges, of whiskers that reach `far` mm and whose gauges
+    /// Ranges of drive (rad or mm), lengths of the rig (none vary), D, τ and points of gauges (with a foil their middles), of whiskers that reach `far` mm and whose gauges
     /// end before `gauge_end`, and the largest x2 − x1; `None` where there are none.
     pub fn ranges(&self, setup: &Setup, far: f64, gauge_end: f64) -> Option<([[f64; 2]; AXES], f64)> {
         let longest = self.L_a.map(|length| length.max(far));
@@ -55,7 +55,17 @@ impl Wanted {
         }
         let tau = [tau[0].max(-1.0 / far), tau[1].min(0.99 / far)];
         let shortest = self.l[0] / steepest.hypot(1.0);
-        let place = [self.x_ss[0], (self.x_ss[1] + self.l[1]).min(gauge_end)];
+        let [first, last] = [self.x_ss[0], (self.x_ss[1] + self.l[1]).min(gauge_end)];
+        let place = match setup.gauge.foil {
+            None => [first, last],
+            // A chart knows grids of one length by their middle. Their foils lie between where the rod begins and what is the end of a gauge.
+            Some(_) if self.l[0] < self.l[1] => return None,
+            Some(foil) => {
+                let begins = Held::new(&setup.model).c0.max(0.0) * self.D[1] + FIRST_PLACE * far;
+                let middles = [first + 0.5 * shortest, self.x_ss[1] + 0.5 * self.l[1]];
+                [middles[0].max(begins + 0.5 * foil.length), middles[1].min(gauge_end - 0.5 * foil.length)]
+            }
+        };
         let drive = self.drive.map(|drive| amount(setup.drive, drive));
         // Where the shape knows its length charts are of one length.
         let length = match shaped(setup) {

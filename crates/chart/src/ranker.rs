@@ -26,9 +26,9 @@ impl Ranker {
         self.tables.deviations(taps)
     }
 
-    /// Whether a device can rank by these charts: it reads one for each distance.
+    /// Whether a device can rank by these charts: it reads one for each distance, and knows of no foil.
     pub fn serves_devices(&self) -> bool {
-        self.scope.between.is_none()
+        self.scope.between.is_none() && self.scope.setup.gauge.foil.is_none()
     }
 
     /// Candidates to bring back.

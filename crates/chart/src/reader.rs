@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, linear_force, power};
+use super::gauge::asked;
 use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use super::scope::Summary;
@@ -58,7 +59,8 @@ impl Reader {
     ) -> Result<Option<Self>, SolveError> {
         // What holds a contact that always sticks has no chart; the ideal rod is solved as fast as it is read, in one plane.
         let sticks = setup.model.contact == Contact::Stick;
-        let planar = !setup.gauge.second && directions.iter().all(|d| d.is_upright());
+        let planar =
+            !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
         let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
         if sticks || plain && setup.built.is_none() {
             return Ok(None);
@@ -159,7 +161,7 @@ impl Reader {
         let (base, taper) = (design.tuple.D / a, shared.taper.tau * a);
         let scaled = drive * factors(setup.drive, a)[Quantity::Drive as usize];
         let length = if shaped(setup) { design.tuple.L_a / a } else { 0.0 };
-        let ends = [x1, x2].map(|x| [scaled, length, base, taper, x / a]);
+        let ends = asked(setup, [x1, x2]).map(|x| [scaled, length, base, taper, x / a]);
         let inside = |chart: &DistanceChart| {
             holds([0.0, chart.gauges.width], (x2 - x1) / a) && ends.iter().all(|q| chart.holds(q))
         };

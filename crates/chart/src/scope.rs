@@ -3,6 +3,7 @@
 use super::axis::{AXES, Quantity};
 use super::between::{self, Between};
 use super::distance::DistanceChart;
+use super::gauge::asked;
 use super::maker::{Maker, Many};
 use super::ranges::{NEAREST, Wanted, holds, shaped};
 use crate::design::{amount, is_whisker};
@@ -164,7 +165,10 @@ impl Scope {
         tolerance: f64,
     ) -> Result<(Option<Self>, u64), SolveError> {
         // What distances are told of built whiskers is not known to lanes.
-        if !charted(setup) || setup.built.is_some() || !(2..=between::MOST).contains(&(distances.len() as u64)) {
+        if !charted(setup)
+            || setup.built.is_some()
+            || !(2..=between::MOST).contains(&(distances.len() as u64))
+        {
             return Ok((None, 0));
         }
         Self::over(setup, (distances, &[]), wanted, (tolerance, MOST_DISTANCES[0]))
@@ -225,7 +229,7 @@ impl Scope {
             self.within[Quantity::Drive as usize][0]
         };
         let length = if shaped(&self.setup) { t.L_a } else { 0.0 };
-        let numbers = [x1, x2].map(|x| [drive, length, t.D, taper.tau, x]);
+        let numbers = asked(&self.setup, [x1, x2]).map(|x| [drive, length, t.D, taper.tau, x]);
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
         let inside = !tilted

@@ -16,7 +16,7 @@ use crate::physics::{
     inverse::Inverse,
     linear::{StrainCurve, shear_length2},
     onset::Grip,
-    solid::Held,
+    solid::{Bonded, Held},
     taper::Taper,
 };
 use crate::reduce::Sweeps;
@@ -31,6 +31,8 @@ pub struct Taps<'a> {
     /// What holds the contact; none where the model says.
     grip: Option<Grip>,
     direction: Direction,
+    /// Length of the grid, mm, where its foil makes it more than a point.
+    grid: Option<f64>,
     /// Spent on them.
     pub sweeps: Sweeps,
 }
@@ -41,7 +43,7 @@ impl<'a> Taps<'a> {
         let rungs = Rung::ladder(Precision::F64, &setup.model.material, tolerance);
         let method = Method::Fast { solver: Box::new(Cpu::new(Precision::F64)), rungs, tolerance };
         let (evaluator, sweeps) = (Evaluator::new(setup, method).sparing(usize::MAX), Sweeps::default());
-        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, sweeps }
+        Self { setup, evaluator, a, grip, direction: Direction::UPRIGHT, grid: None, sweeps }
     }
 
     /// Until `stop` is set.
@@ -54,6 +56,11 @@ impl<'a> Taps<'a> {
         Self { direction, ..self }
     }
 
+    /// Of grids of `l` mm, where the setup has a foil.
+    pub fn under_foil(self, l: f64) -> Self {
+        Self { grid: self.setup.gauge.foil.map(|_| l), ..self }
+    }
+
     /// What the taps at `points`, quantities in the order of [`Quantity`], give.
     pub fn solve(&mut self, points: &[[f64; AXES]]) -> Result<Vec<Outcome>, SolveError> {
         let points: Vec<(f64, [f64; AXES])> = points.iter().map(|q| (self.a, *q)).collect();
@@ -62,7 +69,8 @@ impl<'a> Taps<'a> {
 
     /// The same, each at a distance of its own, mm.
     pub fn solve_at(&mut self, points: &[(f64, [f64; AXES])]) -> Result<Vec<Outcome>, SolveError> {
-        let designs: Vec<Design> = points.par_iter().map(|(a, q)| design(self.setup, *a, q)).collect();
+        let designs: Vec<Design> =
+            points.par_iter().map(|(a, q)| design(self.setup, self.grid, *a, q)).collect();
         let task = |(design, (a, q)): (u32, &(f64, [f64; AXES]))| {
             let drive = q[Quantity::Drive as usize];
             let drive = match self.setup.drive {
@@ -81,11 +89,12 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// A whisker, longer than any contact, with a point of a gauge, of which a tap at `a` mm has the quantities `q`.
+/// A whisker, longer than any contact, with a point of a gauge, or a grid of length `grid`, mm, and its foil, of which a tap at `a` mm has the
+/// quantities `q`. The foil passes all of the strain on: the share T that it does pass is known of every design.
 #[allow(non_snake_case)]
-pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
+pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) -> Design {
     let of = |quantity: Quantity| a * q[quantity as usize];
-    let (D, width, place) = (of(Quantity::Base), a * POINT, of(Quantity::Place));
+    let (D, place) = (of(Quantity::Base), of(Quantity::Place));
     let p = q[Quantity::Taper as usize];
     let reach = match () {
         () if shaped(setup) => q[Quantity::Length as usize],
@@ -95,10 +104,12 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
     let L_a = a * reach;
     let d = D * (1.0 - p * reach);
     let taper = Taper::new(D, d, L_a);
+    let width = grid.map_or(a * POINT, |l| l * taper.cos_alpha());
     let gauge = [place - 0.5 * width, place + 0.5 * width];
-    let body = setup.built.as_deref().map(|built| {
-        Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu))
-    });
+    let body = setup
+        .built
+        .as_deref()
+        .map(|built| Arc::new(Body::new(built, [D, d, L_a], setup.model.material.e0(), setup.model.nu)));
     let curve = |shear| {
         let cone = StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear);
         body.as_ref().map_or(cone.clone(), |body| cone.built(body, Signal::Strain))
@@ -129,7 +140,10 @@ pub(super) fn design(setup: &Setup, a: f64, q: &[f64; AXES]) -> Design {
             model: bare.curve().clone(),
             peak,
             theory,
-            foil: None,
+            foil: setup.gauge.foil.map(|foil| Bonded {
+                transfer: 1.0,
+                ..Bonded::new(&foil, &taper, gauge, setup.model.material.e0())
+            }),
             body: body.clone(),
             start: Held::new(&setup.model).start(&taper),
         }),

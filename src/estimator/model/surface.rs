@@ -29,6 +29,8 @@ const STEPS: usize = 128;
 pub struct Surface {
     curve: StrainCurve,
     kind: Drive,
+    /// Whether polynomials are over the drive's fourth root: where the skin gives way the ratio has a part that goes as drive^(−1/3).
+    yields: bool,
     /// Distances covered, mm.
     pub reach: [f64; 2],
     /// Drives covered, degrees or mm.
@@ -81,6 +83,7 @@ impl Surface {
         let mut solver = Solve {
             curve: curve.clone(),
             kind,
+            yields: setup.model.indentation,
             designs: [design],
             evaluator: Evaluator::new(&setup, method).sparing(hard[0]),
             spare: hard[1],
@@ -105,7 +108,7 @@ impl Surface {
             match strip.filter(|pieces| !may || pieces.iter().all(|p| p.is_fine(1))) {
                 Some(pieces) => strips.push(Strip { drives, pieces, end }),
                 None => {
-                    let mid = 0.5 * (drives[0] + drives[1]);
+                    let mid = drive_at(solver.yields, drives, 0.0);
                     open.extend([([mid, drives[1]], depth + 1), ([drives[0], mid], depth + 1)]);
                 }
             }
@@ -115,7 +118,7 @@ impl Surface {
         }
         let tails = strips.iter().flat_map(|s| &s.pieces).map(|p| p.tails[0] + p.tails[1]);
         let error = tails.filter(|t| t.is_finite()).fold(0.0, f64::max);
-        Ok(Self { curve, kind, reach, drives, strips, error })
+        Ok(Self { curve, kind, yields: solver.yields, reach, drives, strips, error })
     }
 
     /// Strain at a (mm) and drive; NaN where the model has none.
@@ -124,7 +127,7 @@ impl Surface {
         let (u, strip) = (1.0 / a, self.strip(drive));
         let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
         let Some(piece) = piece.filter(|_| u >= strip.end) else { return f64::NAN };
-        let c = piece.at(scaled(strip.drives, drive));
+        let c = piece.at(place_of(self.yields, strip.drives, drive));
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
     }
 
@@ -143,11 +146,25 @@ impl Surface {
     pub fn at(&self, drive: f64) -> Curve {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let strip = self.strip(drive);
-        let y = scaled(strip.drives, drive);
+        let y = place_of(self.yields, strip.drives, drive);
         let cuts =
             strip.pieces.iter().map(|p| (curve::Piece { u: p.u, ratio: Ratio::Smooth(p.at(y)) }, &p.looks));
         Curve::new(self.curve.clone(), amount(self.kind, drive), cuts, strip.end)
     }
+}
+
+/// Place of a drive, −1 … 1, between two.
+fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
+    if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
+}
+
+/// The drive at a place between two.
+fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
+    if yields { placed(ends.map(root), place).powi(4) } else { placed(ends, place) }
+}
+
+fn root(drive: f64) -> f64 {
+    drive.sqrt().sqrt()
 }
 
 impl Piece {
@@ -194,6 +211,7 @@ pub(super) fn continued(rig: &Rig, reach: [f64; 2]) -> Result<([f64; 2], Tuple),
 struct Solve<'a> {
     curve: StrainCurve,
     kind: Drive,
+    yields: bool,
     designs: [Design; 1],
     evaluator: Evaluator<'a>,
     /// Taps that may still have no solution.
@@ -242,11 +260,12 @@ impl Solve<'_> {
     fn solve(&mut self, us: &[[f64; 2]], drives: [f64; 2]) -> Result<Vec<Piece>, ModelError> {
         let columns = if drives[0] < drives[1] { NODES[1] } else { 1 };
         let (xs, ys) = (points(NODES[0]), points(columns));
+        let ys: Vec<f64> = ys.into_iter().map(|y| drive_at(self.yields, drives, y)).collect();
         let mut tasks = Vec::with_capacity(us.len() * NODES[0] * columns);
         for u in us {
             for x in &xs {
                 let a = 1.0 / placed(*u, *x);
-                tasks.extend(ys.iter().map(|y| Task { a, drive: placed(drives, *y), ..Task::default() }));
+                tasks.extend(ys.iter().map(|drive| Task { a, drive: *drive, ..Task::default() }));
             }
         }
         let outcomes = self.evaluator.run(&self.designs, &tasks)?;

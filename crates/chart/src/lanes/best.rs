@@ -69,7 +69,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         }
         if OWN {
             for (i, edge) in edges.iter().enumerate() {
-                self.count(tables, taps.at(i), edge, &complete, &mut tally);
+                self.count(taps.at(i), edge, &complete, &mut tally);
             }
         } else {
             let decided = Decided::new(tables);
@@ -81,7 +81,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         }
 
         let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
-        let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt());
+        let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt()) / self.passed.share;
         let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
         let mut best = [never, of(0.0)];
         let mut rows_complete = if OWN && estimates { of(0.0) } else { complete };

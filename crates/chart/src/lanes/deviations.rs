@@ -47,7 +47,9 @@ impl Tables {
                     None if own => rows.own[1].0[lane] * kappa[0],
                     None => f32::NAN,
                 };
-                found.push(f64::from(deviation));
+                let share = f64::from(rows.passed.share.0[lane]);
+                let deviation = f64::from(deviation);
+                found.push(if share == 1.0 { deviation } else { (1.0 + deviation) / share - 1.0 });
             }
         }
         found

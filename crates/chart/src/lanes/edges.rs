@@ -30,7 +30,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     ) -> Edges<Lanes<FMA>> {
         let of = Lanes::<FMA>::of;
         let never = of(drives as f64);
-        let limit = Lanes::<FMA>::splat(tables.strain_limit);
+        let limit = self.passed.limit;
         let (strain, most) =
             (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(tap.kappa, m)));
         let mut above = never;

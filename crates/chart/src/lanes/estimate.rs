@@ -94,14 +94,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         tap: (Tap<'_, Lanes<FMA>>, &Distance),
         (noise, peak): (Lanes<FMA>, Lanes<FMA>),
     ) -> Told<Lanes<FMA>> {
-        Told::new(tables, tap, (self.miss(tables, row, tap.0, tables.points), peak, noise))
+        Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))
     }
 
     /// K̄ σ/θ of a reading.
     #[inline(always)]
     fn noise(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
-        let k = Lanes::<FMA>::of(1.0) + self.calibration(tables, row, tables.points);
-        k * Pack::splat(tables.noise) / row.drive
+        let k = Lanes::<FMA>::of(1.0) + self.calibration(row, tables.points);
+        k * Pack::splat(tables.noise) / row.drive / self.passed.share
     }
 
     /// The value by which a row is ranked, of its distance errors, and 1 where every tap has a distance.

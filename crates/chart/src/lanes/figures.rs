@@ -89,7 +89,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let (zero, one) = (of(0.0), of(1.0));
         let taps = &scratch.taps;
         let [drive, power] = self.own;
-        let limit = Pack::splat(tables.strain_limit);
+        let limit = self.passed.limit;
         let mut tally = Tally::new(self.largest.if_less(Pack::splat(MOST), zero, one));
 
         // First pass: K and its spread, extremes.
@@ -120,12 +120,12 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
         // Second pass, with K̄: errors of the distances.
         let known = of(1.5).if_less(n, one, zero);
-        let (calibration, known) = match tables.fixed {
-            Some(fixed) => (Pack::splat(fixed), one),
+        let (calibration, known) = match self.passed.fixed {
+            Some(fixed) => (fixed, one),
             None => (power * mean, known),
         };
         let [mut errors, mut squares, mut largest, mut noises, mut read] = [zero; 5];
-        let noise = (one + calibration) * Pack::splat(tables.noise) / drive;
+        let noise = (one + calibration) * Pack::splat(tables.noise) / drive / self.passed.share;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = taps.at(i);
             let deviation = power * tap.kappa[0];
@@ -177,21 +177,25 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             }
             let (counting, told) = (n.0[lane] as u64, read.0[lane] as u64);
             let known = known.0[lane] > 0.5;
+            // K is that of what the foil does not keep over its share.
+            let share = at(&self.passed.share);
+            let mean = at(&power) * at(&mean);
+            let mean = if share == 1.0 { mean } else { (1.0 + mean) / share - 1.0 };
             let row = DriveRow::of(
                 [asked, told],
-                Spread::of(counting, at(&power) * at(&mean), at(&power2) * at(&spread)),
-                [at(&strain_max), at(&force_max)],
+                Spread::of(counting, mean, at(&power2) * at(&spread) / (share * share)),
+                [share * at(&strain_max), at(&force_max)],
                 [
                     Errors::of(told, [at(&errors), at(&squares), at(&largest)]),
                     Errors::of(told, [f64::NAN, at(&noises), f64::NAN]),
                 ],
-                known.then(|| 1.0 + at(&calibration)),
+                known.then(|| (1.0 + at(&calibration)) / share),
                 status,
             );
             out.push(Some(Figures {
                 row,
                 arc: [at(&nearest), at(&farthest)],
-                strain: at(&strain_all),
+                strain: share * at(&strain_all),
                 force: at(&force_all),
                 peak: [at(&peak), at(&highest)],
             }));

@@ -8,6 +8,8 @@
 //!
 //! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, whose left side is a product of growth factors
 //! composed as a + b + ab: the error â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
+//!
+//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure ([`rows::Passed`]).
 
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
@@ -25,6 +27,7 @@ mod outcome;
 mod read;
 mod rows;
 mod scratch;
+mod section;
 mod sheet;
 mod tally;
 mod tap;
@@ -41,7 +44,7 @@ pub use crate::kernel::ranking::{Found, Words};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Per, RankBy, Theory, Tuple};
+use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory, Tuple};
 use between::Between;
 use choice::Choice;
 use dispatch::{Work, best};
@@ -90,6 +93,9 @@ pub struct Tables {
     /// S/D² of the model.
     shear: f32,
     strain_limit: f32,
+    foil: Option<Foil>,
+    /// E, MPa.
+    modulus: f64,
     noise: f32,
     fixed: Option<f32>,
     elongation: bool,
@@ -217,6 +223,8 @@ impl Tables {
             ends: scope.ends.map(|a| (1.0 / a) as f32),
             shear: if setup.model.shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 },
             strain_limit: setup.gauge.strain_limit as f32,
+            foil: setup.gauge.foil,
+            modulus: setup.model.material.e0(),
             noise: setup.gauge.noise_strain.unwrap_or(0.0) as f32,
             fixed: setup.estimate.k.map(|k| (k - 1.0) as f32),
             elongation: setup.estimate.convention == Convention::Elongation,

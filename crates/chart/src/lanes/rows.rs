@@ -6,6 +6,7 @@ use super::theory::Whisker;
 use super::{Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
+use crate::physics::{solid::Bonded, taper::Taper};
 use crate::scene::Tuple;
 
 /// Largest deviation of the strain for which K is told.
@@ -28,6 +29,7 @@ impl Tables {
 pub(super) struct Rows<T> {
     pub live: usize,
     pub design: Whisker<T>,
+    pub passed: Passed<T>,
     /// Each design's own drive, rad or mm, and its power e.
     pub own: [T; 2],
     /// Mean of κ.
@@ -38,6 +40,37 @@ pub(super) struct Rows<T> {
     pub spread: [T; PAIRS],
     /// Largest |δ|.
     pub largest: T,
+}
+
+/// What the foil of a gauge passes on, as the readings that a chart knows have it: all of the strain.
+pub(super) struct Passed<T> {
+    /// T: readings of a chart are so many times too large. 1 without a foil.
+    pub share: T,
+    /// Their largest value.
+    pub limit: T,
+    /// K − 1 with which distances are told, where it is given.
+    pub fixed: Option<T>,
+}
+
+impl<const FMA: bool> Passed<Lanes<FMA>> {
+    /// Of the designs `tuples`.
+    #[inline(always)]
+    fn new(tables: &Tables, tuples: &[Tuple]) -> Self {
+        let (limit, fixed) = (Pack::splat(tables.strain_limit), tables.fixed.map(Pack::splat));
+        let mut passed = Self { share: Pack::of(1.0), limit, fixed };
+        let Some(foil) = &tables.foil else { return passed };
+        for (lane, t) in tuples.iter().enumerate() {
+            let taper = Taper::new(t.D, t.d, t.L_a);
+            let share = Bonded::new(foil, &taper, taper.gauge(t.x_ss, t.l), tables.modulus).transfer;
+            let own = foil.strain_limit.map_or(f32::INFINITY, |own| (own / share) as f32);
+            passed.share.0[lane] = share as f32;
+            passed.limit.0[lane] = tables.strain_limit.min(own);
+            if let (Some(given), Some(fixed)) = (&mut passed.fixed, tables.fixed) {
+                given.0[lane] = (share * (1.0 + f64::from(fixed)) - 1.0) as f32;
+            }
+        }
+        passed
+    }
 }
 
 /// A drive.
@@ -97,6 +130,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         Self {
             live: 0,
             design: Whisker::default(),
+            passed: Passed { share: Lanes::<FMA>::of(1.0), limit: zero, fixed: None },
             own: [zero; 2],
             mean: [zero; ORDERS],
             hull: [[zero; ORDERS]; 2],
@@ -142,6 +176,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             // The largest counts where contacts slip off.
             own = Pack::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
         }
+        self.passed = Passed::new(tables, &tuples[..live]);
         let design = Whisker::new(tables, [diameter, tau, length], [x1, x2]);
         let power = match tables.power {
             0 => of(1.0),
@@ -244,22 +279,16 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(
-        &self,
-        tables: &Tables,
-        row: &Row<Lanes<FMA>>,
-        tap: Tap<'_, Lanes<FMA>>,
-        m: usize,
-    ) -> Lanes<FMA> {
+    pub fn miss(&self, row: &Row<Lanes<FMA>>, tap: Tap<'_, Lanes<FMA>>, m: usize) -> Lanes<FMA> {
         let deviation = row.power * row.read(tap.kappa, m);
-        (self.calibration(tables, row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
+        (self.calibration(row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
     }
 
     /// K̄ − 1 of a row.
     #[inline(always)]
-    pub fn calibration(&self, tables: &Tables, row: &Row<Lanes<FMA>>, m: usize) -> Lanes<FMA> {
-        match tables.fixed {
-            Some(fixed) => Pack::splat(fixed),
+    pub fn calibration(&self, row: &Row<Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+        match self.passed.fixed {
+            Some(fixed) => fixed,
             None => row.power * row.read(&self.mean, m),
         }
     }

@@ -24,7 +24,6 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     #[inline(always)]
     pub fn count(
         &self,
-        tables: &Tables,
         tap: Tap<'_, Lanes<FMA>>,
         edge: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
@@ -36,12 +35,12 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         let k = one + power * tap.kappa[0];
         // Where some taps do not count K̄ is anywhere among the others.
         let whole = half.if_less(*complete, one, zero);
-        let calibration = match tables.fixed {
-            Some(fixed) => Pack::splat(fixed),
+        let calibration = match self.passed.fixed {
+            Some(fixed) => fixed,
             None => power * self.mean[0],
         };
         let (mut least, mut most) = (calibration, calibration);
-        if tables.fixed.is_none() && !one.all_at_most(*complete) {
+        if self.passed.fixed.is_none() && !one.all_at_most(*complete) {
             let ends = [power * self.hull[0][0], power * self.hull[1][0]];
             least = half.if_less(whole, least, ends[0].min(ends[1]));
             most = half.if_less(whole, most, ends[0].max(ends[1]));
@@ -86,7 +85,6 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
     #[inline(always)]
     fn range(
         &self,
-        tables: &Tables,
         rows: &Rows<Lanes<FMA>>,
         tap: Tap<'_, Lanes<FMA>>,
         every: bool,
@@ -94,14 +92,14 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
     ) -> [Lanes<FMA>; 2] {
         let of = Lanes::<FMA>::of;
         let zero = of(0.0);
-        let mean = if tables.fixed.is_some() { [zero; ORDERS] } else { rows.mean };
+        let mean = if rows.passed.fixed.is_some() { [zero; ORDERS] } else { rows.mean };
         let middle = mean[0] - tap.kappa[0];
         let mut around = zero;
         for k in 1..m {
             around = around + (mean[k] - tap.kappa[k]).abs();
         }
         let (mut lo, mut hi) = (middle - around, middle + around);
-        if !every && tables.fixed.is_none() {
+        if !every && rows.passed.fixed.is_none() {
             let mut apart = zero;
             for k in 0..m {
                 apart = apart + (rows.hull[1][k] - tap.kappa[k]).max(tap.kappa[k] - rows.hull[0][k]);
@@ -109,7 +107,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
             (lo, hi) = (zero - apart, apart);
         }
         let [least, most] = self.powers;
-        let fixed = Pack::splat(tables.fixed.unwrap_or(0.0));
+        let fixed = rows.passed.fixed.unwrap_or(zero);
         let lo = lo * lo.if_less(zero, most, least) + fixed;
         let hi = hi * hi.if_less(zero, least, most) + fixed;
         // 1 + δ, and rounding.
@@ -132,7 +130,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         let m = tables.points;
         let drives = tables.angles.len();
         let every = of(drives as f64).all_at_most(*complete);
-        let [least, most] = self.range(tables, rows, tap, every, m);
+        let [least, most] = self.range(rows, tap, every, m);
         let [low, high, peak] = rows.design.words.bounds(tap);
         let farthest = of(1.0) - rows.design.words.farthest / tap.strain;
         let (zero, one) = (of(0.0), of(1.0));
@@ -164,7 +162,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         let [mut rootless, mut twice, mut free] = [zero; 3];
         for j in 0..drives {
             let row = rows.row::<false>(tables, j);
-            let q = rows.miss(tables, &row, tap, m);
+            let q = rows.miss(&row, tap, m);
             let none = peak.if_less(q, one, zero);
             let two = q.if_less(low, zero, high.if_less(q, zero, one));
             rootless = rootless + none;

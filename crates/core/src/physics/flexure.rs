@@ -76,12 +76,7 @@ impl Part {
         let section = body.section(s, within);
         let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
         let square = if body.is_straight() { DVec2::Y } else { DVec2::from_angle(body.rest_angle(s)).perp() };
-        Self {
-            end,
-            place: body.rest(s),
-            square,
-            shares: shares.map(|share| weight * share),
-        }
+        Self { end, place: body.rest(s), square, shares: shares.map(|share| weight * share) }
     }
 }
 

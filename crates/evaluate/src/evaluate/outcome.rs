@@ -106,7 +106,7 @@ pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: 
     if share.is_finite() { share } else { 1.0 }
 }
 
-/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, c/a − 1, P (N) and T/P; with a second gauge also what it has beside linear
+/// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, of what a foil does not keep of the strain, c/a − 1, P (N) and T/P; with a second gauge also what it has beside linear
 /// theory ([`beside_linear`]). `None` of a design that is no whisker.
 pub fn told(
     setup: &Setup,
@@ -117,9 +117,10 @@ pub fn told(
 ) -> Option<Outcome> {
     let (shared, setup) = (design.shared.as_ref()?, design.setup(setup));
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
-    let (share, deviation) = match task.direction.is_upright() {
-        true => (1.0, -strain / (1.0 + strain)),
-        false => {
+    let (share, deviation) = match (task.direction.is_upright(), shared.foil) {
+        (true, None) => (1.0, -strain / (1.0 + strain)),
+        (true, Some(foil)) => (foil.transfer, 1.0 / (foil.transfer + foil.transfer * strain) - 1.0),
+        (false, _) => {
             let share = radians(task.direction)[0].cos().powi(2);
             (share, 1.0 / (share + share * strain) - 1.0)
         }

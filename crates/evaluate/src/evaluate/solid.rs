@@ -26,6 +26,9 @@ use base::{Base, Load, Seen};
 /// Share of the tolerance that what is left of the angle may make of the strain.
 const SHARE: f64 = 0.03;
 
+/// Strains less than this share of the peak's count as that, as in all tolerances.
+const LEAST: f64 = 1e-3;
+
 /// Rounds at most; the reference is asked of taps that need more.
 const ROUNDS: usize = 8;
 
@@ -36,18 +39,27 @@ struct Trial<'a> {
     /// The rod from where its clamp holds it.
     rod: StrainCurve,
     soft: Option<Soft>,
-    /// The object's centre, mm, from where the rod begins, x along the clamped whisker, y towards the object.
-    pole: [f64; 2],
+    /// The object's centre before the tap, mm, from where the rod begins, x along the clamped whisker, y towards the object; and how far the tap moves it.
+    /// Small motions would be lost in its place.
+    pole: [[f64; 2]; 2],
     /// sin α and cos α at the contact.
     tilt: [f64; 2],
     /// Drive of the tap, rad or mm.
     amount: f64,
+    /// Where the contact is before the tap, mm from where the rod begins.
+    from: f64,
     /// The tap of the rod: a, mm, θ, rad, and how far the contact gives way, mm.
     at: [f64; 3],
     /// The tap solved last.
     last: Option<Last>,
     /// Whether there is a strain to be told: the contact begins beyond the gauge's near end.
     strained: bool,
+}
+
+/// How far a turn by `angle`, rad, moves a point.
+fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, less) = (angle.sin(), -2.0 * (0.5 * angle).sin().powi(2));
+    [less * x - sin * y, sin * x + less * y]
 }
 
 /// A solved tap of the rod.
@@ -69,21 +81,27 @@ impl<'a> Trial<'a> {
             true => ([rod.taper.sin_alpha(), rod.taper.cos_alpha()], rod.taper.radius(task.a - shared.start)),
             false => ([0.0, 1.0], 0.0),
         };
-        let from_axis = [
-            task.a - shared.start + rod.hub + model.pole_radius * tilt[0],
-            radius + model.pole_radius * tilt[1],
-        ];
-        let pole = match setup.drive {
-            Drive::Angle => {
-                let (sin, cos) = amount.sin_cos();
-                let [x, y] = from_axis;
-                [x * cos + y * sin - rod.hub, y * cos - x * sin]
-            }
-            Drive::Displacement => [from_axis[0], from_axis[1] - amount],
+        let from_base =
+            [task.a - shared.start + model.pole_radius * tilt[0], radius + model.pole_radius * tilt[1]];
+        let moved = match setup.drive {
+            Drive::Angle => turned([from_base[0] + rod.hub, from_base[1]], -amount),
+            Drive::Displacement => [0.0, -amount],
         };
+        let pole = [from_base, moved];
         let strained = task.a > shared.gauge[0];
-        let mut one =
-            Self { setup, shared, rod, soft, pole, tilt, amount, at: [0.0; 3], last: None, strained };
+        let mut one = Self {
+            setup,
+            shared,
+            rod,
+            soft,
+            pole,
+            tilt,
+            amount,
+            from: task.a - shared.start,
+            at: [0.0; 3],
+            last: None,
+            strained,
+        };
         one.at = one.planar(0.0, &Base::UNMOVED, 1.0)?;
         let force = one.frame()?.response(&Solution::UNLOADED).normal;
         one.at = one.next(force, &Base::UNMOVED, 1.0)?.0;
@@ -92,18 +110,19 @@ impl<'a> Trial<'a> {
 
     /// The tap of the rod whose contact gives way by `depth` and whose base stands at `base`, its motion times `share`.
     fn planar(&self, depth: f64, base: &Base, share: f64) -> Option<[f64; 3]> {
-        let [x, y] = base.seen(self.pole, share);
+        let [[x, y], moved] = self.pole;
+        let seen = base.moved([x + moved[0], y + moved[1]], share);
+        let [dx, dy] = [moved[0] + seen[0], moved[1] + seen[1]];
         let [sin, cos] = self.tilt;
-        let surface = self.setup.model.surface;
-        let (slope, start) =
-            if surface { (self.rod.taper.tan_alpha, 0.5 * self.rod.taper.D) } else { (0.0, 0.0) };
-        let radius = self.setup.model.pole_radius - depth;
-        // (a + ρ' sin α)² + (R₀ − a tan α + ρ' cos α)² is the squared distance of the centre.
-        let (along, across) = (radius * sin, start + radius * cos);
-        let (square, half) = (1.0 + slope * slope, along - slope * across);
-        let rest = along * along + across * across - x * x - y * y;
-        let a = (-half + (half * half - square * rest).sqrt()) / square;
-        let angle = (across - slope * a).atan2(a + along) - y.atan2(x);
+        let slope = if self.setup.model.surface { self.rod.taper.tan_alpha } else { 0.0 };
+        // The rod's own tap leads the centre to (x, y) + b (1, −tan α) − δ n, n the contact's normal, as far from the base as the tap that is sought does.
+        let (square, half) = (1.0 + slope * slope, x - slope * y);
+        let rest = depth * (depth - 2.0 * (x * sin + y * cos)) - dx * (2.0 * x + dx) - dy * (2.0 * y + dy);
+        let b = -rest / (half + (half * half - square * rest).sqrt());
+        let [ux, uy] = [b - depth * sin, -slope * b - depth * cos];
+        let cross = x * (uy - dy) - y * (ux - dx) + dx * uy - dy * ux;
+        let angle = cross.atan2((x + dx) * (x + ux) + (y + dy) * (y + uy));
+        let a = self.from + b;
         (a > 0.0 && angle > 0.0).then_some([a, angle, depth])
     }
 
@@ -153,7 +172,7 @@ impl<'a> Trial<'a> {
     /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
     fn turn(&mut self, here: &Frame, solution: &Solution<f64>, told: (Option<&Chart>, f64)) -> Turn {
         let force = here.response(solution).normal;
-        let [_, angle, _] = self.at;
+        let [a, angle, _] = self.at;
         let reached = |of: &Self, frame: &Frame, solution: &Solution<f64>, fine: bool| {
             let response = frame.response(solution);
             let load = Load {
@@ -190,7 +209,15 @@ impl<'a> Trial<'a> {
         // Along a thick pole the contact moves by ρ for each rad.
         let moved = self.setup.model.pole_radius * angle / at[0];
         let rough = at[1] * at[1] + moved + solution.strain.abs() + base.turned().abs() / angle;
-        if (g - 1.0).abs() * rough * known > SHARE * told.1 {
+        let mut left = (g - 1.0).abs() * rough;
+        if self.strained {
+            // What the strain has beside linear theory changes with the distance from the gauge; where it leaves little strain, both count for more.
+            let beside = here.response(solution).deviation;
+            left += (at[0] - a).abs() / (at[0] - self.rod.gauge[0]).abs() * beside.abs();
+            let least = LEAST * self.shared.peak * self.amount / here.tap().strain.abs();
+            left /= (1.0 + beside).abs().max(least).min(1.0);
+        }
+        if left * known > SHARE * told.1 {
             return Turn::Next;
         }
         let Some(frame) = self.frame() else { return Turn::Lost };

@@ -56,7 +56,10 @@ impl<T: Scalar> Law<T> {
 
 /// Σ c_k z^k.
 #[inline(always)]
-pub fn polynomial<T: Scalar, const L: usize, const FMA: bool>(c: &[T], z: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+pub fn polynomial<T: Scalar, const L: usize, const FMA: bool>(
+    c: &[T],
+    z: Pack<T, L, FMA>,
+) -> Pack<T, L, FMA> {
     let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
     let mut sum = Pack::splat(last);
     for &next in others.iter().rev() {

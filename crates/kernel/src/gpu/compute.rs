@@ -138,11 +138,7 @@ impl Gpu {
         self.unsealed(&view, (count, words, word))
     }
 
-    fn unsealed(
-        &self,
-        bytes: &[u8],
-        (count, words, word): (usize, usize, usize),
-    ) -> Result<Vec<f64>, Fault> {
+    fn unsealed(&self, bytes: &[u8], (count, words, word): (usize, usize, usize)) -> Result<Vec<f64>, Fault> {
         let mut numbers = Vec::with_capacity(count * (words - 1));
         let mut damaged = 0;
         for (place, answer) in (0u32..).zip(bytes.chunks_exact(words * word)) {

@@ -1,5 +1,6 @@
 //! The rod next to its clamp: how a foil moves the base, and what the skin under the gauge shows.
 
+use super::turned;
 use crate::design::Shared;
 use crate::kernel::Chart;
 use crate::physics::section::SectionLaw;
@@ -73,10 +74,10 @@ impl Base {
         self.angle
     }
 
-    /// `point`, seen from the real base, from that of the rod without a foil; its motion times `share`.
-    pub(super) fn seen(&self, [x, y]: [f64; 2], share: f64) -> [f64; 2] {
-        let (sin, cos) = (share * self.angle).sin_cos();
-        [share * self.place[0] + x * cos - y * sin, share * self.place[1] + x * sin + y * cos]
+    /// How far `point`, seen from the real base, is from there as seen from that of the rod without a foil; the base's motion times `share`.
+    pub(super) fn moved(&self, point: [f64; 2], share: f64) -> [f64; 2] {
+        let [x, y] = turned(point, share * self.angle);
+        [share * self.place[0] + x, share * self.place[1] + y]
     }
 
     /// The base, and what the skin shows, of a rod under `load`. `None` where the material ends, or the rod has no contact.
