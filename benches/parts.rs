@@ -101,7 +101,7 @@ mod inverse {
         let shared = taps.designs[0].shared.as_ref().expect("a whisker");
         let m = &shared.model;
         let curve = vibrissa::physics::linear::StrainCurve::new(m.taper, m.gauge, m.hub, m.drive, shear);
-        let inverse = Inverse::new(curve);
+        let inverse = Inverse::new(curve.clone());
         let readings: Vec<f64> = (0..1000).map(|i| curve.value(20.0 + 0.028 * f64::from(i))).collect();
         bencher.counter(ItemsCount::new(readings.len())).bench(|| {
             readings.iter().filter_map(|f| inverse.roots(*black_box(f))).map(|r| r.far).sum::<f64>()
