@@ -39,40 +39,33 @@ fn kind(setup: &Setup) -> Setup {
     kind
 }
 
-/// Places of the tasks of each rig of its own, or of each kind of them, with one of its rigs; `None` where no design has one.
-type Kinds = Vec<(Arc<Setup>, Vec<usize>)>;
+/// Places of the tasks of each kind of rigs, with one of them; of the designs that have none of their own, nothing.
+type Kinds = Vec<(Option<Arc<Setup>>, Vec<usize>)>;
 
 /// Solves some tasks, and counts.
 type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Result<(Vec<Outcome>, u64), SolveError> + 's;
 
-/// See [`Kinds`].
+/// See [`Kinds`]; `None` where no design has a rig of its own.
 fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
-    let own = |task: &Task| designs[task.design as usize].own.as_ref();
-    tasks.iter().find_map(own)?;
-    let (mut kinds, mut all): (Vec<Setup>, Kinds) = Default::default();
+    if designs.iter().all(|design| design.own.is_none()) {
+        return None;
+    }
+    let (mut kinds, mut all): (Vec<Option<Setup>>, Kinds) = Default::default();
     let mut of_design = vec![None; designs.len()];
     for (i, task) in tasks.iter().enumerate() {
-        let at = &mut of_design[task.design as usize];
-        let place = *at.get_or_insert_with(|| {
-            // What is no whisker goes with any.
-            let Some(setup) = own(task) else { return 0 };
-            let kind = kind(setup);
+        let design = task.design as usize;
+        let place = *of_design[design].get_or_insert_with(|| {
+            let own = designs[design].own.clone();
+            let kind = own.as_deref().map(kind);
             let known = kinds.iter().position(|other| *other == kind);
             known.unwrap_or_else(|| {
                 kinds.push(kind);
-                all.push((setup.clone(), Vec::new()));
+                all.push((own, Vec::new()));
                 kinds.len() - 1
             })
         });
-        match all.get_mut(place) {
-            Some((_, places)) => places.push(i),
-            None => *at = None,
-        }
+        all[place].1.push(i);
     }
-    // Those before the first whisker.
-    let open = (0..tasks.len()).filter(|&i| of_design[tasks[i].design as usize].is_none());
-    let open: Vec<usize> = open.collect();
-    all[0].1.extend(open);
     Some(all)
 }
 
@@ -101,7 +94,10 @@ impl Evaluator<'_> {
         let (mut outcomes, mut count) = (vec![Outcome::NOTHING; tasks.len()], 0);
         for (setup, places) in &kinds {
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            let (found, n) = self.with(setup, |one| solve(one, &these))?;
+            let (found, n) = match setup {
+                Some(setup) => self.with(setup, |one| solve(one, &these))?,
+                None => solve(self, &these)?,
+            };
             places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
             count += n;
         }
