@@ -1,11 +1,12 @@
 // Whiskers that are no cone clamped at its base. Twin of crates/built/src/lanes.rs and newton.rs, where the method is described.
 //
 // Emitted from Rust before this text: real, named numbers, the switches SHEAR, EXTENSION, SURFACE, STICK, LAW, FAR, CURVED, INNER and POWER, the
-// structures Tap, Piece and Solution, the tableau STAGES, PLACES, FIRST, BEFORE, SHARES and ENDS, one_minus_cos, x_minus_sin, section and seal.
+// structures Tap, Piece and Solution, where the parts of the tableau begin in `numbers` (PLACES, FIRST, BEFORE, SHARES, ENDS, GAUSS, PIECES), one_minus_cos,
+// x_minus_sin, section and seal. A constant array that is indexed in a loop would be copied for each of its numbers; a buffer is not.
 
 @group(0) @binding(0) var<uniform> batch: vec4<u32>;
 @group(0) @binding(1) var<storage, read> taps: array<Tap>;
-@group(0) @binding(2) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(2) var<storage, read> numbers: array<real>;
 @group(0) @binding(3) var<storage, read_write> solutions: array<Solution>;
 
 // P and T at the arc c; see the Rust twin.
@@ -35,6 +36,14 @@ struct Shot {
     bent: Bent,
     miss: vec2<real>,
     wrench: vec3<real>,
+}
+
+fn piece_at(k: u32) -> Piece {
+    let at = PIECES + 8u * k;
+    return Piece(
+        numbers[at], numbers[at + 1u], numbers[at + 2u], numbers[at + 3u],
+        numbers[at + 4u], numbers[at + 5u], numbers[at + 6u], numbers[at + 7u],
+    );
 }
 
 // 1 − cos x and sin x.
@@ -169,7 +178,7 @@ fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
     var slopes: array<Slope, STAGES>;
     let first = u32(tap.first);
     for (var k = u32(tap.count); k > 0u; k--) {
-        let piece = pieces[first + k - 1u];
+        let piece = piece_at(first + k - 1u);
         let high = min(piece.far, load.arc);
         let low = min(piece.near, load.arc);
         let length = high - low;
@@ -182,14 +191,16 @@ fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
         for (var number = 0u; number < steps; number++) {
             for (var stage = 0u; stage < STAGES; stage++) {
                 var begun = state;
-                for (var n = FIRST[stage]; n < FIRST[stage + 1u]; n++) {
-                    let weight = step * SHARES[n];
-                    begun.bent += weight * slopes[BEFORE[n]].bent;
+                let last = u32(numbers[FIRST + stage + 1u]);
+                for (var n = u32(numbers[FIRST + stage]); n < last; n++) {
+                    let weight = step * numbers[SHARES + n];
+                    let before = u32(numbers[BEFORE + n]);
+                    begun.bent += weight * slopes[before].bent;
                     if CURVED {
-                        begun.rest += weight * slopes[BEFORE[n]].rest;
+                        begun.rest += weight * slopes[before].rest;
                     }
                 }
-                let t = step * (real(number) + PLACES[stage]);
+                let t = step * (real(number) + numbers[PLACES + stage]);
                 let spread = t + (ONE - t) * ratio;
                 let s = high - length * t / spread;
                 let rate = length * ratio / (spread * spread);
@@ -198,7 +209,8 @@ fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
             var fifth = vec3<real>(ZERO, ZERO, ZERO);
             var third = fifth;
             for (var stage = 0u; stage < STAGES; stage++) {
-                let ends = step * ENDS[stage];
+                let at = ENDS + 3u * stage;
+                let ends = step * vec3<real>(numbers[at], numbers[at + 1u], numbers[at + 2u]);
                 state.bent += ends.x * slopes[stage].bent;
                 if CURVED {
                     state.rest += ends.x * slopes[stage].rest;
@@ -223,9 +235,9 @@ fn path(tap: Tap, begin: real, end: real, parts: u32) -> vec2<real> {
     let part = (end - begin) / real(parts);
     for (var k = 0u; k < parts; k++) {
         for (var n = 0u; n < 4u; n++) {
-            let s = begin + part * (real(k) + GAUSS[n].x);
+            let s = begin + part * (real(k) + numbers[GAUSS + 2u * n]);
             let at = rest(tap, ZERO, s);
-            way += part * GAUSS[n].y * vec2<real>(ONE - at.x, -at.y);
+            way += part * numbers[GAUSS + 2u * n + 1u] * vec2<real>(ONE - at.x, -at.y);
         }
     }
     return way;

@@ -183,9 +183,11 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
         ),
         ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]", "shear = true\n"),
     ] {
-        let several = if whisker.starts_with("profile") { 128 } else { 4 };
-        let places: Vec<f64> =
-            (0..several).map(|k| 3.0 + 7.0 * f64::from(k) / f64::from(several - 1)).collect();
+        let several: u32 = if whisker.starts_with("profile") { 128 } else { 4 };
+        // At a knot f has a corner: the gauges of a profile lie between two of them.
+        let (first, range) = if several == 128 { (7.0, 9.0) } else { (3.0, 7.0) };
+        let place = |k: u32| first + range * f64::from(k) / f64::from(several - 1);
+        let places: Vec<f64> = (0..several).map(place).collect();
         let text = |places: &[f64], top: &str| {
             format!(
                 "[whisker]\n{whisker}\n[gauge]\nx_ss = {places:?}\nl = 2\n\

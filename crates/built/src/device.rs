@@ -127,7 +127,10 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         let members: Vec<_> = fields.iter().map(|field| format!("{field}: real")).collect();
         let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
     }
-    text += &tableau(&lit);
+    let _ = writeln!(text, "const STAGES = {STAGES}u;\nconst STEPS = {}u;", newton::STEPS);
+    for (name, at) in tableau().1 {
+        let _ = writeln!(text, "const {name} = {at}u;");
+    }
     text += &library(precision, lanes::TERMS, job.chart.filter(|_| law));
     // A shader in double precision has no powers; such whiskers are left to the CPU.
     let powers = if precision == Precision::F32 { "pow(x, n)" } else { "x" };
@@ -135,34 +138,32 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
     text + &seal(precision, &ANSWER) + include_str!("../../../shaders/built.wgsl")
 }
 
-/// The tableau, and Gauss's rule.
-fn tableau(lit: &dyn Fn(f64) -> String) -> String {
-    let list = |items: Vec<String>| items.join(", ");
-    let (mut first, mut before, mut shares) = (vec![0], Vec::new(), Vec::new());
+/// The tableau and Gauss's rule as numbers, and where each part begins.
+fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
+    let mut first = vec![0.0];
+    let (mut before, mut shares): (Vec<f64>, Vec<f64>) = Default::default();
     for row in A {
         for (stage, share) in row {
-            before.push(format!("{stage}u"));
-            shares.push(lit(*share));
+            before.push(*stage as f64);
+            shares.push(*share);
         }
-        first.push(before.len());
+        first.push(before.len() as f64);
     }
-    let n = before.len();
-    let ends = B.iter().map(|[x, y, z]| format!("vec3<real>({}, {}, {})", lit(*x), lit(*y), lit(*z)));
-    let gauss = GAUSS.iter().map(|[x, w]| format!("vec2<real>({}, {})", lit(*x), lit(*w)));
-    format!(
-        "const STAGES = {STAGES}u;\nconst STEPS = {}u;\n\
-         const PLACES = array<real, {STAGES}>({});\nconst FIRST = array<u32, {}>({});\n\
-         const BEFORE = array<u32, {n}>({});\nconst SHARES = array<real, {n}>({});\n\
-         const ENDS = array<vec3<real>, {STAGES}>({});\nconst GAUSS = array<vec2<real>, 4>({});\n",
-        newton::STEPS,
-        list(C.iter().map(|c| lit(*c)).collect()),
-        STAGES + 1,
-        list(first.iter().map(|k| format!("{k}u")).collect()),
-        list(before),
-        list(shares),
-        list(ends.collect()),
-        list(gauss.collect()),
-    )
+    let (mut numbers, mut parts) = (Vec::new(), [("PIECES", 0); 7]);
+    let lists = [
+        ("PLACES", C.to_vec()),
+        ("FIRST", first),
+        ("BEFORE", before),
+        ("SHARES", shares),
+        ("ENDS", B.concat()),
+        ("GAUSS", GAUSS.concat()),
+    ];
+    for (part, (name, list)) in parts.iter_mut().zip(lists) {
+        *part = (name, numbers.len());
+        numbers.extend(list);
+    }
+    parts[6].1 = numbers.len();
+    (numbers, parts)
 }
 
 /// Solves `taps` on the device of `solver`; `None` where it has none, fails, or cannot.
@@ -211,14 +212,16 @@ fn read(answer: &[f64]) -> Solution {
     Solution { strain, normal, tangential, arc, wrench: [moment, x, y], error, load, shots }
 }
 
-/// All numbers of the taps, and of the pieces of their rods.
+/// All numbers of the taps; the tableau, and the pieces of their rods.
 fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
     let mut known: HashMap<*const Rod, usize> = HashMap::new();
-    let (mut all, mut pieces) = (Vec::with_capacity(taps.len() * TAP.len()), Vec::new());
+    let (mut pieces, parts) = tableau();
+    let begin = parts[6].1;
+    let mut all = Vec::with_capacity(taps.len() * TAP.len());
     for tap in taps {
         let rod = tap.rod;
         let first = *known.entry(std::ptr::from_ref(rod)).or_insert_with(|| {
-            let first = pieces.len() / PIECE.len();
+            let first = (pieces.len() - begin) / PIECE.len();
             for piece in &rod.pieces {
                 let steps = (steps as f64 * piece.share).ceil().max(1.0);
                 pieces.extend([piece.near, piece.far.min(FAR), piece.radius[0], piece.radius[1]]);

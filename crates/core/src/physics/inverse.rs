@@ -141,13 +141,13 @@ impl Inverse {
             } else {
                 to = u;
             }
-            let next = u - miss / slope;
-            let inside = next > from.min(to) && next < from.max(to);
-            let next = if inside { next } else { 0.5 * (from + to) };
-            if miss == 0.0 || (next - u).abs() <= 2.0 * f64::EPSILON * u.abs() {
-                return next;
+            let step = miss / slope;
+            if miss == 0.0 || step.abs() <= 2.0 * f64::EPSILON * u.abs() || from == to {
+                return u;
             }
-            u = next;
+            let next = u - step;
+            let inside = next > from.min(to) && next < from.max(to);
+            u = if inside { next } else { 0.5 * (from + to) };
         }
         u
     }
