@@ -64,7 +64,7 @@ fn tuple(kind: Drive, index: usize) -> Tuple {
 
 fn framed(setup: &Setup, t: &Tuple) -> Option<Tap<f64>> {
     let design = Design::new(setup, *t);
-    let shared = design.shared.as_ref().filter(|_| design.admits(setup.drive, t.a, t.drive))?;
+    let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
     let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
     let (amount, grip) = (amount(setup.drive, t.drive), Grip::Slide(0.0));
     Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 }).map(|frame| *frame.tap())
