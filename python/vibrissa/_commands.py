@@ -84,7 +84,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
 
     A value is a number, a list, a numpy array, a range, :func:`axis`, or :func:`samples`; all are crossed, the last fastest, in
-    the order D, d, L_a, x_ss, l, a, tilt, lean, theta. Units are mm, degrees, MPa, N; quantities with units (pint, astropy) are
+    the order D, d, L_a, x_ss, l, properties of the rig (exponent … noise: docs/built.md), a, tilt, lean, theta. Units are mm, degrees, MPa, N; quantities with units (pint, astropy) are
     converted. Nothing is written.
 
     >>> result = sweep(whisker=dict(D=10, d=[4, 7, 10], L_a=50), gauge=dict(x_ss=5, l=2),
@@ -94,7 +94,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
 
     Args:
         spec: path of a spec, or a dict of its sections; keywords go before what it says.
-        whisker: ``D``, ``d``, ``L_a``; ``hub``.
+        whisker: ``D``, ``d``, ``L_a``, or ``profile`` and ``scale``; ``hub``; ``exponent``, ``bore``, ``core``, ``curvature``, ``root``.
         gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``, ``second`` (a gauge 90° round the whisker).
         tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``; ``tilt``, ``lean`` of the object's edge, degrees.
         model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``, ``clamp``, ``indentation``, ``section``, ``solid``.

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 # Okabe and Ito's colours, which colour-blind readers tell apart.
 _COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
 _DESIGN = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"]
+# Columns of properties of the rig that a table has where they differ from design to design: their symbols and units.
+_PROPERTIES = {
+    "exponent": ("n", ""), "scale": ("scale", ""), "bore_mm": ("bore", " mm"), "core_mm": ("core", " mm"), "E_core_MPa": ("E_c", " MPa"),
+    "kappa_base_per_mm": ("κ_base", "/mm"), "kappa_slope_per_mm2": ("κ_slope", "/mm²"), "k_theta_Nmm_per_rad": ("k_θ", " N mm/rad"),
+    "k_y_N_per_mm": ("k_y", " N/mm"), "k_x_N_per_mm": ("k_x", " N/mm"), "hub_mm": ("r₀", " mm"), "E_MPa": ("E", " MPa"), "nu": ("ν", ""),
+    "pole_radius_mm": ("ρ", " mm"), "mu": ("μ", ""), "foil_N_per_mm": ("foil", " N/mm"), "noise": ("σ", ""),
+}
 _MARKS = "osD^vP*"
 
 
@@ -44,9 +51,14 @@ def _unit(table: Table, name: str) -> tuple[str, str]:
     return (name, name) if name in table else (f"{name}_mm", f"{name} (mm)")
 
 
+def _properties(table: Table) -> list[str]:
+    """Columns of properties of the rig."""
+    return [c for c in _PROPERTIES if c in table]
+
+
 def _whiskers(table: Table) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
     """The different whiskers in row order, and the number of the whisker of each row."""
-    rows = np.column_stack([table[c] for c in _DESIGN])
+    rows = np.column_stack([table[c] for c in [*_DESIGN, *_properties(table)]])
     different, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty(len(order), dtype=int)
@@ -54,11 +66,14 @@ def _whiskers(table: Table) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]
     return different[order], rank[number.reshape(-1)]
 
 
-def _name(whiskers: np.ndarray[Any, Any], number: int) -> str:
+def _name(whiskers: np.ndarray[Any, Any], number: int, table: Table) -> str:
     """What tells a whisker from the others."""
-    varied = [k for k in range(len(_DESIGN)) if len(np.unique(whiskers[:, k])) > 1] or [0, 1]
-    symbols = ["D", "d", "L_a", "x_ss", "l"]
-    return ", ".join(f"{symbols[k]} = {whiskers[number, k]:g}" for k in varied) + " mm"
+    varied = [k for k in range(whiskers.shape[1]) if len(np.unique(whiskers[:, k])) > 1] or [0, 1]
+    lengths = ", ".join(f"{_DESIGN[k][:-3]} = {whiskers[number, k]:g}" for k in varied if k < len(_DESIGN))
+    names = [_PROPERTIES[c] for c in _properties(table)]
+    others = [(*names[k - len(_DESIGN)], whiskers[number, k]) for k in varied if k >= len(_DESIGN)]
+    said = [f"{symbol} = {value:g}{unit}" for symbol, unit, value in others]
+    return ", ".join([f"{lengths} mm"] * bool(lengths) + said)
 
 
 def _needs(table: Table | None, name: str, kind: str) -> Table:
@@ -100,7 +115,7 @@ def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: An
         _error(table, rows, ax)
     else:
         kinds[kind](table, rows, ax, of, wanted)
-    ax.set_title(_name(whiskers, design), fontsize="medium")
+    ax.set_title(_name(whiskers, design, table), fontsize="medium")
     return ax
 
 
@@ -151,7 +166,7 @@ def _sd(table: Table, ax: Axes) -> Axes:
         rows = np.flatnonzero(number == design)
         order = np.argsort(table[column][rows])
         k = int(design) % 7
-        ax.plot(table[column][rows][order], table[name][rows][order], color=_COLOURS[k], marker=_MARKS[k], markersize=4, label=_name(whiskers, int(design)))
+        ax.plot(table[column][rows][order], table[name][rows][order], color=_COLOURS[k], marker=_MARKS[k], markersize=4, label=_name(whiskers, int(design), table))
     ax.set(xlabel=label, ylabel=of_k, yscale="log")
     ax.legend(fontsize="small")
     return ax

@@ -126,6 +126,13 @@ const TRIED: f64 = 1e-3;
 /// # Errors
 /// A tuple file; a kernel that fails.
 pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error> {
+    if search.robust.as_ref().is_some_and(|robust| !robust.properties.is_empty()) {
+        let why = "with tolerances of the rig which effects it needs is not one answer";
+        let error = InputError::new(why).key("--model-error").value(bound);
+        return Err(error
+            .allowed("tolerances of D, d, L_a, x_ss, l and the drive alone, or no --model-error")
+            .into());
+    }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
     Needed::new(&spec.study.setup, Rows::of_box(&wanted, &layout), bound)

@@ -11,7 +11,7 @@ pub use way::Way;
 use crate::backend::Choice;
 use crate::chart::{ranker::Ranker, reader::Reader, rows::RowReader};
 use crate::error::InputError;
-use crate::scene::{Axis, Column, Geometry, Property, Space, Study, Theory, Tuple};
+use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory, Tuple};
 use crate::sink::shard::Shard;
 
 /// Taps that are evaluated together.
@@ -223,7 +223,8 @@ fn of_rigs(study: &Study, choice: &Choice) -> Result<Vec<Plan>, InputError> {
         return Ok(Vec::new());
     }
     let plan = |rig| {
-        let Some(setup) = rigs.setup(&study.setup, rig) else { return Plan::new(study, choice) };
+        let base = || Setup { rigs: None, ..study.setup.clone() };
+        let setup = rigs.setup(&study.setup, rig).unwrap_or_else(base);
         let scale = if study.setup.varies(Property::Scale) { rigs.value(rig, Property::Scale) } else { 1.0 };
         let own = factors.iter().filter(|f| f.properties.is_empty()).cloned().map(|mut factor| {
             for (column, axis) in &mut factor.axes {

@@ -101,9 +101,14 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
             let searched: Table = "d = [2.0, 8.0]".parse().expect("a table");
             table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
         }
-        ("whisker", "profile") if value.is_some() => {
+        ("whisker", "profile" | "scale") if value.is_some() => {
             let whisker = table(&mut spec, "whisker");
             ["D", "d", "L_a"].map(|key| whisker.remove(key)).into_iter().for_each(drop);
+            if key.name == "scale" {
+                // The cone that is complete.
+                let profile: Table = "profile = [[0.0, 10.0], [50.0, 4.0]]".parse().expect("a table");
+                whisker.extend(profile);
+            }
             let searched: Table = "theta = [1.0, 8.0]".parse().expect("a table");
             table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
         }

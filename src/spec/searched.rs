@@ -38,23 +38,21 @@ pub(super) const UNSURE: [Property; 16] = {
     all
 };
 
-/// Names of `properties` in a table: those of inline tables of a spec may stand in such tables, or in quotes.
+/// Names of `properties` in a table of `[optimise]`; what stands in an inline table of a spec may also stand in one there.
 pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
-    properties.into_iter().map(Property::name).collect()
+    properties.into_iter().map(|property| property.name().trim_start_matches("root.")).collect()
 }
 
 /// Refuses keys that are none of `names`.
 pub(super) fn known(item: &Item<'_>, names: &[&'static str], allowed: &str) -> Result<()> {
-    let mut tables: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
     for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
         match tables.iter_mut().find(|(known, _)| *known == table) {
             Some((_, keys)) => keys.push(key),
             None => tables.push((table, vec![key])),
         }
     }
-    let flat = names.iter().filter_map(|name| name.strip_prefix("root."));
-    let all: Vec<&str> =
-        names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).chain(flat).collect();
+    let all: Vec<&str> = names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).collect();
     item.only(&all, allowed)?;
     tables.iter().try_for_each(|(table, keys)| match item.child(table) {
         Some(inner) => inner.only(keys, allowed),

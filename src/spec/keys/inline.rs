@@ -1,6 +1,8 @@
 //! The inline tables.
 
-use super::{Section, THAT_OF_THE_KEY, inline, key};
+use super::super::searched::{UNSURE, VARIED};
+use super::{Key, Section, THAT_OF_THE_KEY, inline, key};
+use crate::scene::Property;
 
 /// Many values of a quantity.
 pub const AXIS: Section = inline(
@@ -140,34 +142,20 @@ pub const VARIABLES: Section = inline(
     "What is searched over: some of these, each [min, max]. A number under the key in its own section is the first start.",
     &[
         "{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }",
-        "{ exponent = [0.5, 3], core = { diameter = [0.2, 2] }, k_theta = [100, 5000] }",
+        "{ exponent = [0.5, 3], hub = [0, 5], k_theta = [100, 5000], E = [1, 5] }",
     ],
-    &[
-        key("D", "mm", "base diameter", "").absent("fixed"),
-        key("d", "mm", "tip diameter", "").absent("fixed"),
-        key("L_a", "mm", "length", "").absent("fixed"),
-        key("x_ss", "mm", "start of the grid", "").absent("fixed"),
-        key("l", "mm", "length of the grid", "").absent("fixed"),
-        key("exponent", "", "n of the diameter's power law", "").absent("fixed"),
-        key("scale", "", "factor of a profile's diameters", "").absent("fixed"),
-        key("bore", "mm", "diameter of a bore", "").absent("fixed"),
-        key("core.diameter", "mm", "diameter of a core", "").absent("fixed"),
-        key("core.modulus", "MPa", "modulus of a core", "").absent("fixed"),
-        key("curvature", "1/mm", "curvature at rest", "").absent("fixed"),
-        key("curvature_slope", "1/mm²", "its growth along the whisker", "").absent("fixed"),
-        key("k_theta", "N mm/rad", "stiffness of the root against turning", "").absent("fixed"),
-        key("k_y", "N/mm", "stiffness of the root across the whisker", "").absent("fixed"),
-        key("k_x", "N/mm", "stiffness of the root along the whisker", "").absent("fixed"),
-        key("hub", "mm", "distance of the motor's axis behind the clamp", "").absent("fixed"),
-        key("E", "MPa", "modulus of a hooke or neo-hookean material", "").absent("fixed"),
-        key("nu", "", "Poisson's ratio", "").absent("fixed"),
-        key("pole_radius", "mm", "radius of the object", "").absent("fixed"),
-        key("foil.stiffness", "N/mm", "stiffness of the foil", "").absent("fixed"),
-        key("theta", "degrees", "tap angle", "")
-            .absent("fixed")
-            .note("delta (mm) with drive = \"displacement\""),
-    ],
+    &with::<6, 15, 21>(&COLUMNS_VARIED, &VARIED, "fixed"),
 );
+
+/// Columns that may be variables.
+const COLUMNS_VARIED: [Key; 6] = [
+    key("D", "mm", "base diameter", "").absent("fixed"),
+    key("d", "mm", "tip diameter", "").absent("fixed"),
+    key("L_a", "mm", "length", "").absent("fixed"),
+    key("x_ss", "mm", "start of the grid", "").absent("fixed"),
+    key("l", "mm", "length of the grid", "").absent("fixed"),
+    key("theta", "degrees", "tap angle", "").absent("fixed").note("delta (mm) with drive = \"displacement\""),
+];
 
 /// `limits` in `[optimise]`.
 pub const LIMITS: Section = inline(
@@ -191,29 +179,52 @@ pub const ROBUST: Section = inline(
         "{ D = 0.05, d = 0.05, L_a = 0.1, x_ss = 0.3, l = 0.05, theta = 0.1, tilt = 5, lean = 2 }",
         "{ d = 0.05, samples = 64, measure = \"cvar90\", calibrated = \"each\" }",
     ],
-    &[
-        key("D", "mm", "of the base diameter", "").absent("0"),
-        key("d", "mm", "of the tip diameter", "").absent("0"),
-        key("L_a", "mm", "of the length", "").absent("0"),
-        key("x_ss", "mm", "of the gauge's place", "").absent("0"),
-        key("l", "mm", "of the grid's length", "").absent("0"),
-        key("theta", "degrees", "of the tap angle", "")
-            .absent("0")
-            .note("delta (mm) with drive = \"displacement\""),
-        key("tilt", "degrees", "of the tilt of the object's edge", "").absent("0").note(
-            "No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)",
-        ),
-        key("lean", "degrees", "of its lean", "").absent("0").note("As tilt"),
-        key(
-            "exponent",
-            "",
-            "of the exponent; and so of the other properties that `variables` may hold, and of mu",
-            "",
-        )
-        .absent("0"),
-        key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
-        key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
-        key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")
-            .absent("\"each\""),
-    ],
+    &with::<11, 16, 27>(&TOLERANCES, &UNSURE, "0"),
 );
+
+/// Columns that may have a tolerance, and what is done with it.
+const TOLERANCES: [Key; 11] = [
+    key("D", "mm", "of the base diameter", "").absent("0"),
+    key("d", "mm", "of the tip diameter", "").absent("0"),
+    key("L_a", "mm", "of the length", "").absent("0"),
+    key("x_ss", "mm", "of the gauge's place", "").absent("0"),
+    key("l", "mm", "of the grid's length", "").absent("0"),
+    key("theta", "degrees", "of the tap angle", "")
+        .absent("0")
+        .note("delta (mm) with drive = \"displacement\""),
+    key("tilt", "degrees", "of the tilt of the object's edge", "")
+        .absent("0")
+        .note("No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)"),
+    key("lean", "degrees", "of its lean", "").absent("0").note("As tilt"),
+    key("samples", "", "whiskers sampled for each candidate", "").absent("64"),
+    key("measure", "", "their mean, or the mean of the worst tenth", "").absent("\"mean\""),
+    key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "").absent("\"each\""),
+];
+
+/// `keys`, and those of `properties` in a table of `[optimise]`.
+const fn with<const N: usize, const P: usize, const M: usize>(
+    keys: &[Key; N],
+    properties: &[Property; P],
+    absent: &'static str,
+) -> [Key; M] {
+    let mut all = [keys[0]; M];
+    let mut k = 0;
+    while k < N + P {
+        all[k] = if k < N { keys[k] } else { of(properties[k - N], absent) };
+        k += 1;
+    }
+    all
+}
+
+const fn of(property: Property, absent: &'static str) -> Key {
+    let about = property.about();
+    let name = match property {
+        Property::Turn => "k_theta",
+        Property::Across => "k_y",
+        Property::Along => "k_x",
+        Property::Modulus => "E",
+        Property::Friction => "mu",
+        _ => about.key,
+    };
+    key(name, about.unit, about.what, "").absent(absent)
+}
