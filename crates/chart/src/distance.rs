@@ -38,8 +38,6 @@ pub struct DistanceChart {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
-    /// Whether the strain is relative to what distorting sections make of that of the theory.
-    pub distorting: bool,
     /// Gauges that it serves, and how they are read.
     pub gauges: Rule,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
@@ -82,7 +80,6 @@ impl DistanceChart {
             return Ok(None);
         }
         let served = |mut chart: Self| {
-            chart.distorting = setup.model.distorting;
             chart.gauges = match setup.gauge.foil {
                 Some(_) => Rule::middle(width),
                 None => Rule::fewest(&chart, width, FOLDED * tolerance)?,
@@ -163,7 +160,7 @@ impl DistanceChart {
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
         let gauges = Rule { width: 0.0, points: Vec::new(), centred: false };
-        Self { a, direction, distorting: false, gauges, power, branches, beside, ratios, error, sweeps }
+        Self { a, direction, gauges, power, branches, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
