@@ -245,7 +245,7 @@ fn branch(
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
     let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
-    let bounds = bounds(ends, (power, tolerance), chooses);
+    let bounds = bounds(setup, ends, (power, tolerance), chooses);
     let taps = Taps::new(setup, a, grip, solved(power, chooses)).under_foil(width * a);
     let mut taps = taps.towards(direction).stopping(stop);
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {

@@ -65,8 +65,15 @@ pub fn room(q: &[f64; AXES]) -> f64 {
 }
 
 /// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
-pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses: bool) -> [Bound; FUNCTIONS] {
+pub fn bounds(
+    setup: &Setup,
+    [drive, place]: [f64; 2],
+    (power, tolerance): (i32, f64),
+    chooses: bool,
+) -> [Bound; FUNCTIONS] {
     let most = drive.powi(power);
+    // With a foil arc and force are times 1 − x/a.
+    let rest = if setup.gauge.foil.is_some() { 1.0 - place } else { 1.0 };
     // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
     let strain = SHARE * tolerance / most * (1.0 - place).sqrt();
     [
@@ -74,8 +81,8 @@ pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses:
             0 => Bound::of(strain),
             _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
         },
-        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
-        Bound::of(10.0 * SHARE * tolerance / most),
+        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most * rest),
+        Bound::of(10.0 * SHARE * tolerance / most * rest),
     ]
 }
 
