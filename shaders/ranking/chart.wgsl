@@ -2,8 +2,6 @@
 
 // Means over a gauge of the polynomials over x/a.
 var<private> places: array<f32, PLACES>;
-// What δ has beside its series, where sections distort.
-var<private> beside: f32;
 // Polynomials over the drive, or a series over it.
 var<private> over: array<f32, ORDERS>;
 var<private> kappa: array<f32, POINTS>;
@@ -26,24 +24,15 @@ fn placed(n: u32, axis: u32, y: f32) -> f32 {
     return fma(y, of_distance(n, axis), of_distance(n, axis + 1u));
 }
 
-// The polynomials over x/a at distance `n`, as means over a gauge from s1 to s2 that give its δ. `width` is D/a.
-fn fold(n: u32, s1: f32, s2: f32, width: f32, p: f32) {
+// The polynomials over x/a at distance `n`, as means over a gauge from s1 to s2 that give its δ.
+fn fold(n: u32, s1: f32, s2: f32, p: f32) {
     for (var k = 0u; k < PLACES; k++) { places[k] = 0.0; }
     var total = 0.0;
-    beside = 0.0;
-    let slope = 0.5 * width * p;
     for (var g = 0u; g < GAUGE; g++) {
         let s = fma(s2 - s1, of_distance(n, HEAD + 2u * g), s1);
         let u = 1.0 - p * s;
         var last = of_distance(n, HEAD + 2u * g + 1u) / (u * u * u);
         total = fma(last, 1.0 - s, total);
-        if DISTORTING {
-            let near = exp(-(SKIN_FADES * s / width));
-            let shear = width * fma(SKIN_SHEAR, near, 0.5 * SKIN_TAPER * slope * u);
-            let more = last * fma(1.0 - s, fma(-SKIN_NEAR, near, SKIN_SQUARE * slope * slope), shear);
-            beside += more;
-            last += more / (1.0 - s);
-        }
         let x = placed(n, PLACE_AXIS, s);
         var now = last * x;
         for (var k = 0u; k < PLACES; k++) {
@@ -55,7 +44,6 @@ fn fold(n: u32, s1: f32, s2: f32, width: f32, p: f32) {
     }
     let share = 1.0 / total;
     for (var k = 0u; k < PLACES; k++) { places[k] *= share; }
-    beside *= share;
 }
 
 // A series over the axes: at each design's own drive, whose polynomials `over` holds; or, of drives that designs share, its coefficients over the
@@ -210,7 +198,7 @@ fn read_tap(w: Design, n: u32) -> f32 {
     let a = of_distance(n, A);
     let inverse = of_distance(n, INVERSE);
     let p = w.tau * a;
-    fold(n, w.x1 * inverse, w.x2 * inverse, w.D * inverse, p);
+    fold(n, w.x1 * inverse, w.x2 * inverse, p);
     let base = placed(n, BASE_AXIS, w.D * inverse);
     var y = 1.0 / (1.0 - p);
     if POWER != 2u { y = sqrt(y); }
@@ -224,7 +212,7 @@ fn read_tap(w: Design, n: u32) -> f32 {
         over[1] = x;
         for (var k = 2u; k < ORDERS; k++) { over[k] = fma(x + x, over[k - 1u], -over[k - 2u]); }
         let held = choose(n, base, taper);
-        let deviation = scale * (held.strain + beside);
+        let deviation = scale * held.strain;
         let delta = w.power * deviation;
         kappa[0] = -(deviation / (1.0 + delta));
         arc[0] = scale * held.arc;
@@ -233,7 +221,7 @@ fn read_tap(w: Design, n: u32) -> f32 {
     var largest = 0.0;
     _ = series(start_of(n, 0u, 0u), base, taper, false);
     for (var k = 0u; k < POINTS; k++) {
-        let deviation = scale * (at_point(n, k) + beside);
+        let deviation = scale * at_point(n, k);
         let delta = number(POWERS + k) * deviation;
         kappa[k] = -(deviation / (1.0 + delta));
         largest = max(largest, abs(delta));

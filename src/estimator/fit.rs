@@ -10,6 +10,7 @@ use crate::error::InputError;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
 use crate::measure::Rig;
+use crate::physics::solid::is_solid;
 
 /// A parameter is determined where its standard error is below this share of its width.
 const DETERMINED: f64 = 0.1;
@@ -19,6 +20,9 @@ const MODEL: f64 = 1e-7;
 const SOLVABLE: f64 = 2e-3;
 /// A cell counts where the model also follows drives larger by this share of the largest: an offset leads there.
 const ROOM: f64 = 0.02;
+/// Relative change of χ², or of all parameters, below which a fit of a solid ends: its taps are known to about 1e-9 of the strain, and smaller steps would
+/// follow their noise.
+const SETTLED: f64 = 1e-10;
 /// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
 
@@ -220,7 +224,12 @@ impl Task<'_> {
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let problem = Problem { task: *self, free: free.to_vec(), scale, exact, deviations, failed: None };
-        let (problem, _) = LevenbergMarquardt::new().with_patience(60).minimize(problem);
+        let mut method = LevenbergMarquardt::new().with_patience(60);
+        let setup = &self.rig.setup;
+        if is_solid(&setup.model) || setup.gauge.foil.is_some() {
+            method = method.with_ftol(SETTLED).with_xtol(SETTLED);
+        }
+        let (problem, _) = method.minimize(problem);
         match problem.failed {
             Some(e) => Err(e),
             None => Ok(problem.exact),

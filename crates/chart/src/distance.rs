@@ -39,8 +39,6 @@ pub struct DistanceChart {
     pub a: f64,
     /// Direction of the pole.
     pub direction: Direction,
-    /// Whether the strain is relative to what distorting sections make of that of the theory.
-    pub distorting: bool,
     /// Gauges that it serves, and how they are read.
     pub gauges: Rule,
     /// e: functions are those of [`Function`] divided by driveᵉ, with which they vanish.
@@ -86,7 +84,6 @@ impl DistanceChart {
             return Ok(None);
         }
         let served = |mut chart: Self| {
-            chart.distorting = setup.model.distorting;
             chart.gauges = match setup.gauge.foil {
                 Some(_) => Rule::middle(width),
                 None => Rule::fewest(&chart, width, FOLDED * tolerance)?,
@@ -170,8 +167,8 @@ impl DistanceChart {
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
         let gauges = Rule { width: 0.0, points: Vec::new(), centred: false };
-        let (distorting, theory) = (false, None);
-        Self { a, direction, distorting, gauges, power, branches, theory, beside, ratios, error, sweeps }
+        let theory = None;
+        Self { a, direction, gauges, power, branches, theory, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -271,7 +268,7 @@ fn branch(
 ) -> Result<Option<Built<FUNCTIONS>>, SolveError> {
     let chooses = matches!(grip, Some(Grip::Slide(friction)) if friction != 0.0 || setup.model.contact != Contact::Coulomb(0.0));
     let ends = [Quantity::Drive, Quantity::Place].map(|k| axes[k as usize].range[1]);
-    let bounds = bounds(ends, (power, tolerance), chooses);
+    let bounds = bounds(setup, ends, (power, tolerance), chooses);
     let taps = Taps::new(setup, a, grip, solved(power, chooses)).under_foil(width * a);
     let mut taps = taps.towards(direction).stopping(stop);
     let value = |q: &[f64; AXES], o: &Outcome| -> Option<[f64; FUNCTIONS]> {

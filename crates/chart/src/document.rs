@@ -20,15 +20,18 @@ const FORMAT: u32 = 2;
 pub fn document(setup: &Setup, charts: &[DistanceChart]) -> Value {
     let drive = if setup.drive == Drive::Angle { "theta_rad" } else { "delta_over_a" };
     let upright = charts.iter().all(|chart| chart.direction.is_upright());
-    let (foil, room) = (setup.gauge.foil.is_some(), "_times_1_less_x_over_a");
-    let strain = if foil { "skin_strain" } else { "strain" };
-    let theory = if setup.model.distorting { "theory_and_section" } else { "theory" };
-    let rest = if foil { room } else { "" };
-    let names = [
-        format!("{strain}_over_{theory}_less_1{room}"),
-        format!("arc_over_a_less_1{rest}"),
-        format!("force_over_linear_less_1{rest}"),
-    ];
+    let names = match setup.gauge.foil {
+        None => [
+            "strain_over_theory_less_1_times_1_less_x_over_a",
+            "arc_over_a_less_1",
+            "force_over_linear_less_1",
+        ],
+        Some(_) => [
+            "skin_strain_over_theory_less_1_times_1_less_x_over_a",
+            "arc_over_a_less_1_times_1_less_x_over_a",
+            "force_over_linear_less_1_times_1_less_x_over_a",
+        ],
+    };
     let mut all = json!({
         "vibrissa_chart": FORMAT,
         "version": env!("CARGO_PKG_VERSION"),

@@ -1,21 +1,23 @@
 //! What a chart holds of a tap, how it vanishes with the drive, and how exact it must be.
 
-use super::axis::{AXES, Map, POINT, Quantity};
+use super::axis::{AXES, Map, Quantity};
 use super::build::Bound;
 use super::taps::design;
 use crate::design::radians;
 use crate::evaluate::Outcome;
-use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::solid::{distorted_linear, is_solid};
-use crate::physics::taper::Taper;
+use crate::physics::{
+    linear::{StrainCurve, shear_length2},
+    solid::is_solid,
+    taper::Taper,
+};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
 /// What a chart holds of a tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Function {
-    /// (1 − x/a) δ with δ = ε/(θ f S cos² β) − 1 at a point, f of the estimator's theory, S what [`sections`] make of it; δ of a gauge is 1/K − 1 of an
-    /// upright pole. f ends at the contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
+    /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
+    /// contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
     /// Of a built whisker f/f_cone times that, which is folded as that of a cone is.
     Strain,
     /// c/a − 1; times 1 − x/a with a foil.
@@ -70,29 +72,16 @@ pub fn room(q: &[f64; AXES]) -> f64 {
     1.0 - q[Quantity::Place as usize]
 }
 
-/// S: what sections that distort make of the strain of linear theory at a point of the skin. It changes along a millimetre or two, which no polynomial
-/// of few orders follows.
-pub fn sections(q: &[f64; AXES]) -> f64 {
-    let [base, p, x] = [Quantity::Base, Quantity::Taper, Quantity::Place].map(|k| q[k as usize]);
-    let taper = Taper { D: base, tau: p, tan_alpha: 0.5 * base * p };
-    let [bending, lever] = distorted_linear(&taper, x);
-    bending + lever / (1.0 - x)
-}
-
-/// Their mean over the gauge that stands for a point; at the middle of a grid with a foil.
-fn over_point(setup: &Setup, q: &[f64; AXES]) -> f64 {
-    let half = if setup.gauge.foil.is_some() { 0.0 } else { POINT / 12.0f64.sqrt() };
-    let at = |x: f64| {
-        let mut q = *q;
-        q[Quantity::Place as usize] += x;
-        sections(&q)
-    };
-    0.5 * (at(-half) + at(half))
-}
-
 /// Bounds on the errors of the functions over driveᵉ, in boxes that end at a drive and at a place x/a.
-pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses: bool) -> [Bound; FUNCTIONS] {
+pub fn bounds(
+    setup: &Setup,
+    [drive, place]: [f64; 2],
+    (power, tolerance): (i32, f64),
+    chooses: bool,
+) -> [Bound; FUNCTIONS] {
     let most = drive.powi(power);
+    // With a foil arc and force are times 1 − x/a.
+    let rest = if setup.gauge.foil.is_some() { 1.0 - place } else { 1.0 };
     // Next to the contact δ may be off more, where there is little strain: half of the way there in logarithms.
     let strain = SHARE * tolerance / most * (1.0 - place).sqrt();
     [
@@ -100,8 +89,8 @@ pub fn bounds([drive, place]: [f64; 2], (power, tolerance): (i32, f64), chooses:
             0 => Bound::of(strain),
             _ => Bound { error: strain, relative: RELATIVE, small: SMALL },
         },
-        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most),
-        Bound::of(10.0 * SHARE * tolerance / most),
+        Bound::of(if chooses { HELD } else { SHARE } * tolerance / most * rest),
+        Bound::of(10.0 * SHARE * tolerance / most * rest),
     ]
 }
 
@@ -121,7 +110,6 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    let strain = if setup.model.distorting { (1.0 + strain) / over_point(setup, q) - 1.0 } else { strain };
     let (strain, force) = match &setup.built {
         None => (strain, linear_force(setup, a, q)),
         Some(_) => {

@@ -2,13 +2,11 @@
 //!
 //! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
 //! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
-//! Where sections distort δ is relative to S f ([`super::function::sections`]), and the mean is 1 + Σ ω_g (S_g − 1 + S_g δ_g)/Σ ω_g.
 //!
 //! A foil is centred on its grid and stiffens the rod there: a chart knows whole grids of one length then, by their middle.
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, Function, room};
-use super::function::sections;
 use crate::kernel::nodes::gauss;
 use crate::scene::Setup;
 
@@ -84,19 +82,17 @@ impl Rule {
     fn means(&self, chart: &DistanceChart, q: &[f64; AXES], end: f64) -> Vec<f64> {
         let (place, taper) = (Quantity::Place as usize, Quantity::Taper as usize);
         let scale = q[Quantity::Drive as usize].powi(chart.power);
-        let (mut sums, mut total, mut beside) = (vec![0.0; chart.branches.len()], 0.0, 0.0);
+        let (mut sums, mut total) = (vec![0.0; chart.branches.len()], 0.0);
         for [share, weight] in &self.points {
             let mut at = *q;
             at[place] += share * (end - q[place]);
             let weight = weight / (1.0 - q[taper] * at[place]).powi(3);
-            let factor = if chart.distorting { sections(&at) } else { 1.0 };
             let x = std::array::from_fn(|k| chart.axes()[k].place(at[k]));
             for (sum, branch) in sums.iter_mut().zip(&chart.branches) {
-                *sum += weight * factor * scale * branch.series[Function::Strain as usize].at(x);
+                *sum += weight * scale * branch.series[Function::Strain as usize].at(x);
             }
             total += weight * room(&at);
-            beside += weight * room(&at) * (factor - 1.0);
         }
-        sums.into_iter().map(|sum| (sum + beside) / total).collect()
+        sums.into_iter().map(|sum| sum / total).collect()
     }
 }

@@ -182,7 +182,8 @@ impl Maker<'_> {
             }
             let drive = q[Quantity::Drive as usize];
             let scale = drive.powi(power);
-            let bounds = bounds([drive, q[Quantity::Place as usize]], (power, self.tolerance), false);
+            let ends = [drive, q[Quantity::Place as usize]];
+            let bounds = bounds(self.setup, ends, (power, self.tolerance), false);
             for ((bound, read), value) in bounds.iter().zip(read).zip(check.values) {
                 if bound.share(value / scale, (read - value).abs() / scale) > SUMMED {
                     return None;

@@ -155,8 +155,6 @@ pub struct Sheet {
     pub power: i32,
     /// Whether series over the drive are over its fourth root.
     pub fourth: bool,
-    /// Whether strains are relative to what distorting sections make of the theory's.
-    pub distorting: bool,
     /// The drives at the points to the power e.
     pub powers: Vec<f32>,
     /// Coefficients from values at the points, a row for each.

@@ -1,7 +1,6 @@
 //! Distances and charts in single precision, and the polynomials of taps at a chart.
 
 use super::read::{self, Flat, Products, Values};
-use super::section::Distorted;
 use super::{Lanes, ORDERS, affine, wide};
 use crate::axis::{AXES, Axis, Map, Quantity};
 use crate::build::Built;
@@ -32,8 +31,6 @@ impl Distance {
 pub(super) struct Charted {
     pub a: f32,
     pub inverse: f32,
-    /// Whether the strain is relative to what distorting sections make of that of the theory.
-    pub distorting: bool,
     /// Place and weight of the points of a gauge.
     pub gauge: Vec<[f32; 2]>,
     /// What the chart's functions are multiplied by for the drive's power in mm.
@@ -76,7 +73,6 @@ impl Charted {
             theory: theory.map(|series| Flat::new(series, true, &mut products)),
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
-            distorting: chart.distorting,
             gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
@@ -96,24 +92,22 @@ impl Charted {
         }
     }
 
-    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge. What its δ has beside the
-    /// series.
+    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge.
     #[inline(always)]
     pub fn polynomials<const FMA: bool, const OWN: bool>(
         &self,
         [drive, near, base, taper, far]: &[Lanes<FMA>; AXES],
         basis: &mut [Vec<Lanes<FMA>>; AXES],
         products: &mut Values<FMA>,
-    ) -> Lanes<FMA> {
+    ) {
         basis[1][0] = Lanes::<FMA>::of(1.0);
         if OWN {
             read::polynomials(self.variable(0, *drive), self.sizes[0], &mut basis[0]);
         }
         read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
         read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
-        let beside = self.fold([*near, *far], [*base, *taper], &mut basis[4]);
+        self.fold([*near, *far], *taper, &mut basis[4]);
         self.products.fill(basis, products);
-        beside
     }
 
     /// f over that of the cone, of the gauge whose polynomials these are; 1 of a cone.
@@ -145,18 +139,12 @@ impl Charted {
         y.mul_add(scale, shift)
     }
 
-    /// Means over a gauge of the polynomials over x/a, so that they give its δ, and what that has beside (see [`crate::gauge`]).
+    /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).
     #[inline(always)]
-    fn fold<const FMA: bool>(
-        &self,
-        [near, far]: [Lanes<FMA>; 2],
-        [base, p]: [Lanes<FMA>; 2],
-        into: &mut [Lanes<FMA>],
-    ) -> Lanes<FMA> {
+    fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
         let of = Lanes::<FMA>::of;
         let (one, width) = (of(1.0), far - near);
-        let [mut total, mut whole, mut first, mut beside] = [of(0.0); 4];
-        let distorted = Distorted::new(base, p);
+        let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
         // Of each point: its weight, twice its variable, and two neighbouring polynomials there. All points go on together, so that none
         // waits for its own last product.
         let mut points = [[of(0.0); 4]; MOST_POINTS];
@@ -164,15 +152,9 @@ impl Charted {
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
             let s = width.mul_add(Pack::splat(*place), near);
             let u = one - p * s;
-            let mut weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
+            let weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
             let x = self.variable(4, s);
-            let room = one - s;
-            total = weight.mul_add(room, total);
-            if self.distorting {
-                let more = weight * distorted.less_1_times_room(s, room, u);
-                beside = beside + more;
-                weight = weight + more / room;
-            }
+            total = weight.mul_add(one - s, total);
             whole = whole + weight;
             first = weight.mul_add(x, first);
             *point = [weight, x + x, one, x];
@@ -188,6 +170,5 @@ impl Charted {
             }
             *value = sum * share;
         }
-        beside * share
     }
 }

@@ -27,7 +27,6 @@ mod outcome;
 mod read;
 mod rows;
 mod scratch;
-mod section;
 mod sheet;
 mod tally;
 mod tap;

@@ -63,9 +63,8 @@ impl Readings {
             if self.displaced {
                 q[0] = drive * Pack::splat(chart.inverse);
             }
-            let beside = chart.polynomials::<FMA, true>(&q, &mut basis, &mut products);
-            let (mut functions, share) = self.choice.read::<FMA, true>(&chart.branches, &basis, &products);
-            functions[0] = functions[0] + beside;
+            chart.polynomials::<FMA, true>(&q, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<FMA, true>(&chart.branches, &basis, &products);
             let power = Pack::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),

@@ -103,7 +103,6 @@ impl Tables {
             common: self.affine,
             power: self.power,
             fourth: self.fourth,
-            distorting: self.charts.iter().any(|chart| chart.distorting),
             powers: self.grid.iter().map(|stroke| stroke.power).collect(),
             back: self.from_points.iter().flat_map(|row| row[..self.points].to_vec()).collect(),
             branches,

@@ -106,7 +106,7 @@ impl Tables {
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let own = if self.theory.displaced { drive * inverse } else { drive };
         let quantities = [own, s1, design.diameter * inverse, p, s2];
-        let beside = chart.polynomials::<FMA, OWN>(&quantities, basis, products);
+        chart.polynomials::<FMA, OWN>(&quantities, basis, products);
         let scale = Pack::splat(chart.scale);
         let of_strain = match &chart.theory {
             None => scale,
@@ -122,8 +122,7 @@ impl Tables {
         }
         let [strain, arc, force] = &chart.branches[0];
         let orders = strain.orders();
-        let mut strain = strain.read(basis, products);
-        strain[0] = strain[0] + beside;
+        let strain = strain.read(basis, products);
         let mut largest = of(0.0);
         if OWN {
             let deviation = of_strain * dot(&strain, &basis[0]);

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use super::WEIGHTS;
 use super::tuples::Tuples;
 use crate::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
-use vibrissa_core::physics::solid::SKIN;
 use vibrissa_core::scene::{Drive, Layout, Per, RankBy};
 
 /// Invocations of one workgroup.
@@ -97,7 +96,6 @@ impl Shader {
         let switches = [
             ("OWN", sheet.own),
             ("FOURTH", sheet.fourth),
-            ("DISTORTING", sheet.distorting),
             ("APART", sheet.own && !sheet.drives.is_empty()),
             ("PLAIN", sheet.theory.plain),
             ("DISPLACED", sheet.theory.displaced),
@@ -131,8 +129,6 @@ impl Shader {
             ("COMMON_SCALE", sheet.common[0].into()),
             ("COMMON_SHIFT", sheet.common[1].into()),
         ];
-        let skin =
-            ["SKIN_NEAR", "SKIN_FADES", "SKIN_SHEAR", "SKIN_TAPER", "SKIN_SQUARE"].into_iter().zip(SKIN);
         let mut text = String::new();
         let heads = HEAD.into_iter().zip(0..);
         for (name, n) in counts.into_iter().chain(heads) {
@@ -141,7 +137,7 @@ impl Shader {
         for (name, on) in switches {
             let _ = writeln!(text, "const {name} = {on};");
         }
-        for (name, x) in reals.into_iter().chain(skin) {
+        for (name, x) in reals {
             // A number beyond single precision is as good as the largest.
             let x = (x as f32).clamp(-f32::MAX, f32::MAX);
             let _ = writeln!(text, "const {name}: f32 = {x:?}f;");
