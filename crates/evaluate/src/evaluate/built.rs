@@ -26,6 +26,9 @@ enum Open {
     Ended(Status),
 }
 
+/// What the kernel says of a tap; `None` outside the domain.
+type Known = Option<Result<Solution, Open>>;
+
 /// Whether taps of `setup` are solved by the kernel of built whiskers.
 pub(super) fn asked(setup: &Setup) -> bool {
     setup.built.is_some() && setup.model.geometry == Geometry::Exact
@@ -82,13 +85,13 @@ impl Evaluator<'_> {
             let s = s.as_ref()?;
             Some(told(setup, &designs[task.design as usize], task, s, tolerance).map(|()| *s))
         };
-        let known: Vec<Option<Result<Solution, Open>>> = tasks.par_iter().zip(&solved).map(open).collect();
+        let known: Vec<Known> = tasks.par_iter().zip(&solved).map(open).collect();
         if self.spare < usize::MAX {
             let left = known.iter().filter(|k| matches!(k, Some(Err(Open::Unsure)))).count();
             self.spare = self.spare.checked_sub(left).ok_or(SolveError::TooHard)?;
         }
         let stop = self.stop;
-        let finish = |((task, known), grip): ((&Task, &Option<Result<Solution, Open>>), &Grip)| {
+        let finish = |((task, known), grip): ((&Task, &Known), &Grip)| {
             let design = &designs[task.design as usize];
             let setup = design.setup(setup);
             let Some(shared) = design.shared.as_ref().filter(|_| admitted(setup, design, task)) else {
