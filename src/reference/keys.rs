@@ -146,7 +146,9 @@ fn inline<'a>(of: &'a mut Table, name: &str, section: Option<&Section>, key: &Ke
     let examples = section.into_iter().flat_map(|s| s.examples);
     let mut examples =
         examples.map(|e| format!("x = {e}").parse::<Table>().expect("an example")["x"].clone());
-    let found = examples.find(|e| e.get(key.name).is_some()).unwrap_or_else(|| Table::new().into());
+    let first = examples.clone().next().filter(|_| name == "robust");
+    let found = examples.find(|e| e.get(key.name).is_some());
+    let found = found.or(first).unwrap_or_else(|| Table::new().into());
     of.insert(name.to_owned(), found);
     table(of, name)
 }
