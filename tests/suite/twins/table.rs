@@ -3,7 +3,7 @@
 use super::Twin;
 
 /// The files of the Rust side, by what the table calls them.
-pub const FILES: [(&str, &str); 8] = [
+pub const FILES: [(&str, &str); 9] = [
     ("exact/mod.rs", "crates/kernel/src/cpu/exact/mod.rs"),
     ("exact/sweep.rs", "crates/kernel/src/cpu/exact/sweep.rs"),
     ("exact/newton.rs", "crates/kernel/src/cpu/exact/newton.rs"),
@@ -11,6 +11,7 @@ pub const FILES: [(&str, &str); 8] = [
     ("exact/spatial.rs", "crates/kernel/src/cpu/exact/spatial.rs"),
     ("exact/legendre.rs", "crates/kernel/src/cpu/exact/legendre.rs"),
     ("exact/tables.rs", "crates/kernel/src/cpu/exact/tables.rs"),
+    ("law.rs", "crates/kernel/src/cpu/law.rs"),
     ("scene/sampler.rs", "crates/core/src/scene/sampler.rs"),
 ];
 
@@ -198,7 +199,7 @@ pub const TWINS: &[Twin] = &[
         same: 10,
         ..Twin::NONE
     },
-    Twin { wgsl: "section", rust: "exact/tables.rs:Tables::section", same: 3, ..Twin::NONE },
+    Twin { wgsl: "section", rust: "law.rs:Law::section", same: 3, ..Twin::NONE },
     Twin { wgsl: "one_minus_cos", rust: "exact/tables.rs:Tables::one_minus_cos", same: 1, ..Twin::NONE },
     Twin { wgsl: "x_minus_sin", rust: "exact/tables.rs:Tables::x_minus_sin", same: 1, ..Twin::NONE },
     Twin { wgsl: "owen", rust: "scene/sampler.rs:owen", heads: &[("x", "point")], same: 6, ..Twin::NONE },
@@ -265,24 +266,20 @@ pub const WGSL_ONLY: &[(&str, &str)] = &[
 const RANKING: &str = "`crates/chart/src/lanes` goes through a pack of designs; every device compares its ranks with it, in `gpu/ranking/check.rs`";
 
 /// Functions of Rust without a twin.
-pub const RUST_ONLY: [(&[&str], &str); 5] = [
+pub const RUST_ONLY: [(&[&str], &str); 6] = [
     (&["exact/sweep.rs:State::keep"], "lanes that are done wait; an invocation leaves its loop"),
     (
         &[
-            "exact/tables.rs:Law::new",
+            "law.rs:Law::new",
             "exact/tables.rs:Tables::new",
             "exact/tables.rs:Tables::nodes",
             "exact/tables.rs:Tables::chart_error",
         ],
         "numbers that a shader has as literals",
     ),
+    (&["exact/tables.rs:Tables::section"], "the law that there is, or none"),
     (
-        &[
-            "exact/tables.rs:series",
-            "exact/tables.rs:polynomial",
-            "exact/tables.rs:plane",
-            "exact/tables.rs:dot",
-        ],
+        &["exact/tables.rs:series", "law.rs:polynomial", "law.rs:plane", "exact/tables.rs:dot"],
         "written out in the shaders, term by term",
     ),
     (&["scene/sampler.rs:sobol"], "written out in the shaders, bit by bit"),
