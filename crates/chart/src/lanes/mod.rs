@@ -9,7 +9,7 @@
 //! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, whose left side is a product of growth factors
 //! composed as a + b + ab: the error â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
 //!
-//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure ([`rows::Passed`]).
+//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`rows::Passed`).
 
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]

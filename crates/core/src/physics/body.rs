@@ -4,19 +4,10 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
+use super::gauss::each;
 use super::linear::shear_coefficient;
 use super::section::{SectionLaw, SectionStrain};
 use crate::scene::built::{Built, Inner, Profile, Root};
-
-/// Points of Gauss's rule on [−1, 1] and their weights: twelve, of which half are written.
-const GAUSS: [[f64; 2]; 6] = [
-    [0.125_233_408_511_468_9, 0.249_147_045_813_402_8],
-    [0.367_831_498_998_180_2, 0.233_492_536_538_354_8],
-    [0.587_317_954_286_617_4, 0.203_167_426_723_065_92],
-    [0.769_902_674_194_304_7, 0.160_078_328_543_346_22],
-    [0.904_117_256_370_474_9, 0.106_939_325_995_318_43],
-    [0.981_560_634_246_719_2, 0.047_175_336_386_511_83],
-];
 
 /// Panels of the rule on each smooth piece, each half as long as the one before towards the piece's far end, where a tip may be sharp.
 const PANELS: u32 = 6;
@@ -396,15 +387,6 @@ pub struct Place {
     pub within: f64,
     /// Far end of its panel.
     pub end: f64,
-}
-
-/// Gauss's rule on one panel.
-fn each(from: f64, to: f64, mut f: impl FnMut(f64, f64)) {
-    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-    for [x, w] in GAUSS {
-        f(middle - half * x, half * w);
-        f(middle + half * x, half * w);
-    }
 }
 
 /// The knots of `table` on both sides of `s`, the first or last two outside; at a knot those after it.

@@ -1,6 +1,6 @@
 //! Any kernel that maps taps to answers: its own layout of taps, a table that they share, answers of some numbers each.
 //!
-//! The last number of an answer is its seal, of its bits, its place and its batch, as in [`super::seal`].
+//! The last number of an answer is its seal, of its bits, its place and its batch, as in `super::seal`.
 
 use std::fmt::Write;
 use std::sync::Arc;
