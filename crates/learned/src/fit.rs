@@ -1,0 +1,333 @@
+//! From rows to a curve: base, scales, learned numbers, and the mean over what these may be.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::base::{Base, Power, power};
+use crate::columns::{Columns, Effects, Scales, Term, terms};
+use crate::curve::{Curve, Spread};
+use crate::evidence::{Problem, Solved};
+use crate::hyper::Hyper;
+use crate::newton::{Peak, climb};
+use crate::rows::{Cell, Row, cells};
+
+/// Points over which the learned numbers are averaged.
+const POINTS: usize = 48;
+
+/// What is fitted to.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// All rows.
+    pub rows: &'a [Row],
+    /// The whisker's curve, where it is known.
+    pub known: Option<&'a (dyn Fn(f64, f64) -> f64 + Sync)>,
+    /// Step of the converter.
+    pub step: f64,
+    /// Whether a drift is looked for.
+    pub drift: bool,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// Fewer than two positions.
+    OnePosition,
+    /// No power law and no whisker gives such signals.
+    NoCurve,
+    /// Numbers overflow.
+    Overflow,
+}
+
+/// A fit.
+pub struct Fit {
+    /// The curve.
+    pub curve: Curve,
+    /// The power law, where there is no whisker.
+    pub power: Option<Power>,
+    /// Logarithms of the most likely learned numbers.
+    pub at: Vec<f64>,
+    /// What is learned.
+    pub hypers: Vec<Hyper>,
+    /// The cells of the rows.
+    pub cells: Vec<Cell>,
+    /// Of each cell the measured less the expected signal, and its standard deviation if one of its rows were left out: in the unit of
+    /// the signal, at the most likely learned numbers.
+    pub deleted: Vec<[f64; 2]>,
+    /// Of each cell the expected signal, effects of run, position and drift included.
+    pub expected: Vec<f64>,
+    /// The zero of each cell: that of its run, and the drift.
+    pub zeros: Vec<f64>,
+    /// ln of the likelihood times priors, integrated over the learned numbers.
+    pub evidence: f64,
+    /// Independent numbers that the rows leave for the noise.
+    pub freedom: f64,
+}
+
+/// The base and the scale of the signals.
+struct Start<'a> {
+    base: Base<'a>,
+    power: Option<Power>,
+    /// Unit of the signals, zero, unit of the base.
+    numbers: [f64; 3],
+}
+
+/// Where a free constant is worth so much in ln of the sum of squares a row, it is there.
+const WORTH: f64 = 10.0;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
+}
+
+fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
+    let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
+    let taps: Vec<[f64; 3]> =
+        cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
+    let read = (!rests.is_empty()).then(|| median(rests));
+    if let Some(curve) = task.known {
+        let zero = read.unwrap_or(0.0);
+        let ratio = |t: &[f64; 3]| (t[2] - zero) / curve(t[0], t[1]);
+        let gain = median(taps.iter().map(ratio).filter(|r| r.is_finite()).collect());
+        let unit = median(taps.iter().map(|t| (t[2] - zero).abs()).collect());
+        // Where the zero is far off the ratio is no gain; that of the spread of both is.
+        let spread = |f: &dyn Fn(&[f64; 3]) -> f64| {
+            let all: Vec<f64> = taps.iter().map(f).collect();
+            let middle = median(all.clone());
+            median(all.iter().map(|x| (x - middle).abs()).collect())
+        };
+        let rough = spread(&|t| t[2]) / spread(&|t| curve(t[0], t[1]));
+        let gain = if gain > 0.5 * rough { gain } else { rough };
+        let unit = if read.is_some() { unit } else { median(taps.iter().map(|t| gain * curve(t[0], t[1])).collect()) };
+        return match gain > 0.0 && gain.is_finite() && unit > 0.0 {
+            true => Ok(Start { base: Base::Known(curve), power: None, numbers: [unit, zero, unit / gain] }),
+            false => Err(Fault::NoCurve),
+        };
+    }
+    let tared = power(&taps, Some(read.unwrap_or(0.0)));
+    let several = taps.iter().any(|t| t[1] != taps[0][1]);
+    let free = if read.is_none() && several && taps.len() > 6 { power(&taps, None) } else { None };
+    let fitted = match (tared, free) {
+        (Some(tared), Some(free)) => {
+            let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
+            if gain > WORTH { free } else { tared }
+        }
+        (tared, free) => tared.or(free).ok_or(Fault::NoCurve)?,
+    };
+    let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
+    match unit > 0.0 {
+        true => Ok(Start {
+            base: Base::Power(fitted.power),
+            power: Some(fitted.power),
+            numbers: [unit, fitted.zero, unit / fitted.factor],
+        }),
+        false => Err(Fault::NoCurve),
+    }
+}
+
+/// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
+/// to the taps.
+fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
+    const RIDGE: f64 = 1e-4;
+    let [unit, zero, base_unit] = start.numbers;
+    let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;
+    let row = |a: f64, u: f64| {
+        let [x, v] = scales.place(a, u);
+        [1.0, x, v, x * x, x * v, v * v]
+    };
+    let mut factor = DVector::from_vec(vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    if start.power.is_some() {
+        let (mut n, mut b) = (DMatrix::identity(6, 6) * (RIDGE * cells.len() as f64), DVector::zeros(6));
+        for c in cells.iter().filter(|c| c.row.touches()) {
+            let h = DVector::from_row_slice(&row(c.row.a, c.row.u));
+            b += &h * ((c.row.y - zero) / unit / base(c.row.a, c.row.u) - 1.0);
+            n += &h * h.transpose();
+        }
+        factor += n.cholesky().map_or(DVector::zeros(6), |c| c.solve(&b));
+    }
+    let value = |a: f64, u: f64| base(a, u) * row(a, u).iter().zip(factor.iter()).map(|(x, f)| x * f).sum::<f64>();
+    const H: f64 = 1e-3;
+    let of = |c: &Cell| (value(c.row.a * (1.0 + H), c.row.u) - value(c.row.a * (1.0 - H), c.row.u)) / (2.0 * H);
+    cells.iter().map(|c| if c.row.touches() { of(c) } else { 0.0 }).collect()
+}
+
+/// Points of a low-discrepancy sequence as normal deviates (Halton; Acklam's inverse).
+fn deviates(point: usize, dim: usize) -> Vec<f64> {
+    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+    let radical = |base: usize| {
+        let (mut k, mut share, mut x) = (point + 20, 1.0, 0.0);
+        while k > 0 {
+            share /= base as f64;
+            x += share * (k % base) as f64;
+            k /= base;
+        }
+        x
+    };
+    (0..dim).map(|d| normal_quantile(radical(PRIMES[d % PRIMES.len()]).clamp(1e-9, 1.0 - 1e-9))).collect()
+}
+
+/// Quantile of the normal distribution, to 1e-9 (Acklam 2003).
+pub fn normal_quantile(p: f64) -> f64 {
+    const A: [f64; 6] = [-39.69683028665376, 220.9460984245205, -275.9285104469687, 138.357751867269, -30.66479806614716, 2.506628277459239];
+    const B: [f64; 5] = [-54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972, -13.28068155288572];
+    const C: [f64; 6] = [-0.007784894002430293, -0.3223964580411365, -2.400758277161838, -2.549732539343734, 4.374664141464968, 2.938163982698783];
+    const D: [f64; 4] = [0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416];
+    let series = |c: &[f64], x: f64| c.iter().fold(0.0, |s, c| s * x + c);
+    if p > 0.5 {
+        return -normal_quantile(1.0 - p);
+    }
+    if p < 0.02425 {
+        let q = (-2.0 * p.ln()).sqrt();
+        return series(&C, q) / (series(&D, q) * q + 1.0);
+    }
+    let q = p - 0.5;
+    let r = q * q;
+    series(&A, r) * q / (series(&B, r) * r + 1.0)
+}
+
+/// Fits the rows at `places`; `warm` are learned numbers of a fit of nearly the same rows.
+///
+/// # Errors
+/// Rows that no curve follows.
+pub fn fit(task: &Task<'_>, places: &[usize], warm: Option<&[f64]>, average: bool) -> Result<Fit, Fault> {
+    let merged = cells(task.rows, places, task.drift);
+    let start = start(task, &merged)?;
+    let scales = Scales::of(&merged, start.power.map_or(0.0, |p| p.offset));
+    if !(scales.a[1] > 0.0 && scales.a[1].is_finite()) {
+        return Err(Fault::OnePosition);
+    }
+    let [unit, zero, base_unit] = start.numbers;
+    let known = task.known.is_some();
+    let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
+    let slopes = slopes(&merged, &start, &scales);
+    let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
+    let mut found = peaks(&problem, warm);
+    if found.is_empty() {
+        return Err(Fault::Overflow);
+    }
+    let terms = terms(known, scales.u[1] > 0.0);
+    let kept: Vec<usize> = (0..terms.len()).collect();
+    let mixed = mean(&problem, &found, &kept, if average { POINTS } else { 0 });
+    let peak = found.swap_remove(0);
+    let leverage = peak.solved.leverage(|i| merged[i].n);
+    let deleted = (0..merged.len())
+        .map(|i| {
+            let left = (peak.solved.variance[i] - leverage[i]).max(1e-6 * peak.solved.variance[i]);
+            [peak.solved.residual[i] * unit, left.sqrt() * unit]
+        })
+        .collect();
+    let used: f64 = (0..merged.len()).map(|i| leverage[i] / peak.solved.variance[i] * merged[i].n).sum();
+    let expected = (0..merged.len()).map(|i| merged[i].row.y - peak.solved.residual[i] * unit).collect();
+    let own = |h: Hyper| problem.model.hypers.iter().position(|x| *x == h);
+    let moves_zero = |j: usize| {
+        let c = &problem.model.columns[j];
+        c.term == Term::Zero || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
+    };
+    let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
+    let zero_of = |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
+    let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
+    let d = problem.dim() as f64;
+    let log_det = 2.0 * peak.hessian.clone().cholesky().map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let prior: f64 = problem.priors.iter().map(|p| p[1].ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
+    let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln() - 0.5 * log_det
+        - places.len() as f64 * unit.ln();
+    let curve = Curve {
+        unit,
+        base_unit,
+        zero,
+        scales,
+        terms,
+        mean: mixed.mean,
+        deviations: Curve::deviations(mixed.covariance),
+        spread: mixed.spread,
+    };
+    let freedom = places.len() as f64 - used;
+    let hypers = problem.model.hypers.clone();
+    Ok(Fit { curve, power: start.power, at: peak.at, hypers, cells: merged, deleted, expected, zeros, evidence, freedom })
+}
+
+/// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.
+fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
+    let from = |noise: f64, position: f64| -> Vec<f64> {
+        let of = |(h, p): (&Hyper, &[f64; 2])| match h {
+            Hyper::Floor | Hyper::Relative => f64::ln(noise),
+            Hyper::Position => f64::ln(position),
+            _ => p[0],
+        };
+        problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
+    };
+    if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
+        && let Some(found) = climb(problem, warm)
+    {
+        return vec![found];
+    }
+    let starts = [[3e-3, 3e-3], [5e-2, 3e-3], [1e-2, 1e-1]];
+    let mut all: Vec<Peak> = Vec::new();
+    for peak in starts.into_iter().filter_map(|[noise, position]| climb(problem, &from(noise, position))) {
+        let same = |p: &Peak| p.at.iter().zip(&peak.at).all(|(x, y)| (x - y).abs() < 0.3);
+        if !all.iter().any(same) {
+            all.push(peak);
+        }
+    }
+    all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
+    if std::env::var("DBG").is_ok() { for p in &all { eprint!("{:.2}:", p.solved.value); for (h, x) in problem.model.hypers.iter().zip(&p.at) { eprint!(" {h:?} {:.1e}", x.exp()); } eprintln!(); } }
+    all
+}
+
+/// Means over the learned numbers.
+struct Mixed {
+    mean: Vec<f64>,
+    covariance: DMatrix<f64>,
+    spread: Spread,
+}
+
+/// The mean over points about the peaks, weighted by what likelihood and prior make of them.
+fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mixed {
+    const WIDER: f64 = 1.2;
+    let (d, first) = (problem.dim(), &peaks[0]);
+    let mut all: Vec<(f64, Vec<f64>, Option<Solved>)> = Vec::new();
+    // A peak that is less likely by e^6 has no say.
+    let heard: Vec<&Peak> = peaks.iter().filter(|p| p.solved.value < first.solved.value + 6.0).collect();
+    for peak in &heard {
+        let factor = peak.hessian.clone().cholesky().expect("it was made positive").l();
+        let width: f64 = factor.diagonal().iter().map(|x| x.ln()).sum();
+        for k in 0..points / heard.len() {
+            let z = DVector::from_vec(deviates(k, d)) * WIDER;
+            let proposal = -0.5 * z.norm_squared() / (WIDER * WIDER) + width;
+            let Some(step) = factor.transpose().solve_upper_triangular(&z) else { continue };
+            let at: Vec<f64> = peak.at.iter().zip(step.iter()).map(|(x, s)| (x + s).clamp(-30.0, 12.0)).collect();
+            if let Some(solved) = problem.solve(&at) {
+                all.push((first.solved.value - solved.value - proposal, at, Some(solved)));
+            }
+        }
+    }
+    if all.is_empty() {
+        all.push((0.0, first.at.clone(), None));
+    }
+    let top = all.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
+    let mut weights: Vec<f64> = all.iter().map(|p| (p.0 - top).exp()).collect();
+    // A point that is alone with its weight says more of the points than of the data (Ionides 2008).
+    let limit = weights.iter().sum::<f64>() / (weights.len() as f64).sqrt();
+    weights.iter_mut().for_each(|w| *w = w.min(limit));
+    let sum: f64 = weights.iter().sum();
+    let n = kept.len();
+    let (mut mean, mut square, mut spread) = (DVector::zeros(n), DMatrix::zeros(n, n), Spread::default());
+    for ((_, at, solved), weight) in all.iter().zip(&weights) {
+        let (w, solved) = (weight / sum, solved.as_ref().unwrap_or(&first.solved));
+        // About the first peak: differences of large numbers cost digits.
+        let here = DVector::from_iterator(n, kept.iter().map(|k| solved.mean[*k] - first.solved.mean[*k]));
+        square += (solved.covariance(kept) + &here * here.transpose()) * w;
+        mean += here * w;
+        let of = |h: Hyper| w * problem.learned(at, h).powi(2);
+        spread.floor += of(Hyper::Floor) + w * problem.steps;
+        spread.relative += of(Hyper::Relative);
+        spread.position += of(Hyper::Position);
+        spread.visit += of(Hyper::Visit);
+        spread.zero += of(Hyper::RunZero);
+        spread.gain += of(Hyper::RunGain);
+        spread.drift += of(Hyper::Drift);
+    }
+    let covariance = square - &mean * mean.transpose();
+    let mean = kept.iter().zip(mean.iter()).map(|(k, x)| x + first.solved.mean[*k]).collect();
+    Mixed { mean, covariance, spread }
+}
