@@ -8,10 +8,10 @@ use crate::base::Base;
 use crate::hyper::Hyper;
 use crate::rows::Cell;
 
-/// Largest degree in ln a and ln u together.
+/// Largest degree in ln a and in ln u.
 const DEGREE: usize = 2;
 /// Waves in ln a and in ln u, the constant one included, and the most of a product.
-pub const WAVES: [usize; 3] = [12, 6, 12];
+pub const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the interval on which waves repeat, in half ranges of the data.
 const PERIOD: f64 = 1.8;
 /// Positions within this share of the range of ln a share their effect.
@@ -115,7 +115,7 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
         let all = (0..n).flat_map(move |j| (0..m).map(move |k| (j, k)));
         all.filter(move |(j, k)| j + k <= most).map(|(j, k)| (j as u8, k as u8))
     };
-    let mut all: Vec<Term> = pairs(DEGREE + 1, DEGREE + 1, DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
+    let mut all: Vec<Term> = pairs(DEGREE + 1, DEGREE + 1, 2 * DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
     all.extend(pairs(WAVES[0], WAVES[1], WAVES[2]).map(|(j, k)| Term::Wave(j, k)));
     if several {
         all.push(Term::OffsetU);

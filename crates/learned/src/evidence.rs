@@ -138,7 +138,7 @@ impl Problem {
         for (j, mut column) in scaled.column_iter_mut().enumerate() {
             column.iter_mut().zip(&weight).for_each(|(x, w)| *x *= w * root[j]);
         }
-        let b = scaled.tr_mul(&scaled) + DMatrix::identity(h.ncols(), h.ncols());
+        let b = scaled.transpose() * &scaled + DMatrix::identity(h.ncols(), h.ncols());
         let factor = b.cholesky()?;
         let wy = DVector::from_iterator(weight.len(), weight.iter().zip(self.y.iter()).map(|(w, y)| w * y));
         let mut coefficients = factor.solve(&scaled.tr_mul(&wy));

@@ -7,9 +7,13 @@ use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
 use crate::evidence::{Problem, Solved};
 use crate::hyper::Hyper;
-use crate::newton::{Peak, climb};
+use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
 
+/// A peak that is less likely by so much in ln has no say.
+const HEARD: f64 = 6.0;
+/// Of more cells a part is looked at first.
+const MANY: usize = 500;
 /// Points over which the learned numbers are averaged.
 const POINTS: usize = 48;
 
@@ -201,7 +205,18 @@ pub fn fit(task: &Task<'_>, places: &[usize], warm: Option<&[f64]>, average: boo
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
     let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
-    let mut found = peaks(&problem, warm);
+    let thinned = (warm.is_none() && merged.len() > MANY).then(|| {
+        let every = merged.len().div_ceil(MANY);
+        let kept = |k: &usize| !merged[*k].row.touches() || k % every == 0;
+        let part: Vec<usize> = (0..merged.len()).filter(kept).flat_map(|k| merged[k].rows.clone()).collect();
+        fit(task, &part, None, false).map(|f| (f.hypers, f.at))
+    });
+    // The same numbers, of which the part may lack some.
+    let begun = thinned.and_then(Result::ok).map(|(hypers, at)| {
+        let of = |(h, p): (&Hyper, &[f64; 2])| hypers.iter().position(|x| x == h).map_or(p[0], |k| at[k]);
+        problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
+    });
+    let mut found = peaks(&problem, warm.or(begun.as_deref()));
     if found.is_empty() {
         return Err(Fault::Overflow);
     }
@@ -257,18 +272,20 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
     };
     if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
-        && let Some(found) = climb(problem, warm)
+        && let Some(found) = climb(problem, &approach(problem, warm).map_or(warm.to_vec(), |a| a.0))
     {
         return vec![found];
     }
     let starts = [[3e-3, 3e-3], [5e-2, 3e-3], [1e-2, 1e-1]];
-    let mut all: Vec<Peak> = Vec::new();
-    for peak in starts.into_iter().filter_map(|[noise, position]| climb(problem, &from(noise, position))) {
-        let same = |p: &Peak| p.at.iter().zip(&peak.at).all(|(x, y)| (x - y).abs() < 0.3);
-        if !all.iter().any(same) {
-            all.push(peak);
+    let mut ends: Vec<(Vec<f64>, f64)> = Vec::new();
+    for end in starts.into_iter().filter_map(|[noise, position]| approach(problem, &from(noise, position))) {
+        if !ends.iter().any(|(at, _)| at.iter().zip(&end.0).all(|(x, y)| (x - y).abs() < 0.3)) {
+            ends.push(end);
         }
     }
+    let best = ends.iter().map(|e| e.1).fold(f64::INFINITY, f64::min);
+    let near = ends.into_iter().filter(|(_, value)| *value < best + HEARD);
+    let mut all: Vec<Peak> = near.filter_map(|(at, _)| climb(problem, &at)).collect();
     all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
     if std::env::var("DBG").is_ok() { for p in &all { eprint!("{:.2}:", p.solved.value); for (h, x) in problem.model.hypers.iter().zip(&p.at) { eprint!(" {h:?} {:.1e}", x.exp()); } eprintln!(); } }
     all
@@ -286,8 +303,7 @@ fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mix
     const WIDER: f64 = 1.2;
     let (d, first) = (problem.dim(), &peaks[0]);
     let mut all: Vec<(f64, Vec<f64>, Option<Solved>)> = Vec::new();
-    // A peak that is less likely by e^6 has no say.
-    let heard: Vec<&Peak> = peaks.iter().filter(|p| p.solved.value < first.solved.value + 6.0).collect();
+    let heard: Vec<&Peak> = peaks.iter().filter(|p| p.solved.value < first.solved.value + HEARD).collect();
     for peak in &heard {
         let factor = peak.hessian.clone().cholesky().expect("it was made positive").l();
         let width: f64 = factor.diagonal().iter().map(|x| x.ln()).sum();

@@ -51,43 +51,79 @@ fn positive(h: &DMatrix<f64>, priors: &[[f64; 2]]) -> DMatrix<f64> {
     }
 }
 
-/// Climbs from `start`.
+/// One step down along `step`, shortened until it is one; what it gained, `None` where there is none.
+fn descend(problem: &Problem, at: &mut Vec<f64>, solved: &mut Solved, gradient: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
+    let longest = step.amax();
+    let mut share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+    while share > 1e-5 {
+        let there: Vec<f64> = at.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0)).collect();
+        match problem.solve(&there) {
+            Some(next) if next.value <= solved.value + 1e-4 * share * gradient.dot(step) => {
+                let gain = solved.value - next.value;
+                (*at, *solved) = (there, next);
+                return Some(gain);
+            }
+            _ => share *= 0.4,
+        }
+    }
+    None
+}
+
+/// Climbs from `start` without second derivatives (Broyden, Fletcher, Goldfarb, Shanno) to the neighbourhood of a peak.
+pub fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let n = start.len();
+    let mut at = start.to_vec();
+    let mut solved = problem.solve(&at)?;
+    let of_prior = DVector::from_fn(n, |k, _| problem.priors[k][1].powi(2).min(1.0) * 0.3);
+    let mut inverse = DMatrix::from_diagonal(&of_prior);
+    let mut gradient = DVector::from_vec(problem.gradient(&at, &solved));
+    for _ in 0..80 {
+        if gradient.amax() < 0.03 {
+            break;
+        }
+        let step = -(&inverse * &gradient);
+        let before = DVector::from_column_slice(&at);
+        let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
+        let next = DVector::from_vec(problem.gradient(&at, &solved));
+        let (moved, turned) = (DVector::from_column_slice(&at) - before, &next - &gradient);
+        let along = moved.dot(&turned);
+        if along > 1e-10 {
+            let left = DMatrix::identity(n, n) - &moved * turned.transpose() / along;
+            inverse = &left * &inverse * left.transpose() + &moved * moved.transpose() / along;
+        } else if gain.is_none() {
+            inverse = DMatrix::from_diagonal(&of_prior);
+        }
+        gradient = next;
+        if gain.is_none_or(|g| g < 1e-5) {
+            break;
+        }
+    }
+    Some((at, solved.value))
+}
+
+/// Climbs from the neighbourhood of a peak to it.
 pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
     let mut at = start.to_vec();
     let mut solved = problem.solve(&at)?;
     let mut curvature = None;
-    for round in 0..60 {
+    for _ in 0..20 {
         let gradient = DVector::from_vec(problem.gradient(&at, &solved));
-        // Far from the peak the curvature changes slowly against what it costs.
-        if round % 2 == 0 || gradient.amax() < 0.3 || curvature.is_none() {
-            curvature = Some(positive(&hessian(problem, &at)?, &problem.priors));
-        }
-        let h = curvature.as_ref()?;
         if gradient.amax() < FLAT {
             break;
         }
-        let mut step = -h.clone().cholesky()?.solve(&gradient);
-        let longest = step.amax();
-        if longest > LONGEST {
-            step *= LONGEST / longest;
+        // Near the peak the curvature changes slowly against what it costs.
+        if curvature.is_none() || gradient.amax() > 0.1 {
+            curvature = Some(positive(&hessian(problem, &at)?, &problem.priors));
         }
-        let mut share = 1.0;
-        let moved = loop {
-            let there: Vec<f64> = at.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0)).collect();
-            match problem.solve(&there) {
-                Some(next) if next.value <= solved.value + 1e-4 * share * gradient.dot(&step) => {
-                    let gain = solved.value - next.value;
-                    (at, solved) = (there, next);
-                    break gain;
-                }
-                _ if share < 1e-4 => break -1.0,
-                _ => share *= 0.4,
-            }
-        };
-        if moved < 0.0 || (moved < 1e-9 && gradient.amax() < 1e-4) {
+        let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
+        let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
+        if gain.is_none_or(|g| g < 1e-11 * (1.0 + solved.value.abs()) && gradient.amax() < 1e-5) {
             break;
         }
     }
-    let hessian = positive(&hessian(problem, &at)?, &problem.priors);
+    let hessian = match curvature {
+        Some(h) => h,
+        None => positive(&hessian(problem, &at)?, &problem.priors),
+    };
     Some(Peak { at, solved, hessian })
 }
