@@ -42,9 +42,26 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// Covariance of all coefficients, divided by their prior standard deviations.
-    fn inverse(&self) -> DMatrix<f64> {
-        self.factor.inverse()
+    /// L⁻¹ of B = L Lᵀ: products with it are fast, and B⁻¹ itself is not needed.
+    fn inverse_factor(&self) -> DMatrix<f64> {
+        let l = self.factor.l_dirty();
+        let n = l.nrows();
+        let mut inverse = DMatrix::zeros(n, n);
+        for j in 0..n {
+            inverse[(j, j)] = 1.0 / l[(j, j)];
+            for k in j..n {
+                let x = inverse[(k, j)];
+                if k > j {
+                    inverse[(k, j)] = x / l[(k, k)];
+                }
+                let x = inverse[(k, j)];
+                let (column, mut out) = (l.column(k), inverse.column_mut(j));
+                for i in k + 1..n {
+                    out[i] -= x * column[i];
+                }
+            }
+        }
+        inverse
     }
 
     /// Covariance of the coefficients of `places`.
@@ -60,9 +77,8 @@ impl Solved {
 
     /// Variance of the expected signal of each cell, from all data.
     pub fn leverage(&self, repeats: impl Fn(usize) -> f64) -> Vec<f64> {
-        let inverse = self.inverse();
-        let t = &self.scaled * inverse;
-        let of = |i: usize| t.row(i).dot(&self.scaled.row(i)) * self.variance[i] / repeats(i);
+        let t = self.inverse_factor() * self.scaled.transpose();
+        let of = |i: usize| t.column(i).norm_squared() * self.variance[i] / repeats(i);
         (0..self.scaled.nrows()).map(of).collect()
     }
 }
@@ -172,14 +188,14 @@ impl Problem {
 
     /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
     pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
-        let inverse = solved.inverse();
+        let inverse = solved.inverse_factor();
         let mut gradient: Vec<f64> =
             at.iter().zip(&self.priors).map(|(x, [median, spread])| (x - median) / (spread * spread)).collect();
         let spectra = self.spectra(at);
         let lengths = [Hyper::LengthA, Hyper::LengthU].map(|h| self.place(h));
         for (j, column) in self.model.columns.iter().enumerate().filter(|(_, c)| !c.learned.is_empty()) {
             let coefficient = solved.mean[j] / solved.root[j];
-            let slope = 1.0 - (coefficient * coefficient + inverse[(j, j)]);
+            let slope = 1.0 - (coefficient * coefficient + inverse.column(j).norm_squared());
             column.learned.iter().for_each(|k| gradient[*k] += slope);
             if let Term::Wave(j, k) = column.term {
                 for ((length, (_, rises)), n) in lengths.iter().zip(&spectra).zip([j, k]) {
@@ -187,12 +203,12 @@ impl Problem {
                 }
             }
         }
-        let t = &solved.scaled * &inverse;
+        let t = &inverse * solved.scaled.transpose();
         let places = [Hyper::Floor, Hyper::Relative].map(|h| self.place(h));
         let [floor, relative] = [Hyper::Floor, Hyper::Relative].map(|h| self.learned(at, h).powi(2));
         for (i, v) in solved.variance.iter().enumerate() {
             let [n, squares] = self.repeats[i];
-            let leverage = t.row(i).dot(&solved.scaled.row(i));
+            let leverage = t.column(i).norm_squared();
             let slope = (n - squares / v - n * solved.residual[i].powi(2) / v - leverage) / v;
             for (place, part) in places.iter().zip([floor, relative * self.size2[i]]) {
                 place.iter().for_each(|k| gradient[*k] += slope * part);

@@ -21,19 +21,15 @@ pub struct Peak {
     pub hessian: DMatrix<f64>,
 }
 
-/// Second derivatives at `at`, made positive.
-fn hessian(problem: &Problem, at: &[f64]) -> Option<DMatrix<f64>> {
+/// Second derivatives at `at`, where the gradient is `gradient`.
+fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> Option<DMatrix<f64>> {
     let n = at.len();
     let mut h = DMatrix::zeros(n, n);
     for k in 0..n {
-        let slopes = [-STEP, STEP].map(|step| {
-            let mut there = at.to_vec();
-            there[k] += step;
-            Some(problem.gradient(&there, &problem.solve(&there)?))
-        });
-        let [lo, hi] = slopes;
-        let (lo, hi) = (lo?, hi?);
-        (0..n).for_each(|i| h[(i, k)] = (hi[i] - lo[i]) / (2.0 * STEP));
+        let mut there = at.to_vec();
+        there[k] += STEP;
+        let beside = problem.gradient(&there, &problem.solve(&there)?);
+        (0..n).for_each(|i| h[(i, k)] = (beside[i] - gradient[i]) / STEP);
     }
     Some(0.5 * (&h + h.transpose()))
 }
@@ -113,7 +109,7 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
         }
         // Near the peak the curvature changes slowly against what it costs.
         if curvature.is_none() || gradient.amax() > 0.1 {
-            curvature = Some(positive(&hessian(problem, &at)?, &problem.priors));
+            curvature = Some(positive(&hessian(problem, &at, &gradient)?, &problem.priors));
         }
         let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
         let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
@@ -123,7 +119,10 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
     }
     let hessian = match curvature {
         Some(h) => h,
-        None => positive(&hessian(problem, &at)?, &problem.priors),
+        None => {
+            let gradient = DVector::from_vec(problem.gradient(&at, &solved));
+            positive(&hessian(problem, &at, &gradient)?, &problem.priors)
+        }
     };
     Some(Peak { at, solved, hessian })
 }

@@ -27,7 +27,7 @@ pub struct Suspect {
 pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut kept = places.to_vec();
     let mut found = Vec::new();
-    let mut last = fit(task, &kept, None, false)?;
+    let mut last = fit(task, &kept, None, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
         let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
         let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
@@ -36,9 +36,8 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         (last, kept) = (next, left);
     }
     // The likely numbers of a model with wrong rows may be another peak than that of the model without.
-    if average || !found.is_empty() {
-        let warm = found.is_empty().then(|| last.at.clone());
-        last = fit(task, &kept, warm.as_deref(), average)?;
+    if !found.is_empty() {
+        last = fit(task, &kept, None, average)?;
     }
     Ok((last, found))
 }
