@@ -3,8 +3,8 @@
 /// Signal of a tap without any correction, before the gain.
 #[derive(Clone, Copy)]
 pub enum Base<'a> {
-    /// Of a whisker that is known: its |signal| at a (mm) by a drive.
-    Known(&'a (dyn Fn(f64, f64) -> f64 + Sync)),
+    /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
+    Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
     /// (u + u₀)^p a^−q.
     Power(Power),
 }
@@ -13,7 +13,7 @@ impl Base<'_> {
     /// The signal at a (mm) by the drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
         match self {
-            Self::Known(curve) => curve(a, u),
+            Self::Known(curve, offset) => curve(a, u + offset),
             Self::Power(power) => power.value(a, u),
         }
     }

@@ -17,13 +17,16 @@ const MANY: usize = 500;
 /// Points over which the learned numbers are averaged.
 const POINTS: usize = 48;
 
+/// The |signal| of a whisker at a (mm) by a drive.
+pub type Whisker<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
+
 /// What is fitted to.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     /// All rows.
     pub rows: &'a [Row],
     /// The whisker's curve, where it is known.
-    pub known: Option<&'a (dyn Fn(f64, f64) -> f64 + Sync)>,
+    pub known: Option<Whisker<'a>>,
     /// Step of the converter.
     pub step: f64,
     /// Whether a drift is looked for.
@@ -47,8 +50,12 @@ pub struct Fit {
     pub curve: Curve,
     /// The power law, where there is no whisker.
     pub power: Option<Power>,
+    /// What is added to the drive of a whisker that is known.
+    pub offset: f64,
     /// Logarithms of the most likely learned numbers.
     pub at: Vec<f64>,
+    /// Second derivatives there.
+    pub hessian: DMatrix<f64>,
     /// What is learned.
     pub hypers: Vec<Hyper>,
     /// The cells of the rows.
@@ -89,23 +96,10 @@ fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
     let read = (!rests.is_empty()).then(|| median(rests));
     if let Some(curve) = task.known {
-        let zero = read.unwrap_or(0.0);
-        let ratio = |t: &[f64; 3]| (t[2] - zero) / curve(t[0], t[1]);
-        let gain = median(taps.iter().map(ratio).filter(|r| r.is_finite()).collect());
-        let unit = median(taps.iter().map(|t| (t[2] - zero).abs()).collect());
-        // Where the zero is far off the ratio is no gain; that of the spread of both is.
-        let spread = |f: &dyn Fn(&[f64; 3]) -> f64| {
-            let all: Vec<f64> = taps.iter().map(f).collect();
-            let middle = median(all.clone());
-            median(all.iter().map(|x| (x - middle).abs()).collect())
-        };
-        let rough = spread(&|t| t[2]) / spread(&|t| curve(t[0], t[1]));
-        let gain = if gain > 0.5 * rough { gain } else { rough };
-        let unit = if read.is_some() { unit } else { median(taps.iter().map(|t| gain * curve(t[0], t[1])).collect()) };
-        return match gain > 0.0 && gain.is_finite() && unit > 0.0 {
-            true => Ok(Start { base: Base::Known(curve), power: None, numbers: [unit, zero, unit / gain] }),
-            false => Err(Fault::NoCurve),
-        };
+        let free = of_known(curve, &taps, read, offset(curve, &taps, read)).ok_or(Fault::NoCurve)?;
+        let plain = of_known(curve, &taps, read, 0.0);
+        let gain = plain.as_ref().map_or(f64::INFINITY, |p| taps.len() as f64 * (p.1 / free.1).ln());
+        return Ok(plain.filter(|_| gain <= WORTH).unwrap_or(free).0);
     }
     let tared = power(&taps, Some(read.unwrap_or(0.0)));
     let several = taps.iter().any(|t| t[1] != taps[0][1]);
@@ -126,6 +120,57 @@ fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
         }),
         false => Err(Fault::NoCurve),
     }
+}
+
+/// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
+fn of_known<'a>(curve: Whisker<'a>, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start<'a>, f64)> {
+    let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
+    let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
+    let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
+    let squares = |gain: f64, zero: f64| {
+        let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
+        // Without the worst tenth, which may be wrong.
+        all.sort_by(f64::total_cmp);
+        all[..all.len() - all.len() / 10].iter().sum::<f64>().max(f64::MIN_POSITIVE)
+    };
+    let (mut gain, mut zero) = (tared, 0.0);
+    if read.is_none() && taps.len() > 6 {
+        let n = taps.len() as f64;
+        let (mm, my) = (m.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+        let slope = m.iter().zip(&y).map(|(m, y)| (m - mm) * (y - my)).sum::<f64>()
+            / m.iter().map(|m| (m - mm).powi(2)).sum::<f64>();
+        let free = (slope, my - slope * mm);
+        if slope > 0.0 && n * (squares(tared, 0.0) / squares(free.0, free.1)).ln() > WORTH {
+            (gain, zero) = free;
+        }
+    }
+    let unit = median(m.iter().map(|m| gain * m).collect());
+    let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
+    let sound = gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
+    sound.then(|| (Start { base: Base::Known(curve, offset), power: None, numbers }, squares(gain, zero)))
+}
+
+/// What is best added to the drive of a whisker that is known, within what its curve was made for.
+fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
+    let drives = || taps.iter().map(|t| t[1]);
+    let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
+    if least == largest {
+        return 0.0;
+    }
+    let of = |offset: f64| of_known(curve, taps, read, offset).map_or(f64::INFINITY, |f| f.1);
+    let ends = [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)];
+    let at = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / 16.0;
+    let best = (0..=16).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0);
+    let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(16)));
+    for _ in 0..24 {
+        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
+        if of(p) < of(q) {
+            hi = q;
+        } else {
+            lo = p;
+        }
+    }
+    0.5 * (lo + hi)
 }
 
 /// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
@@ -188,11 +233,22 @@ pub fn normal_quantile(p: f64) -> f64 {
     series(&A, r) * q / (series(&B, r) * r + 1.0)
 }
 
-/// Fits the rows at `places`; `warm` are learned numbers of a fit of nearly the same rows.
+/// Where the learned numbers come from.
+#[derive(Clone, Copy)]
+pub enum From<'a> {
+    /// Nothing is known.
+    Nowhere,
+    /// Those of nearly the same rows: the next peak is theirs.
+    Near(&'a [f64]),
+    /// Those of this fit, of more rows, as they are.
+    Held(&'a Fit),
+}
+
+/// Fits the rows at `places`, and takes the mean over the learned numbers where wanted.
 ///
 /// # Errors
 /// Rows that no curve follows.
-pub fn fit(task: &Task<'_>, places: &[usize], warm: Option<&[f64]>, average: bool) -> Result<Fit, Fault> {
+pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
     let merged = cells(task.rows, places, task.drift);
     let start = start(task, &merged)?;
     let scales = Scales::of(&merged, start.power.map_or(0.0, |p| p.offset));
@@ -205,18 +261,20 @@ pub fn fit(task: &Task<'_>, places: &[usize], warm: Option<&[f64]>, average: boo
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
     let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
-    let thinned = (warm.is_none() && merged.len() > MANY).then(|| {
+    let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k % every == 0;
         let part: Vec<usize> = (0..merged.len()).filter(kept).flat_map(|k| merged[k].rows.clone()).collect();
-        fit(task, &part, None, false).map(|f| (f.hypers, f.at))
+        fit(task, &part, From::Nowhere, false).map(|f| (f.hypers, f.at))
     });
     // The same numbers, of which the part may lack some.
     let begun = thinned.and_then(Result::ok).map(|(hypers, at)| {
         let of = |(h, p): (&Hyper, &[f64; 2])| hypers.iter().position(|x| x == h).map_or(p[0], |k| at[k]);
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
     });
-    let mut found = peaks(&problem, warm.or(begun.as_deref()));
+    let held = if let From::Held(whole) = from { held(&problem, whole) } else { None };
+    let warm = if let From::Near(at) = from { Some(at) } else { begun.as_deref() };
+    let mut found = held.map_or_else(|| peaks(&problem, warm), |peak| vec![peak]);
     if found.is_empty() {
         return Err(Fault::Overflow);
     }
@@ -258,7 +316,15 @@ pub fn fit(task: &Task<'_>, places: &[usize], warm: Option<&[f64]>, average: boo
     };
     let freedom = places.len() as f64 - used;
     let hypers = problem.model.hypers.clone();
-    Ok(Fit { curve, power: start.power, at: peak.at, hypers, cells: merged, deleted, expected, zeros, evidence, freedom })
+    let offset = if let Base::Known(_, offset) = start.base { offset } else { 0.0 };
+    Ok(Fit { curve, power: start.power, offset, at: peak.at, hessian: peak.hessian, hypers, cells: merged, deleted, expected, zeros, evidence, freedom })
+}
+
+/// The numbers of a fit of more rows, where the same are learned.
+fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
+    let same = problem.model.hypers == whole.hypers;
+    let solved = problem.solve(&whole.at).filter(|_| same)?;
+    Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
 }
 
 /// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.

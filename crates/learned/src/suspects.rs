@@ -1,6 +1,6 @@
 //! Rows that the model of all others does not expect: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
 
-use crate::fit::{Fault, Fit, Task, fit};
+use crate::fit::{Fault, Fit, From, Task, fit};
 
 /// A sound set of rows loses one by chance in so many.
 const CHANCE: f64 = 0.01;
@@ -27,17 +27,17 @@ pub struct Suspect {
 pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut kept = places.to_vec();
     let mut found = Vec::new();
-    let mut last = fit(task, &kept, None, average)?;
+    let mut last = fit(task, &kept, From::Nowhere, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
         let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
         let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
-        let Ok(next) = fit(task, &left, Some(&last.at), false) else { break };
+        let Ok(next) = fit(task, &left, From::Near(&last.at), false) else { break };
         found.push(suspect);
         (last, kept) = (next, left);
     }
     // The likely numbers of a model with wrong rows may be another peak than that of the model without.
     if !found.is_empty() {
-        last = fit(task, &kept, None, average)?;
+        last = fit(task, &kept, From::Nowhere, average)?;
     }
     Ok((last, found))
 }
