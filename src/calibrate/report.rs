@@ -20,7 +20,7 @@ const LISTED: usize = 100;
 
 /// The result object.
 pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
-    let Covered { positions, all } = covered;
+    let Covered { positions, all, runs } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
     let zero = found.unread;
@@ -39,14 +39,14 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
         "drive_recorded": c.drive_recorded,
         "zero": { "from": c.zero.as_ref().map(|z| z.from), "value": c.zero.as_ref().map(|z| z.value),
                   "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
-                  "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
-                  "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
+                  "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
         "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
-                      "positions": positions },
+                      "positions": positions,
+                      "runs": runs.as_ref().map(|c| json!({ "n": c.n, "rms_mm": c.rms_mm, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })) },
         "warnings": found.warnings,
     })
 }

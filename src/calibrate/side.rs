@@ -6,6 +6,7 @@ use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, cells};
 use crate::estimator::fit::{Fit, Taring, Task};
+use crate::estimator::learned::Learnt;
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
@@ -35,8 +36,8 @@ pub struct Ask<'a> {
     pub recorded: bool,
     /// Why the model cannot be fitted, where whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// What is known of the zero of the signal.
-    pub zero: Taring,
+    /// What was learned of it.
+    pub learnt: &'a Learnt,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -140,13 +141,9 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
         |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(&ask.rig.setup, t.a, t.drive);
-    let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
+    let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
     let with_suspects = ask.taps.iter().any(changed).then(|| {
-        // As recorded: neither rows nor drift taken out.
-        let factor = ask.rig.setup.gauge.factor;
-        let back = |t: &Tap| Tap { signal: ask.data.unit.above(t.signal, -t.drift, factor), ..t.clone() };
-        let all: Vec<Tap> = ask.taps.iter().map(back).collect();
-        KTable::new(&Ask { taps: &all, ..*ask }, |t| signal(t) && labelled(t))
+        KTable::new(ask, |t| signal(t) && labelled(t))
     });
     let with_suspects = with_suspects.flatten();
     let [distances, drives] = table.levels.clone();
@@ -158,6 +155,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
+        learned: Some(ask.learnt),
     };
     let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
     let several = drives.len() > 1;
@@ -165,7 +163,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: ask.zero, open };
+        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: Taring::Known, open };
         match task.fit(ask.fit) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, LeaveOut, Opening, Shape, SideRecord, positive};
+use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord, positive};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
@@ -115,7 +115,7 @@ impl Estimator for Smooth {
 }
 
 impl Answers for Polynomial {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         self.find(drive, reading).ok_or(Status::OUTSIDE_CALIBRATION)
     }
 

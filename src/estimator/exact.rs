@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, normal};
+use super::{Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
@@ -211,7 +211,7 @@ impl Inverted {
 }
 
 impl Answers for Inverted {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact

@@ -8,6 +8,7 @@ pub mod curve;
 pub mod exact;
 pub mod fit;
 pub mod held_out;
+pub mod learned;
 pub mod model;
 pub mod normal;
 pub mod paper;
@@ -44,19 +45,31 @@ pub const EXACT: &dyn Estimator = &exact::EXACT;
 pub const CURVE: &dyn Estimator = &curve::CURVE;
 /// The data themselves.
 pub const TABLE: &dyn Estimator = &table::TABLE;
+/// One statistical model: the default.
+pub const LEARNED: &dyn Estimator = &learned::LEARNED;
 
 /// The estimator of this name.
 pub fn named(name: &str) -> Option<&'static dyn Estimator> {
     ALL.into_iter().find(|e| e.name() == name)
 }
 
+/// What is known of a reading beside what it says.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// Variance of its own zero in units of that of one reading; 0 where it has none.
+    pub share: f64,
+    /// Whether it is of a run of the calibration.
+    pub same_run: bool,
+}
+
 /// What answers the readings of one side of a calibrated whisker.
 pub trait Answers: Send + Sync {
-    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm).
+    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm). `of` says what else is
+    /// known of it.
     ///
     /// # Errors
     /// Why there is none.
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status>;
+    fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status>;
 
     /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
     fn expected(&self, a: f64, drive: f64) -> f64;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, known, positive,
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, known, positive,
 };
 use crate::design::amount;
 use crate::error::Error;
@@ -152,7 +152,7 @@ impl Estimator for Closed {
 }
 
 impl Answers for Paper {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         self.find(drive, reading).ok_or(Status::NO_ROOT)
     }
 

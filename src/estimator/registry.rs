@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::curve::SmoothRecord;
 use super::exact::ExactRecord;
 use super::paper::FactorRecord;
+use super::learned::LearnedRecord;
 use super::table::TableRecord;
-use super::{Estimator, Fault, ascending, curve, exact, known, paper, positive, table};
+use super::{Estimator, Fault, ascending, curve, exact, known, learned, paper, positive, table};
 use crate::scene::Side;
 
 /// Makes of each line an entry of [`ALL`] and a section of [`SideRecord`], in the order of the lines. A section has the name of
@@ -60,6 +61,8 @@ registry! {
     curve: SmoothRecord = curve::CURVE;
     /// The data.
     table: TableRecord = table::TABLE;
+    /// Curve, rig and runs.
+    learned: LearnedRecord = learned::LEARNED;
 }
 
 impl SideRecord {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, ascending, known,
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, ascending, known,
     positive,
 };
 use crate::error::Error;
@@ -145,7 +145,7 @@ impl Estimator for Interpolated {
 }
 
 impl Answers for Table {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         self.find(drive, reading).ok_or(Status::OUTSIDE_CALIBRATION)
     }
 

@@ -73,6 +73,37 @@ pub struct Fit {
     pub freedom: f64,
 }
 
+impl Fit {
+    /// A fit of nothing, for what is not fitted yet.
+    pub fn empty() -> Self {
+        let scales = Scales { a: [0.0, 1.0], u: [0.0; 2], sizes: [1.0; 2], offset: 0.0 };
+        let curve = Curve {
+            unit: 1.0,
+            base_unit: 1.0,
+            zero: 0.0,
+            scales,
+            terms: Vec::new(),
+            mean: Vec::new(),
+            deviations: Vec::new(),
+            spread: Spread::default(),
+        };
+        Self {
+            curve,
+            power: None,
+            offset: 0.0,
+            at: Vec::new(),
+            hessian: DMatrix::zeros(0, 0),
+            hypers: Vec::new(),
+            cells: Vec::new(),
+            deleted: Vec::new(),
+            expected: Vec::new(),
+            zeros: Vec::new(),
+            evidence: f64::NEG_INFINITY,
+            freedom: 0.0,
+        }
+    }
+}
+
 /// The base and the scale of the signals.
 struct Start<'a> {
     base: Base<'a>,

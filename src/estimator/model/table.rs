@@ -230,8 +230,7 @@ impl Table {
             a,
             near: found[1].map(f64::exp),
             slope: reading * slope / a,
-            variance: reading * reading * variance,
-        })
+            variance: reading * reading * variance, sigma: f64::NAN })
     }
 
     /// Reading that the data give at a, mm; NaN more than half a step beyond them.
