@@ -10,6 +10,8 @@ use crate::rows::Cell;
 
 /// Largest degree in ln a and in ln u.
 const DEGREE: usize = 2;
+/// Size of a term of a quadratic to that of one degree below.
+const LESS: f64 = 0.3;
 /// Waves in ln a and in ln u, the constant one included, and the most of a product.
 pub const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the interval on which waves repeat, in half ranges of the data.
@@ -216,7 +218,10 @@ impl Columns {
             let (fixed, learned) = match *term {
                 Term::Curve(0, 0) => (FLAT, Vec::new()),
                 Term::Curve(1, 0) | Term::Curve(0, 1) if !effects.known => (FLAT, Vec::new()),
-                Term::Curve(..) => (1.0, vec![at(Hyper::Bend)]),
+                Term::Curve(j, k) => {
+                    let beyond = i32::from(j + k) - if effects.known { 1 } else { 2 };
+                    (LESS.powi(beyond), vec![at(Hyper::Bend)])
+                }
                 Term::Wave(..) => (1.0, vec![at(Hyper::Deviation)]),
                 Term::OffsetA => (OFFSETS[0], Vec::new()),
                 Term::OffsetU => (OFFSETS[1], Vec::new()),
