@@ -177,8 +177,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
     record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
     let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
-    // Where positions contradict each other, knots beside a tap say no more of it than distant ones.
-    let share = |e: &dyn Estimator| if contradictions.is_empty() { e.share_of_bias() } else { 1.0 };
     let mut held = Vec::new();
     let allowed = |e: &&'static dyn Estimator| {
         (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
@@ -189,7 +187,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
         let judged = Judged {
             rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
-            bias_mm: bias.into_iter().map(|b| b * share(e)).collect(),
+            bias_mm: bias,
         };
         e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
         held.extend(unseen.map(|h| (e, h)));

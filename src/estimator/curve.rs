@@ -57,10 +57,6 @@ impl Estimator for Smooth {
         "A smooth monotone fit of the data, no theory"
     }
 
-    fn preference(&self) -> u8 {
-        35
-    }
-
     fn extrapolates(&self) -> bool {
         true
     }

@@ -74,11 +74,6 @@ impl Estimator for Model {
         "The configured model, inverted"
     }
 
-    /// It needs the fewest numbers, and knows both sides and all drives between.
-    fn preference(&self) -> u8 {
-        10
-    }
-
     fn needs_drive(&self) -> bool {
         true
     }
@@ -178,7 +173,7 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
     ))
     .key("spec.whisker, spec.model")
     .value(written)
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator learned)")
 }
 
 /// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.

@@ -122,10 +122,6 @@ impl Estimator for Learned {
         "One statistical model of curve, rig and runs"
     }
 
-    fn preference(&self) -> u8 {
-        0
-    }
-
     /// What was learned without a distance answers it.
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
         Box::new(move |distance| {
@@ -169,15 +165,50 @@ impl Estimator for Learned {
         let Opening { rig, record, side, open } = *of;
         let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
         let Some(curve) = r.curve() else { return Ok(None) };
-        if let Some([offset, p, q]) = r.power {
-            let base = Base::Power(Power { offset, p, q });
-            return Ok(Some(Box::new(Inverted::new(&curve, &base, r.zero_read, [0.0, f64::INFINITY]))));
+        let whisker = match r.power {
+            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q }),
+            None => {
+                let at = extent(rig, record);
+                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)?;
+                Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
+            }
+        };
+        Ok(Some(Box::new(Inverted::new(curve, whisker, r.zero_read))))
+    }
+}
+
+/// What a learned curve corrects.
+enum Whisker {
+    Power(Power),
+    Known(Box<Exact>, f64),
+}
+
+impl Whisker {
+    /// Hands it to `then`.
+    fn base<T>(&self, then: impl FnOnce(&Base<'_>) -> T) -> T {
+        match self {
+            Self::Power(power) => then(&Base::Power(*power)),
+            Self::Known(exact, offset) => {
+                let whisker = |a: f64, u: f64| exact.expected(a, u);
+                then(&Base::Known(&whisker, *offset))
+            }
         }
-        let at = extent(rig, record);
-        let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)?;
-        let whisker = |a: f64, u: f64| exact.expected(a, u);
-        let base = Base::Known(&whisker, r.whisker_drive_offset.unwrap_or(0.0));
-        Ok(Some(Box::new(Inverted::new(&curve, &base, r.zero_read, reach(&exact)))))
+    }
+
+    /// Distances at which it and its slope are known, mm.
+    fn reach(&self) -> [f64; 2] {
+        match self {
+            Self::Power(_) => [0.0, f64::INFINITY],
+            Self::Known(exact, _) => {
+                let [near, far] = exact.reach();
+                [near * 1.002, far * 0.998]
+            }
+        }
+    }
+
+    /// Distances between which it has no kink, mm.
+    fn knots(&self) -> Vec<f64> {
+        if let Self::Known(exact, _) = self { exact.knots() } else { Vec::new() }
     }
 }
 
@@ -185,12 +216,6 @@ impl Estimator for Learned {
 fn extent(rig: &crate::measure::Rig, record: &SideRecord) -> Extent {
     let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
     Extent { hard: HARD, ..at }
-}
-
-/// Distances at which the whisker and its slope are known, mm.
-pub fn reach(exact: &Exact) -> [f64; 2] {
-    let [near, far] = exact.reach();
-    [near * 1.002, far * 0.998]
 }
 
 /// What was learned of a side, and from what.
@@ -243,37 +268,36 @@ impl Learnt {
         Some(self.inverted(&fit))
     }
 
+    /// What answers readings as `fit` says, of the same whisker.
     fn inverted(&self, fit: &LearntFit) -> Inverted {
-        let with = |base: &Base<'_>, reach| {
-            let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
-            Inverted::new(&curve, base, self.zero_read, reach)
-        };
-        match (&self.exact, fit.power) {
-            (Some(exact), _) => {
-                let whisker = |a: f64, u: f64| exact.expected(a, u);
-                with(&Base::Known(&whisker, fit.offset), reach(exact))
-            }
-            (None, Some(power)) => with(&Base::Power(power), [0.0, f64::INFINITY]),
+        let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
+        let whisker = match (&self.exact, fit.power) {
+            (_, Some(power)) => Whisker::Power(power),
+            (Some(exact), None) => Whisker::Known(Box::new(exact.clone()), fit.offset),
             (None, None) => unreachable!("a fit has a base"),
-        }
+        };
+        Inverted::new(curve, whisker, self.zero_read)
     }
 }
 
 /// A learned curve, read backwards.
 pub struct Inverted {
+    curve: Curve,
+    whisker: Whisker,
     /// For readings in the state of the calibration, and for such above their own zero: of each of another run, and of the same.
     inverse: [[Inverse; 2]; 2],
     zero_read: bool,
-    zero: f64,
-    /// Variance of one reading of the zero.
-    floor: f64,
 }
 
 impl Inverted {
-    fn new(curve: &Curve, base: &Base<'_>, zero_read: bool, reach: [f64; 2]) -> Self {
-        let of = |tared| [false, true].map(|same_run| Inverse::new(curve, base, State { tared, same_run }, reach));
-        let floor = curve.spread.floor * curve.unit * curve.unit;
-        Self { inverse: [false, true].map(of), zero_read, zero: curve.zero, floor }
+    fn new(curve: Curve, whisker: Whisker, zero_read: bool) -> Self {
+        let reach = whisker.reach();
+        let of = |base: &Base<'_>| {
+            [false, true].map(|tared| {
+                [false, true].map(|same_run| Inverse::new(&curve, base, State { tared, same_run }, reach))
+            })
+        };
+        Self { inverse: whisker.base(of), curve, whisker, zero_read }
     }
 }
 
@@ -281,8 +305,9 @@ impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
         let tared = self.zero_read || share > 0.0;
         let inverse = &self.inverse[usize::from(tared)][usize::from(same_run)];
-        let y = if tared { reading } else { reading - self.zero };
-        let found = inverse.at(drive).find(y, 0.0, share * self.floor).map_err(|why| match why {
+        let y = if tared { reading } else { reading - self.curve.zero };
+        let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
+        let found = inverse.at(drive).find(y, 0.0, of_zero).map_err(|why| match why {
             Nothing::Weak => Status::OUTSIDE_CALIBRATION,
             Nothing::Strong => Status::NO_ROOT,
         })?;
@@ -290,11 +315,12 @@ impl Answers for Inverted {
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
-        let tared = self.zero_read;
-        let inverse = &self.inverse[usize::from(tared)][0];
-        let [near, far] = inverse.reach();
-        let zero = if tared { 0.0 } else { self.zero };
-        if (near..=far).contains(&a) { inverse.at(drive).at(a.ln())[0] + zero } else { f64::NAN }
+        let [near, far] = self.inverse[0][0].reach();
+        if !(near..=far).contains(&a) {
+            return f64::NAN;
+        }
+        let zero = if self.zero_read { 0.0 } else { self.curve.zero };
+        self.whisker.base(|base| self.curve.expected(base, a, drive, self.zero_read)).signal + zero
     }
 
     fn shape(&self) -> Shape<'_> {
@@ -304,7 +330,9 @@ impl Answers for Inverted {
 
 impl Forward for Inverted {
     fn knots(&self, _: f64) -> Vec<f64> {
-        self.inverse[0][0].reach().to_vec()
+        let [near, far] = self.inverse[0][0].reach();
+        let inside = self.whisker.knots().into_iter().filter(|k| *k > near && *k < far);
+        [near].into_iter().chain(inside).chain([far]).collect()
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
@@ -312,6 +340,10 @@ impl Forward for Inverted {
     }
 
     fn variance(&self, a: f64, drive: f64) -> f64 {
-        self.inverse[usize::from(self.zero_read)][0].at(drive).at(a.ln())[2]
+        let e = self.whisker.base(|base| self.curve.expected(base, a, drive, self.zero_read));
+        let of_zero = if self.zero_read { 0.0 } else { self.curve.spread.zero };
+        // Beside the noise that all readings are said to have.
+        let (s, unit2) = (&self.curve.spread, self.curve.unit.powi(2));
+        e.of_curve + e.of_position + e.of_run + e.of_noise + unit2 * (of_zero - s.floor - s.relative)
     }
 }

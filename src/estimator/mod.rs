@@ -16,7 +16,6 @@ pub mod reason;
 pub mod registry;
 pub mod shape;
 pub mod singular;
-pub mod table;
 pub mod taps;
 
 use std::fmt;
@@ -37,14 +36,10 @@ const BETWEEN: usize = 5;
 
 /// The paper's own: its K̄ and its errors stand in the tables of every calibration.
 pub const PAPER: &dyn Estimator = &paper::PAPER;
-/// The same with shear.
-pub const TIMOSHENKO: &dyn Estimator = &paper::TIMOSHENKO;
 /// The configured model, whose fit every calibration reports.
 pub const EXACT: &dyn Estimator = &exact::EXACT;
 /// A smooth curve through the data.
 pub const CURVE: &dyn Estimator = &curve::CURVE;
-/// The data themselves.
-pub const TABLE: &dyn Estimator = &table::TABLE;
 /// One statistical model: the default.
 pub const LEARNED: &dyn Estimator = &learned::LEARNED;
 
@@ -124,9 +119,6 @@ pub trait Estimator: Send + Sync {
     /// What it is, in a few words.
     fn help(&self) -> &'static str;
 
-    /// Of estimators that the data cannot tell apart that with the smallest is taken.
-    fn preference(&self) -> u8;
-
     /// Whether it means anything only where the drive of each tap is known.
     fn needs_drive(&self) -> bool {
         false
@@ -136,11 +128,6 @@ pub trait Estimator: Send + Sync {
     fn needs_whisker(&self, several_drives: bool) -> bool {
         let _ = several_drives;
         false
-    }
-
-    /// Share of its error on distances left out that is still there where none is.
-    fn share_of_bias(&self) -> f64 {
-        1.0
     }
 
     /// Whether it is extrapolated where the first or the last distance is left out: errors there say nothing of the others.

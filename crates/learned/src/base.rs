@@ -1,5 +1,7 @@
 //! The curve that the model corrects: the whisker's own, or a power of distance and drive.
 
+use nalgebra::{Matrix3, Matrix5, Vector3, Vector5};
+
 /// Signal of a tap without any correction, before the gain.
 #[derive(Clone, Copy)]
 pub enum Base<'a> {
@@ -68,81 +70,98 @@ pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
     let mut drives: Vec<f64> = taps.iter().map(|t| t[1]).collect();
     drives.sort_by(f64::total_cmp);
     drives.dedup();
-    let free = with_offset(taps, zero, 0.0, None);
-    if drives.len() < 3 {
-        return free;
-    }
-    // The offset by golden sections, of its share in the largest drive.
-    let (least, largest) = (drives[0], drives[drives.len() - 1]);
-    let at = |share: f64| with_offset(taps, zero, (share * largest).max(-0.9 * least), Some(1.0));
-    let tries: Vec<f64> = [-0.5, -0.25, -0.1, -0.03, 0.0, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0].to_vec();
-    let of = |share: f64| at(share).map_or(f64::INFINITY, |f| f.squares);
-    let sums: Vec<f64> = tries.iter().map(|s| of(*s)).collect();
-    let k = (0..tries.len()).min_by(|i, k| sums[*i].total_cmp(&sums[*k])).unwrap_or(0);
-    let (mut lo, mut hi) = (tries[k.saturating_sub(1)], tries[(k + 1).min(tries.len() - 1)]);
-    for _ in 0..16 {
-        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
-        if of(p) < of(q) { hi = q } else { lo = p }
-    }
-    [free, at(0.5 * (lo + hi))].into_iter().flatten().min_by(|f, g| f.squares.total_cmp(&g.squares))
+    let free = zero.is_none();
+    let several = drives.len() > 1;
+    let exponent = from(taps, zero, [true, several, true, free, false]);
+    let offset = (drives.len() > 2).then(|| from(taps, zero, [true, false, true, free, true])).flatten();
+    [exponent, offset].into_iter().flatten().min_by(|f, g| f.squares.total_cmp(&g.squares))
 }
 
-/// By least squares, with Huber's weights so that single wrong rows do not turn it.
-fn with_offset(taps: &[[f64; 3]], zero: Option<f64>, offset: f64, exponent: Option<f64>) -> Option<Fitted> {
-    let several = exponent.is_none() && taps.iter().any(|t| t[1] != taps[0][1]);
-    let mut weights = vec![1.0; taps.len()];
-    let mut best: Option<Fitted> = None;
-    for _ in 0..3 {
-        let at = |p: f64, q: f64| linear(taps, &weights, Power { offset, p, q }, zero);
-        let mut found: Option<Fitted> = None;
-        let better = |f: Option<Fitted>, found: &mut Option<Fitted>| {
-            if let Some(f) = f.filter(|f| found.is_none_or(|g| f.squares < g.squares)) {
-                *found = Some(f);
-            }
-        };
-        let ps: Vec<f64> = if several { (2..=12).map(|k| 0.2 * f64::from(k)).collect() } else { vec![1.0] };
-        for p in &ps {
-            (1..=20).for_each(|k| better(at(*p, 0.4 * f64::from(k)), &mut found));
-        }
-        let (mut dp, mut dq) = (if several { 0.1 } else { 0.0 }, 0.2);
-        for _ in 0..40 {
-            let Some(f) = found else { break };
-            let Power { p, q, .. } = f.power;
-            for (sp, sq) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, -1.0)] {
-                let (p, q) = ((p + sp * dp).clamp(0.05, 5.0), (q + sq * dq).clamp(0.02, 12.0));
-                better(at(p, q), &mut found);
-            }
-            if found == Some(f) {
-                (dp, dq) = (0.5 * dp, 0.5 * dq);
-            }
-        }
-        let found = found?;
-        let residual = |t: &[f64; 3]| t[2] - found.zero - found.factor * found.power.value(t[0], t[1]);
-        let mut sizes: Vec<f64> = taps.iter().map(|t| residual(t).abs()).collect();
+/// ln factor, exponents of drive and of 1/a, constant, offset of the drive.
+type Parameters = [f64; 5];
+
+/// The best that some starts lead to, where the parameters are fitted that `free` says.
+fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 5]) -> Option<Fitted> {
+    let ys = || taps.iter().map(|t| t[2]);
+    let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+    let zeros = zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
+    let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };
+    let largest = taps.iter().map(|t| t[1]).fold(0.0, f64::max);
+    let starts = zeros.iter().flat_map(|z| offsets.iter().map(move |o| (*z, o * largest)));
+    let fits = starts.filter_map(|(z, offset)| descend(taps, straight(taps, z, offset, free[1])?, free));
+    fits.min_by(|f, g| f.squares.total_cmp(&g.squares))
+}
+
+/// A straight line through the logarithms of the taps above the constant.
+fn straight(taps: &[[f64; 3]], zero: f64, offset: f64, exponent: bool) -> Option<Parameters> {
+    let (mut n, mut b) = (Matrix3::zeros(), Vector3::zeros());
+    for t in taps.iter().filter(|t| t[2] > zero) {
+        let (l, w) = ((t[2] - zero).ln(), (t[2] - zero).powi(2));
+        let v = (t[1] + offset).ln();
+        let row = Vector3::new(1.0, if exponent { v } else { 0.0 }, -t[0].ln());
+        b += w * row * (if exponent { l } else { l - v });
+        n += w * row * row.transpose();
+    }
+    if !exponent {
+        n[(1, 1)] = 1.0;
+    }
+    let x = n.try_inverse()? * b;
+    let p = if exponent { x[1].clamp(0.05, 5.0) } else { 1.0 };
+    x.iter().all(|x| x.is_finite()).then_some([x[0], p, x[2].clamp(0.02, 12.0), zero, offset])
+}
+
+/// Least squares from `start` (Levenberg, Marquardt), with Huber's weights so that single wrong rows do not turn it; `None` where the exponents
+/// are no whisker's.
+fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitted> {
+    let least = taps.iter().map(|t| t[1]).fold(f64::INFINITY, f64::min);
+    let value = |x: &Parameters, t: &[f64; 3]| (x[0] + x[1] * (t[1] + x[4]).ln() - x[2] * t[0].ln()).exp();
+    let residuals = |x: &Parameters| taps.iter().map(|t| t[2] - x[3] - value(x, t)).collect::<Vec<f64>>();
+    let huber = |r: &[f64]| {
+        let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let limit = 2.5 * 1.4826 * sizes[sizes.len() / 2];
-        weights = taps.iter().map(|t| (limit / residual(t).abs()).min(1.0)).collect();
-        weights.iter_mut().filter(|w| !w.is_finite()).for_each(|w| *w = 1.0);
-        best = Some(found);
-    }
-    best
-}
-
-/// Factor and constant of a power law by weighted least squares; `None` where the factor is not positive.
-fn linear(taps: &[[f64; 3]], weights: &[f64], power: Power, zero: Option<f64>) -> Option<Fitted> {
-    let b: Vec<f64> = taps.iter().map(|t| power.value(t[0], t[1])).collect();
-    let sum = |f: &dyn Fn(usize) -> f64| (0..taps.len()).map(|i| weights[i] * f(i)).sum::<f64>();
-    let (n, sb, sy) = (sum(&|_| 1.0), sum(&|i| b[i]), sum(&|i| taps[i][2]));
-    let (factor, zero) = match zero {
-        Some(zero) => (sum(&|i| b[i] * (taps[i][2] - zero)) / sum(&|i| b[i] * b[i]), zero),
-        None => {
-            let (mb, my) = (sb / n, sy / n);
-            let factor = sum(&|i| (b[i] - mb) * (taps[i][2] - my)) / sum(&|i| (b[i] - mb).powi(2));
-            (factor, my - factor * mb)
-        }
+        r.iter().map(|r| if r.abs() > limit { limit / r.abs() } else { 1.0 }).collect::<Vec<f64>>()
     };
-    let squares = sum(&|i| (taps[i][2] - zero - factor * b[i]).powi(2));
-    (factor > 0.0 && squares.is_finite()).then_some(Fitted { power, factor, zero, squares })
+    let sum = |r: &[f64], w: &[f64]| r.iter().zip(w).map(|(r, w)| w * r * r).sum::<f64>();
+    let (mut x, mut damping) = (start, 1e-3);
+    let mut r = residuals(&x);
+    for _ in 0..60 {
+        let weights = huber(&r);
+        let before = sum(&r, &weights);
+        let (mut n, mut b) = (Matrix5::zeros(), Vector5::zeros());
+        for ((t, r), w) in taps.iter().zip(&r).zip(&weights) {
+            let m = value(&x, t);
+            let slopes = [m, m * (t[1] + x[4]).ln(), -m * t[0].ln(), 1.0, m * x[1] / (t[1] + x[4])];
+            let row = Vector5::from_fn(|i, _| if free[i] { slopes[i] } else { 0.0 });
+            n += *w * row * row.transpose();
+            b += *w * *r * row;
+        }
+        let scale = n.diagonal().map(|d| if d > 0.0 { d } else { 1.0 });
+        let damped = n + Matrix5::from_diagonal(&(scale * damping));
+        let Some(step) = damped.cholesky().map(|c| c.solve(&b)) else { break };
+        let mut next = x;
+        (0..5).filter(|i| free[*i]).for_each(|i| next[i] += step[i]);
+        next[1] = next[1].clamp(0.05, 5.0);
+        next[2] = next[2].clamp(0.02, 12.0);
+        next[4] = next[4].clamp(-0.9 * least, 50.0 * least.max(x[4].abs()));
+        let there = residuals(&next);
+        let after = sum(&there, &weights);
+        if after.is_finite() && after <= before {
+            let done = before - after <= 1e-12 * before;
+            (x, r, damping) = (next, there, 0.3 * damping);
+            if done {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e8 {
+                break;
+            }
+        }
+    }
+    let squares = sum(&r, &huber(&r));
+    let power = Power { offset: x[4], p: x[1], q: x[2] };
+    (squares.is_finite() && x[0].is_finite()).then_some(Fitted { power, factor: x[0].exp(), zero: x[3], squares })
 }
 
 #[cfg(test)]
@@ -155,10 +174,10 @@ mod tests {
         let mut taps: Vec<_> = (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
         taps[7][2] *= 1.5;
         let found = power(&taps, None).unwrap();
-        assert!((found.power.p - 1.1).abs() < 0.02 && (found.power.q - 1.3).abs() < 0.05, "{found:?}");
+        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
         assert!((found.zero - 3.0).abs() < 0.2, "{found:?}");
         let tared: Vec<_> = taps.iter().map(|t| [t[0], t[1], t[2] - 3.0]).collect();
         let found = power(&tared, Some(0.0)).unwrap();
-        assert!((found.power.p - 1.1).abs() < 0.02 && (found.power.q - 1.3).abs() < 0.05, "{found:?}");
+        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
     }
 }

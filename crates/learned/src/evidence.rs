@@ -108,16 +108,16 @@ impl Problem {
     }
 
     /// ln of the share of each wave in the variance, and its derivative over ln length: in ln a, and in ln u. The spectrum is that of a Matérn
-    /// process of order 5/2.
+    /// process of order 9/2: a whisker's curve is smooth, and noise is not to be taken for it.
     fn spectra(&self, at: &[f64]) -> [(Vec<f64>, Vec<f64>); 2] {
         let spectrum = |hyper: Hyper, n: usize| {
             let Some(k) = self.place(hyper) else { return (vec![0.0; n], vec![0.0; n]) };
             // Lengths are in ranges, frequencies in half ranges.
             let length = 2.0 * at[k].exp();
             let x: Vec<f64> = (0..n).map(|k| (frequency(k) * length).powi(2)).collect();
-            let density: Vec<f64> = x.iter().map(|x| (5.0 + x).powi(-3)).collect();
+            let density: Vec<f64> = x.iter().map(|x| (9.0 + x).powi(-5)).collect();
             let sum: f64 = density.iter().sum();
-            let rise = |x: &f64| -6.0 * x / (5.0 + x);
+            let rise = |x: &f64| -10.0 * x / (9.0 + x);
             let mean = density.iter().zip(&x).map(|(d, x)| d / sum * rise(x)).sum::<f64>();
             (density.iter().map(|d| (d / sum).ln()).collect(), x.iter().map(|x| rise(x) - mean).collect())
         };

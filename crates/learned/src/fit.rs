@@ -14,8 +14,10 @@ use crate::rows::{Cell, Row, cells};
 const HEARD: f64 = 6.0;
 /// Of more cells a part is looked at first.
 const MANY: usize = 500;
-/// Points over which the learned numbers are averaged.
-const POINTS: usize = 48;
+/// Points over which the learned numbers are averaged: of few cells, of more, of many.
+const POINTS: [usize; 3] = [120, 60, 20];
+/// Of so many cells the learned numbers are uncertain, and points cost little.
+const FEW: usize = 60;
 
 /// The |signal| of a whisker at a (mm) by a drive.
 pub type Whisker<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
@@ -311,7 +313,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     }
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = (0..terms.len()).collect();
-    let mixed = mean(&problem, &found, &kept, if average { POINTS } else { 0 });
+    let mixed = mean(&problem, &found, &kept, if average { points(merged.len()) } else { 0 });
     let peak = found.swap_remove(0);
     let leverage = peak.solved.leverage(|i| merged[i].n);
     let deleted = (0..merged.len())
@@ -335,6 +337,14 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let prior: f64 = problem.priors.iter().map(|p| p[1].ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln() - 0.5 * log_det
         - places.len() as f64 * unit.ln();
+    // A reading comes at any time of a drift.
+    let mut spread = mixed.spread;
+    if task.drift {
+        let taps = || (0..merged.len()).filter(|i| merged[*i].row.touches()).map(&zero_of);
+        let n = taps().count() as f64;
+        let mean = taps().sum::<f64>() / n;
+        spread.zero += taps().map(|z| (z - mean).powi(2)).sum::<f64>() / n;
+    }
     let curve = Curve {
         unit,
         base_unit,
@@ -343,7 +353,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         terms,
         mean: mixed.mean,
         deviations: Curve::deviations(mixed.covariance),
-        spread: mixed.spread,
+        spread,
     };
     let freedom = places.len() as f64 - used;
     let hypers = problem.model.hypers.clone();
@@ -388,6 +398,11 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     all
 }
 
+/// Points for so many cells.
+fn points(cells: usize) -> usize {
+    POINTS[usize::from(cells > FEW) + usize::from(cells > MANY)]
+}
+
 /// Means over the learned numbers.
 struct Mixed {
     mean: Vec<f64>,
@@ -397,7 +412,8 @@ struct Mixed {
 
 /// The mean over points about the peaks, weighted by what likelihood and prior make of them.
 fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mixed {
-    const WIDER: f64 = 1.2;
+    // Half of the points as far as the curvature says, half farther: few data leave long tails.
+    const WIDER: [f64; 2] = [1.0, 1.5];
     let (d, first) = (problem.dim(), &peaks[0]);
     let mut all: Vec<(f64, Vec<f64>, Option<Solved>)> = Vec::new();
     let heard: Vec<&Peak> = peaks.iter().filter(|p| p.solved.value < first.solved.value + HEARD).collect();
@@ -405,8 +421,9 @@ fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mix
         let factor = peak.hessian.clone().cholesky().expect("it was made positive").l();
         let width: f64 = factor.diagonal().iter().map(|x| x.ln()).sum();
         for k in 0..points / heard.len() {
-            let z = DVector::from_vec(deviates(k, d)) * WIDER;
-            let proposal = -0.5 * z.norm_squared() / (WIDER * WIDER) + width;
+            let z = DVector::from_vec(deviates(k, d)) * WIDER[k % 2];
+            let density = |s: &f64| (-0.5 * z.norm_squared() / (s * s)).exp() * s.powi(-(d as i32));
+            let proposal = (WIDER.iter().map(density).sum::<f64>()).max(1e-300).ln() + width;
             let Some(step) = factor.transpose().solve_upper_triangular(&z) else { continue };
             let at: Vec<f64> = peak.at.iter().zip(step.iter()).map(|(x, s)| (x + s).clamp(-30.0, 12.0)).collect();
             if let Some(solved) = problem.solve(&at) {
@@ -418,10 +435,7 @@ fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mix
         all.push((0.0, first.at.clone(), None));
     }
     let top = all.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
-    let mut weights: Vec<f64> = all.iter().map(|p| (p.0 - top).exp()).collect();
-    // A point that is alone with its weight says more of the points than of the data (Ionides 2008).
-    let limit = weights.iter().sum::<f64>() / (weights.len() as f64).sqrt();
-    weights.iter_mut().for_each(|w| *w = w.min(limit));
+    let weights: Vec<f64> = all.iter().map(|p| (p.0 - top).exp()).collect();
     let sum: f64 = weights.iter().sum();
     let n = kept.len();
     let (mut mean, mut square, mut spread) = (DVector::zeros(n), DMatrix::zeros(n, n), Spread::default());

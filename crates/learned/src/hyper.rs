@@ -37,15 +37,18 @@ impl Hyper {
     /// Median and spread in ln of the prior, of a base that is `known` or not.
     pub fn prior(self, known: bool) -> [f64; 2] {
         let (median, spread) = match self {
-            // A strain gauge on a rig: 1e-3 of a tap; 1e-6 with an averaging bridge, a few 1e-2 with a magnetometer.
-            Self::Floor | Self::Relative => (1e-3, 2.0),
+            // A strain gauge on a rig: a few 1e-3 of a tap; 1e-5 with an averaging bridge, a few 1e-2 with a magnetometer.
+            Self::Floor => (2e-3, 2.0),
+            Self::Relative => (3e-3, 2.0),
             // A spec is right to some per cent; a power law is wrong by as much as it bends over the range.
             Self::Bend | Self::Deviation if known => (0.02, 1.5),
-            Self::Bend | Self::Deviation => (0.1, 1.5),
+            Self::Bend => (0.1, 1.5),
+            // What no quadratic takes up is less.
+            Self::Deviation => (0.07, 1.5),
             // A whisker's curve has no feature shorter than the range of the data, unless these say so.
-            Self::LengthA | Self::LengthU => (2.0, 0.8),
-            // 0.1 mm at 30 mm of a signal that falls as 1/a is 3e-3.
-            Self::Position => (3e-3, 1.5),
+            Self::LengthA | Self::LengthU => (2.5, 0.7),
+            // A stage finds 30 mm again to 0.05 mm; a hand, and a wrong label, to some mm.
+            Self::Position => (1.5e-3, 2.0),
             Self::Visit | Self::RunGain | Self::RunZero => (3e-3, 1.5),
             Self::Zero => (3e-2, 3.0),
             Self::Drift => (3e-3, 1.5),

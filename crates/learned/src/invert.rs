@@ -4,13 +4,15 @@ use crate::base::Base;
 use crate::curve::Curve;
 
 /// Points in ln a.
-const POINTS: usize = 129;
+const POINTS: usize = 161;
 /// Points in ln u, where there are several drives.
 const DRIVES: usize = 14;
 /// How far beyond the calibrated distances an answer is looked for, in ranges of ln a on either side.
 const BEYOND: f64 = 0.35;
-/// Standard deviation of the prior beyond them, in ranges.
-const FADES: f64 = 0.15;
+/// Standard deviation of the prior beyond them, in ranges; of a whisker that is known in ln a, where that is more.
+const FADES: [f64; 2] = [0.15, 0.3];
+/// Of a whisker that is known, how far beyond, in ln a.
+const KNOWN: f64 = 1.2;
 /// A signal that is no more than so many standard deviations off has an answer.
 const FAR: f64 = 5.0;
 /// Points of a posterior.
@@ -54,8 +56,8 @@ pub enum Nothing {
 pub struct Inverse {
     /// First ln a and its step.
     grid: [f64; 2],
-    /// Ends of the calibrated ln a.
-    ends: [f64; 2],
+    /// Ends of the calibrated ln a, and how the prior fades beyond.
+    ends: [f64; 3],
     /// What is added to the drive u.
     offset: f64,
     /// ln u of the nodes.
@@ -69,8 +71,12 @@ impl Inverse {
     pub fn new(curve: &Curve, base: &Base<'_>, state: State, reach: [f64; 2]) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
-        let from = (ends[0] - BEYOND * 2.0 * half).max(reach[0].max(1e-9).ln());
-        let to = (ends[1] + BEYOND * 2.0 * half).min(reach[1].ln()).max(ends[1]);
+        let known = matches!(base, Base::Known(..));
+        let beyond = (BEYOND * 2.0 * half).max(if known { KNOWN } else { 0.0 });
+        let from = (ends[0] - beyond).max(reach[0].max(1e-9).ln()).min(ends[0]);
+        let to = (ends[1] + beyond).min(reach[1].ln()).max(ends[1]);
+        let fades = (FADES[0] * 2.0 * half).max(if known { FADES[1] } else { 0.0 });
+        let ends = [ends[0], ends[1], fades];
         let step = (to - from) / (POINTS - 1) as f64;
         let [u, width] = curve.scales.u;
         let nodes: Vec<f64> = match width > 0.0 {
@@ -135,7 +141,7 @@ impl Inverse {
 #[derive(Debug, Clone)]
 pub struct Slice {
     grid: [f64; 2],
-    ends: [f64; 2],
+    ends: [f64; 3],
     points: Vec<[f64; 3]>,
     peak: usize,
 }
@@ -196,8 +202,7 @@ impl Slice {
     /// Density of the prior at ln a = x, but for a factor.
     fn prior(&self, x: f64) -> f64 {
         let off = (self.ends[0] - x).max(x - self.ends[1]).max(0.0);
-        let sd = FADES * (self.ends[1] - self.ends[0]);
-        (-0.5 * (off / sd).powi(2)).exp() * x.exp()
+        (-0.5 * (off / self.ends[2]).powi(2)).exp() * x.exp()
     }
 
     /// The distance of a signal `y`, whose own zero brings `share` of the variance of one reading, and `more` beside.

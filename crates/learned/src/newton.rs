@@ -113,16 +113,12 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
         }
         let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
         let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
-        if gain.is_none_or(|g| g < 1e-11 * (1.0 + solved.value.abs()) && gradient.amax() < 1e-5) {
+        if gain.is_none_or(|g| g < 1e-11 * (1.0 + solved.value.abs()) && gradient.amax() < 1e-6) {
             break;
         }
     }
-    let hessian = match curvature {
-        Some(h) => h,
-        None => {
-            let gradient = DVector::from_vec(problem.gradient(&at, &solved));
-            positive(&hessian(problem, &at, &gradient)?, &problem.priors)
-        }
-    };
+    // At the peak itself: what it is must not depend on the way there.
+    let gradient = DVector::from_vec(problem.gradient(&at, &solved));
+    let hessian = positive(&hessian(problem, &at, &gradient)?, &problem.priors);
     Some(Peak { at, solved, hessian })
 }

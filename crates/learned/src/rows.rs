@@ -42,13 +42,15 @@ const MOST: usize = 2500;
 
 /// Cells of the rows at `places`; rows of different times are apart where `timed`.
 pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
-    let mut found: HashMap<[u64; 4], usize> = HashMap::new();
+    let mut found: HashMap<[i64; 4], usize> = HashMap::new();
+    // Equal but for rounding.
+    let label = |x: f64| (x.abs().ln() * 1e9).round() as i64 * x.signum() as i64;
     let mut all: Vec<Cell> = Vec::new();
     for &place in places {
         let row = rows[place];
-        let t = if timed { row.t.to_bits() } else { 0 };
-        let a = if row.touches() { row.a.to_bits() } else { 0 };
-        let k = *found.entry([a, row.u.to_bits(), row.run as u64, t]).or_insert(all.len());
+        let t = if timed { row.t.to_bits() as i64 } else { 0 };
+        let [a, u] = if row.touches() { [row.a, row.u].map(label) } else { [i64::MIN; 2] };
+        let k = *found.entry([a, u, row.run as i64, t]).or_insert(all.len());
         if k == all.len() {
             all.push(Cell { row: Row { y: 0.0, t: 0.0, ..row }, n: 0.0, squares: 0.0, rows: Vec::new() });
         }

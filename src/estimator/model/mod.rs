@@ -8,7 +8,6 @@ pub mod paper;
 pub mod parameter;
 pub mod polynomial;
 pub mod surface;
-pub mod table;
 
 /// What an estimator makes of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
