@@ -24,7 +24,7 @@ const DRIFTS: f64 = 5.0;
 /// Zero readings apart from each other from which their drift is looked for.
 const APART: usize = 3;
 /// Most rows of which a drift without zero readings is looked for.
-const FEW: usize = 400;
+const FEW: usize = 600;
 
 /// What is learned from.
 pub struct Ask<'a> {

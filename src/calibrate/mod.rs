@@ -26,7 +26,7 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
-use crate::estimator::{ALL, Estimator, LEARNED};
+use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Tap, ZeroReading};
@@ -138,7 +138,6 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let winner = LEARNED;
     let range = |s: &SideResult| s.record.distances_mm[1] - s.record.distances_mm[0];
     let knows = |s: &SideResult| {
         let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
@@ -160,6 +159,9 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             ));
         }
     }
+    // Distance and tilt of two gauges are told by the model that has both.
+    let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
+    let winner = if both { EXACT } else { LEARNED };
     let used = results.iter().map(|s| s.used).sum();
     if !data.unit.is_absolute() {
         // Noise of a reading is none of a strain; the calibration itself says it.

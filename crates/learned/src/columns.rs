@@ -180,7 +180,7 @@ impl Columns {
         let runs = cells.iter().map(|c| c.row.run).max().unwrap_or(0) + 1;
         let several = scales.u[1] > 0.0;
         let mut hypers = vec![Hyper::Floor, Hyper::Relative, Hyper::Bend, Hyper::Deviation, Hyper::LengthA];
-        hypers.extend(several.then_some(Hyper::LengthU));
+        hypers.extend(if several { vec![Hyper::LengthU, Hyper::Twist] } else { Vec::new() });
         let place = |cell: &Cell| scales.place(cell.row.a, cell.row.u)[0];
         let positions: Vec<f64> = taps.iter().map(|k| place(&cells[*k])).collect();
         let near = |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
@@ -220,7 +220,7 @@ impl Columns {
                 Term::Curve(1, 0) | Term::Curve(0, 1) if !effects.known => (FLAT, Vec::new()),
                 Term::Curve(j, k) => {
                     let beyond = i32::from(j + k) - if effects.known { 1 } else { 2 };
-                    (LESS.powi(beyond), vec![at(Hyper::Bend)])
+                    (LESS.powi(beyond), vec![at(if k == 0 { Hyper::Bend } else { Hyper::Twist })])
                 }
                 Term::Wave(..) => (1.0, vec![at(Hyper::Deviation)]),
                 Term::OffsetA => (OFFSETS[0], Vec::new()),

@@ -313,7 +313,9 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     }
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = (0..terms.len()).collect();
-    let mixed = mean(&problem, &found, &kept, if average { points(merged.len()) } else { 0 });
+    // One fold of many need not be averaged as finely.
+    let fold = if matches!(from, From::Held(_)) { 3 } else { 1 };
+    let mixed = mean(&problem, &found, &kept, if average { points(merged.len()) / fold } else { 0 });
     let peak = found.swap_remove(0);
     let leverage = peak.solved.leverage(|i| merged[i].n);
     let deleted = (0..merged.len())

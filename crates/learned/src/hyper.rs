@@ -11,8 +11,10 @@ pub enum Hyper {
     Floor,
     /// Noise that goes with the signal.
     Relative,
-    /// Sizes of a quadratic in ln a and ln u.
+    /// Sizes of a quadratic in ln a.
     Bend,
+    /// Sizes of what in a quadratic goes with ln u.
+    Twist,
     /// Size of what the curve deviates beyond that.
     Deviation,
     /// Length of it in ln a, in ranges of the data.
@@ -41,8 +43,10 @@ impl Hyper {
             Self::Floor => (2e-3, 2.0),
             Self::Relative => (3e-3, 2.0),
             // A spec is right to some per cent; a power law is wrong by as much as it bends over the range.
-            Self::Bend | Self::Deviation if known => (0.02, 1.5),
+            Self::Bend | Self::Twist | Self::Deviation if known => (0.02, 1.5),
             Self::Bend => (0.1, 1.5),
+            // A signal goes with the drive more nearly than with the distance.
+            Self::Twist => (0.03, 1.5),
             // What no quadratic takes up is less.
             Self::Deviation => (0.07, 1.5),
             // A whisker's curve has no feature shorter than the range of the data, unless these say so.

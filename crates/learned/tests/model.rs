@@ -96,7 +96,7 @@ fn sigma_holds_with_repeats_and_without() {
     for (what, rig) in [("repeats", rig(3, &[1.0, 2.0, 4.0])), ("none", rig(1, &[1.0, 2.0, 4.0])), ("one drive", rig(1, &[4.0]))] {
         let [within, beyond, rms] = judged(&rig, 40);
         println!("{what}: {within} {beyond} {rms}");
-        assert!((0.58..0.85).contains(&within) && beyond <= 0.02 && rms < 0.2, "{what}: {within} {beyond} {rms}");
+        assert!((0.58..0.85).contains(&within) && beyond <= 0.03 && rms < 0.2, "{what}: {within} {beyond} {rms}");
     }
 }
 
