@@ -196,7 +196,7 @@ def program(exe, s, train, test):
 
 def tared(s):
     y = s.y.copy()
-    rest = s.u == 0
+    rest = s.u <= 0
     if rest.any():
         i = np.arange(len(y))
         y = y - np.interp(i, i[rest], y[rest])
@@ -278,7 +278,7 @@ def main():
     print("|" + "---|" * (len(others) + 9))
     ratios, scaled, per_set = [], [], []
     for s in sets:
-        rest, y = s.u == 0, tared(s)
+        rest, y = s.u <= 0, tared(s)
         folds = {"positions": grouped(s.truth)}
         if s.run is not None:
             folds["runs"] = np.unique(s.run, return_inverse=True)[1]

@@ -21,6 +21,7 @@ mod remarks;
 pub mod report;
 pub mod second;
 pub mod side;
+mod told;
 
 pub use crate::estimator::reason::Reason;
 pub use side::SideResult;

@@ -268,15 +268,23 @@ impl Learnt {
         Some(self.inverted(&fit))
     }
 
-    /// What answers readings as `fit` says, of the same whisker.
-    fn inverted(&self, fit: &LearntFit) -> Inverted {
-        let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
-        let whisker = match (&self.exact, fit.power) {
+    /// What is expected of a tap at a (mm) by the drive u, above its zero.
+    pub fn expected(&self, a: f64, u: f64) -> vibrissa_learned::curve::Expected {
+        self.whisker(&self.fit).base(|base| self.fit.curve.expected(base, a, u, true))
+    }
+
+    fn whisker(&self, fit: &LearntFit) -> Whisker {
+        match (&self.exact, fit.power) {
             (_, Some(power)) => Whisker::Power(power),
             (Some(exact), None) => Whisker::Known(Box::new(exact.clone()), fit.offset),
             (None, None) => unreachable!("a fit has a base"),
-        };
-        Inverted::new(curve, whisker, self.zero_read)
+        }
+    }
+
+    /// What answers readings as `fit` says, of the same whisker.
+    fn inverted(&self, fit: &LearntFit) -> Inverted {
+        let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
+        Inverted::new(curve, self.whisker(fit), self.zero_read)
     }
 }
 

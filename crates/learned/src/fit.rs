@@ -76,6 +76,15 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Hands the base of the curve to `then`.
+    pub fn base<T>(&self, task: &Task<'_>, then: impl FnOnce(&Base<'_>) -> T) -> T {
+        match (self.power, task.known) {
+            (Some(power), _) => then(&Base::Power(power)),
+            (None, Some(curve)) => then(&Base::Known(curve, self.offset)),
+            (None, None) => unreachable!("a fit has a base"),
+        }
+    }
+
     /// A fit of nothing, for what is not fitted yet.
     pub fn empty() -> Self {
         let scales = Scales { a: [0.0, 1.0], u: [0.0; 2], sizes: [1.0; 2], offset: 0.0 };

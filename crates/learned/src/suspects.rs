@@ -1,11 +1,15 @@
 //! Rows that the model of all others does not expect: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
 
+use std::collections::BTreeMap;
+
 use crate::fit::{Fault, Fit, From, Task, fit};
 
 /// A sound set of rows loses one by chance in so many.
 const CHANCE: f64 = 0.01;
 /// A row that is nearer to what is expected than this share of its signal is used: noise has longer tails than the normal one.
 const LEAST: f64 = 0.05;
+/// Positions from which one can be told from the others.
+const ENOUGH: usize = 7;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
 
@@ -35,6 +39,10 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         found.push(suspect);
         (last, kept) = (next, left);
     }
+    if let Some(rows) = position(task, &last, &kept) {
+        found.extend(rows.iter().map(|s| s.0));
+        kept.retain(|k| !rows.iter().any(|s| s.0.place == *k));
+    }
     // The likely numbers of a model with wrong rows may be another peak than that of the model without.
     if !found.is_empty() {
         last = fit(task, &kept, From::Nowhere, average)?;
@@ -58,6 +66,42 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
     }
     let freedom = (fit.freedom - 1.0).max(1.0);
     most.filter(|(_, t)| n as f64 * 2.0 * tail(normal(*t, freedom)) < CHANCE)
+}
+
+/// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
+/// left in: then the position is one that was meant.
+fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
+    let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
+    let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+    kept.iter().filter(|k| task.rows[**k].touches()).for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    if last.curve.spread.position.sqrt() < LEAST || positions.len() < ENOUGH {
+        return None;
+    }
+    let off = |fit: &Fit, rows: &[usize]| {
+        let n = rows.len() as f64;
+        let of = |k: &usize| {
+            let row = &task.rows[*k];
+            let e = fit.base(task, |base| fit.curve.expected(base, row.a, row.u, false));
+            let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
+            (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
+        };
+        let all: Vec<(f64, f64)> = rows.iter().map(of).collect();
+        [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
+    };
+    let few = |rows: &&Vec<usize>| rows.len() <= 3 && (rows.len() as f64) < LEAST * kept.len() as f64;
+    let worst = positions.values().max_by(|p, q| off(last, p)[0].abs().total_cmp(&off(last, q)[0].abs()));
+    let rows = worst.filter(few)?;
+    let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
+    let next = fit(task, &left, From::Nowhere, true).ok()?;
+    let [share, sd] = off(&next, rows);
+    let freedom = (positions.len() as f64 - 5.0).max(1.0);
+    let rare = positions.len() as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
+    let suspect = |k: &usize| {
+        let row = &task.rows[*k];
+        let expected = next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal;
+        (Suspect { place: *k, off: share * expected, expected }, share)
+    };
+    (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
 }
 
 /// The normal deviate that is as rare as `t` of Student's distribution (Wallace 1959).
