@@ -30,7 +30,8 @@ pub struct Coverage {
 impl Coverage {
     fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
         let n = errors.len() as f64;
-        let share = |f: &dyn Fn(f64) -> bool| errors.iter().filter(|[e, s]| f((e / s).abs())).count() as f64 / n;
+        let share =
+            |f: &dyn Fn(f64) -> bool| errors.iter().filter(|[e, s]| f((e / s).abs())).count() as f64 / n;
         let rms_mm = (errors.iter().map(|e| e[0] * e[0]).sum::<f64>() / n).sqrt();
         let (p, z2) = (share(&|r| r <= 1.0), 1.96f64 * 1.96);
         let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);

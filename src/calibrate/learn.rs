@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use vibrissa_learned::base::Base;
-use vibrissa_learned::fit::{Fault, Fit, From, fit};
+use vibrissa_learned::fit::{Fault, Fit};
 use vibrissa_learned::rows::{Row, quantum};
 use vibrissa_learned::suspects::{Suspect, sound};
 
@@ -89,7 +89,14 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     let step = quantum(&recorded.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&recorded);
     let drift = zero_read && apart >= APART && apart > runs.len();
     let all: Vec<usize> = (0..rows.len()).collect();
-    let exact = ask.exact.clone();
+    // A model that does not reach all taps, or only just, is no base for them.
+    let reaches = |exact: &Exact| {
+        let known = |a: f64, u: f64| exact.expected(a, u) > 0.0 && exact.expected(a, u).is_finite();
+        rows.iter()
+            .filter(|r| r.touches())
+            .all(|r| [0.998, 1.0, 1.002].iter().all(|f| known(r.a * f, r.u) && known(r.a, r.u * f)))
+    };
+    let exact = ask.exact.clone().filter(reaches);
     let mut learnt = Learnt {
         rows,
         taps,
@@ -101,6 +108,7 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
         runs: runs.len(),
         zero_read,
         subtracted: 0.0,
+        zero_known: zero_read,
     };
     let no_curve = |why: Fault| nothing(ask, why);
     let mut reasons = Vec::new();
@@ -111,7 +119,9 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     }
     let places = learnt.places.clone();
     let (mut fitted, mut suspects) = learnt.task(|task| sound(task, &places, true)).map_err(no_curve)?;
-    if !zero_read && learnt.rows.len() <= FEW && repeated(&learnt.rows) {
+    let wanders =
+        !zero_read && learnt.rows.len() <= FEW && (learnt.exact.is_some() || repeated(&learnt.rows));
+    if wanders {
         let moving = Learnt { drift: true, ..learnt.clone() };
         if let Ok((other, of)) = moving.task(|task| sound(task, &places, true))
             && of.len() <= suspects.len()
@@ -125,7 +135,8 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     for s in &suspects {
         match learnt.taps[s.place] {
             Some(tap) => reasons.push((tap, explain(&learnt, &fitted, s))),
-            None => wrong_zeros.push(ask.zeros.iter().filter(|z| z.reason.is_none()).nth(s.place).map_or(0, |z| z.place)),
+            None => wrong_zeros
+                .push(ask.zeros.iter().filter(|z| z.reason.is_none()).nth(s.place).map_or(0, |z| z.place)),
         }
     }
     learnt.fit = Arc::new(fitted);
@@ -145,14 +156,18 @@ fn scale(recorded: &[[f64; 2]]) -> f64 {
 /// Whether a distance and a drive were tapped twice, with others between: only then a drift is no curve.
 fn repeated(rows: &[Row]) -> bool {
     let mut last = std::collections::HashMap::new();
-    let again = |(k, r): (usize, &Row)| last.insert([r.a.to_bits(), r.u.to_bits()], k).is_some_and(|before| k > before + 1);
+    let again = |(k, r): (usize, &Row)| {
+        last.insert([r.a.to_bits(), r.u.to_bits()], k).is_some_and(|before| k > before + 1)
+    };
     rows.iter().enumerate().map(again).filter(|x| *x).count() >= 5
 }
 
 /// Why nothing can be learned.
 fn nothing(ask: &Ask<'_>, why: Fault) -> Error {
     let (message, allowed) = match why {
-        Fault::OnePosition => ("all usable taps are at one distance: a calibration needs two or more", "two distances or more"),
+        Fault::OnePosition => {
+            ("all usable taps are at one distance: a calibration needs two or more", "two distances or more")
+        }
         Fault::NoCurve | Fault::Overflow => (
             "the signal does not grow with the drive and fall with the distance: no curve of a whisker is in these data",
             "taps of which larger drives give larger signals; are the columns swapped?",
@@ -171,27 +186,16 @@ fn end_stop(learnt: &Learnt, ask: &Ask<'_>) -> Result<Vec<usize>, Fault> {
     if ends.windows(2).all(|w| label(&w[0]) == label(&w[1])) {
         return Ok(Vec::new());
     }
-    let Ok(fitted) = learnt.task(|task| fit(task, &below, From::Nowhere, true)) else { return Ok(Vec::new()) };
+    let Ok((fitted, _)) = learnt.task(|task| sound(task, &below, true)) else { return Ok(Vec::new()) };
     let short = |k: &&usize| {
         let row = &learnt.rows[**k];
-        let e = with_base(learnt, &fitted, |base| fitted.curve.expected(base, row.a, row.u, false));
+        let e =
+            learnt.task(|task| fitted.base(task, |base| fitted.curve.expected(base, row.a, row.u, false)));
         let sd = (e.of_noise + e.of_curve + e.of_position + e.of_run).sqrt();
         e.signal + fitted.curve.zero - row.y > SHORT * sd
     };
     let beyond: std::collections::BTreeSet<_> = ends.iter().filter(short).map(label).collect();
     Ok(if beyond.len() >= 2 { ends } else { Vec::new() })
-}
-
-/// Hands the base of a fit to `then`.
-fn with_base<T>(learnt: &Learnt, fitted: &Fit, then: impl FnOnce(&Base<'_>) -> T) -> T {
-    match (&learnt.exact, fitted.power) {
-        (_, Some(power)) => then(&Base::Power(power)),
-        (Some(exact), None) => {
-            let whisker = |a: f64, u: f64| exact.expected(a, u);
-            then(&Base::Known(&whisker, fitted.offset))
-        }
-        (None, None) => unreachable!("a fit has a base"),
-    }
 }
 
 /// What a row that is not expected most likely is.
@@ -204,16 +208,18 @@ fn explain(learnt: &Learnt, fitted: &Fit, suspect: &Suspect) -> Reason {
         return Reason::Unit(decade.round() as i32);
     }
     let distinct = |f: fn(&Row) -> f64| {
-        let mut all: Vec<f64> = learnt.places.iter().map(|k| &learnt.rows[*k]).filter(|r| r.touches()).map(f).collect();
+        let mut all: Vec<f64> =
+            learnt.places.iter().map(|k| &learnt.rows[*k]).filter(|r| r.touches()).map(f).collect();
         all.sort_by(f64::total_cmp);
         all.dedup();
         all
     };
-    with_base(learnt, fitted, |base| {
+    let explained = |base: &Base<'_>| {
         let miss = |a: f64, u: f64| (fitted.curve.expected(base, a, u, true).signal / signal - 1.0).abs();
         let of_a = distinct(|r| r.a).into_iter().map(|a| (miss(a, row.u), Reason::LooksLikeDistance(a)));
         let of_u = distinct(|r| r.u).into_iter().map(|u| (miss(row.a, u), Reason::LooksLikeDrive(u)));
         let best = of_a.chain(of_u).min_by(|x, y| x.0.total_cmp(&y.0));
         best.filter(|(miss, _)| *miss < CLOSE).map_or(Reason::Off(share), |(_, reason)| reason)
-    })
+    };
+    learnt.task(|task| fitted.base(task, explained))
 }

@@ -27,10 +27,10 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
-use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
@@ -119,7 +119,8 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let open = opener(&options.run);
     let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
-    let of_curve = |l: &Learnt| l.fit.curve.unit * (l.fit.curve.spread.floor + l.fit.curve.spread.relative).sqrt();
+    let of_curve =
+        |l: &Learnt| l.fit.curve.unit * (l.fit.curve.spread.floor + l.fit.curve.spread.relative).sqrt();
     let noise = of_curve(&sides[0].2);
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
@@ -191,7 +192,18 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
     let learnt = sides.into_iter().map(|s| s.2).collect();
-    Ok(Calibrated { calibration, taps, zeros, zero, groups, learnt, unread, sides: results, winner, warnings })
+    Ok(Calibrated {
+        calibration,
+        taps,
+        zeros,
+        zero,
+        groups,
+        learnt,
+        unread,
+        sides: results,
+        winner,
+        warnings,
+    })
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.

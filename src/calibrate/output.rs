@@ -242,10 +242,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
             Some(reason) => (if reason.is_doubt() { "suspect" } else { "second" }, reason.text(kind)),
-            None => (
-                "used",
-                twin,
-            ),
+            None => ("used", twin),
         };
         let unreadable = matches!(tap.reason, Some(Reason::NotANumber));
         let status = if unreadable { "bad_input".to_owned() } else { at.status.to_string() };

@@ -17,9 +17,9 @@ const MINORITY: f64 = 0.1;
 const ABSURD: f64 = 0.5;
 
 /// A zero that nobody read is one where it is more than so many standard errors.
-const CERTAIN: f64 = 5.0;
-/// An offset that is uncertain by this share of it may be something else.
-const UNCERTAIN: f64 = 0.2;
+const CERTAIN: f64 = 3.0;
+/// It is not known where it may be more than this share of a usual signal.
+const DETERMINED: f64 = 0.02;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
@@ -95,6 +95,7 @@ pub fn prepare(
         }
         sides.push((sign, gauge, learnt.of));
     }
+    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| wandering(data, rig, &s.2)));
     let mut unread = 0.0;
     if !read {
         let (sign, _, of) = &sides[0];
@@ -105,7 +106,10 @@ pub fn prepare(
         if turned || value.abs() > CERTAIN * error {
             tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
             let value = tared.value;
-            sides.iter_mut().for_each(|(sign, _, of)| of.subtracted = *sign * value);
+            sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
+        } else if error > DETERMINED * of.fit.curve.unit {
+            // Nothing says what it is.
+            (unread, tared.error) = (0.0, 0.0);
         }
         for tap in taps.iter_mut().filter(|t| t.reason.is_none() && !signs.contains(&t.signal.signum())) {
             tap.reason = Some(Reason::OtherSide);
@@ -130,28 +134,33 @@ fn tare(
     *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
 }
 
+/// What to say of a drift that no zero reading shows.
+fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
+    let zeros = || learnt.fit.zeros.iter().copied();
+    format!(
+        "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
+         a drift is taken into account. Read the zero now and then (rows with {} = 0)",
+        data.file,
+        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
+        data.unit.common(),
+        rig.setup.drive.column()
+    )
+}
+
 /// What to say of a zero that nobody read.
 fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
-             as it will be from readings without a zero of their own{}",
-            data.file,
-            tared.value,
-            unread,
-            match unread > UNCERTAIN * tared.value.abs() {
-                true => format!(
-                    ". A drift of the zero would do much of that: rows with {kind} = 0 now and then would tell"
-                ),
-                false => String::new(),
-            }
+             as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
+             then would tell",
+            data.file, tared.value, unread
         )),
-        TaredBy::None if unread > 0.0 => Some(format!(
-            "{}: no zero was read, and the signal is taken as tared: an offset of up to {:.1e} {unit} would not show in these data. Rows with \
-             {kind} = 0 say what the sensor shows without contact",
-            data.file,
-            2.0 * unread
+        TaredBy::None if tared.error == 0.0 => Some(format!(
+            "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
+             with {kind} = 0 say what the sensor shows without contact",
+            data.file
         )),
         _ => None,
     }

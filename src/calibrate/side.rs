@@ -6,8 +6,8 @@ use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, cells};
 use crate::estimator::fit::{Fit, Taring, Task};
-use crate::estimator::learned::Learnt;
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
+use crate::estimator::learned::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
@@ -142,9 +142,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let labelled =
         |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(&ask.rig.setup, t.a, t.drive);
     let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
-    let with_suspects = ask.taps.iter().any(changed).then(|| {
-        KTable::new(ask, |t| signal(t) && labelled(t))
-    });
+    let with_suspects = ask.taps.iter().any(changed).then(|| KTable::new(ask, |t| signal(t) && labelled(t)));
     let with_suspects = with_suspects.flatten();
     let [distances, drives] = table.levels.clone();
     let cells = table.cells.clone();
@@ -185,10 +183,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         let unseen = held_out(&held_side, e, fit.as_ref());
         let of = judged(e, distances.len());
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
-        let judged = Judged {
-            rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
-            bias_mm: bias,
-        };
+        let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
         e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
         held.extend(unseen.map(|h| (e, h)));
     }

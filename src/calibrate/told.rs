@@ -51,9 +51,9 @@ fn alike(learnt: &Learnt, numbers: &[Number]) -> Vec<(&'static str, &'static str
     let Some(gain) = place(Term::Curve(0, 0)).filter(|_| learnt.exact.is_some()) else { return Vec::new() };
     let product = |i: usize, k: usize| c.deviations.iter().map(|d| d[i] * d[k]).sum::<f64>();
     let correlated = |n: &&Number| {
-        place(n.term).filter(|k| *k != gain).is_some_and(|k| {
-            product(gain, k).abs() > ALIKE * (product(gain, gain) * product(k, k)).sqrt()
-        })
+        place(n.term)
+            .filter(|k| *k != gain)
+            .is_some_and(|k| product(gain, k).abs() > ALIKE * (product(gain, gain) * product(k, k)).sqrt())
     };
     numbers.iter().filter(correlated).map(|n| (n.name, n.tells)).collect()
 }
@@ -88,8 +88,10 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
         .zip(&learnt.fit.at)
         .map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())))
         .collect();
-    let alike: Vec<Value> =
-        alike(learnt, &numbers).into_iter().map(|(name, tells)| json!({ "gain_and": name, "tells": tells })).collect();
+    let alike: Vec<Value> = alike(learnt, &numbers)
+        .into_iter()
+        .map(|(name, tells)| json!({ "gain_and": name, "tells": tells }))
+        .collect();
     json!({
         "numbers": each,
         "not_told_apart": alike,
@@ -115,7 +117,10 @@ pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
         lines.push(format!("these data cannot tell gain and {name} apart: {tells} would"));
     }
     if learnt.runs < 2 {
-        lines.push("one run: σ holds for it; a second (column run) would tell how zero and gain change between runs".to_owned());
+        lines.push(
+            "one run: σ holds for it; a second (column run) would tell how zero and gain change between runs"
+                .to_owned(),
+        );
     }
     lines
 }

@@ -7,7 +7,9 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal};
+use super::{
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal,
+};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;

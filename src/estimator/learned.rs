@@ -32,6 +32,8 @@ pub struct LearnedRecord {
     pub power: Option<[f64; 3]>,
     /// Whether zeros were read with the taps.
     pub zero_read: bool,
+    /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
+    pub zero_known: bool,
     /// The signal without contact, above what was subtracted from all of it.
     pub zero: f64,
     /// Signal of which all below are in units; what the base is divided by.
@@ -70,6 +72,7 @@ impl LearnedRecord {
             whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
             power: fit.power.map(|p| [p.offset, p.p, p.q]),
             zero_read: *zero_read,
+            zero_known: learnt.zero_known,
             zero: zero - learnt.subtracted,
             units: [*unit, *base_unit],
             scales: [scales.a, scales.u, scales.sizes],
@@ -147,12 +150,25 @@ impl Estimator for Learned {
     fn check(&self, record: &SideRecord) -> Result<(), Fault> {
         let Some(r) = &record.learned else { return Ok(()) };
         let n = r.terms.len();
-        let numbers = r.mean.iter().chain(r.deviations.iter().flatten()).chain(&r.spread).chain(r.scales.iter().flatten());
+        let numbers = r
+            .mean
+            .iter()
+            .chain(r.deviations.iter().flatten())
+            .chain(&r.spread)
+            .chain(r.scales.iter().flatten());
         let sized = r.mean.len() == n && r.deviations.iter().all(|d| d.len() == n);
-        let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite()) && r.scales[0][1] > 0.0 && r.scales[1][1] >= 0.0;
+        let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite())
+            && r.scales[0][1] > 0.0
+            && r.scales[1][1] >= 0.0;
         let based = r.power.is_some() != r.whisker_drive_offset.is_some();
         let spread = r.spread.iter().all(|s| *s >= 0.0);
-        match sized && scaled && based && spread && r.curve().is_some() && numbers.into_iter().all(|x| x.is_finite()) {
+        match sized
+            && scaled
+            && based
+            && spread
+            && r.curve().is_some()
+            && numbers.into_iter().all(|x| x.is_finite())
+        {
             true => Ok(()),
             false => Err(Fault {
                 message: "this curve does not belong together",
@@ -173,7 +189,7 @@ impl Estimator for Learned {
                 Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
             }
         };
-        Ok(Some(Box::new(Inverted::new(curve, whisker, r.zero_read))))
+        Ok(Some(Box::new(Inverted::new(curve, whisker, [r.zero_read, r.zero_known]))))
     }
 }
 
@@ -239,6 +255,8 @@ pub struct Learnt {
     pub runs: usize,
     /// Whether zeros were read.
     pub zero_read: bool,
+    /// Whether the zero is known.
+    pub zero_known: bool,
     /// What was subtracted from the signals of the taps since, of the sign of the side.
     pub subtracted: f64,
 }
@@ -284,7 +302,7 @@ impl Learnt {
     /// What answers readings as `fit` says, of the same whisker.
     fn inverted(&self, fit: &LearntFit) -> Inverted {
         let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
-        Inverted::new(curve, self.whisker(fit), self.zero_read)
+        Inverted::new(curve, self.whisker(fit), [self.zero_read, self.zero_known])
     }
 }
 
@@ -295,23 +313,24 @@ pub struct Inverted {
     /// For readings in the state of the calibration, and for such above their own zero: of each of another run, and of the same.
     inverse: [[Inverse; 2]; 2],
     zero_read: bool,
+    zero_known: bool,
 }
 
 impl Inverted {
-    fn new(curve: Curve, whisker: Whisker, zero_read: bool) -> Self {
+    fn new(curve: Curve, whisker: Whisker, [zero_read, zero_known]: [bool; 2]) -> Self {
         let reach = whisker.reach();
         let of = |base: &Base<'_>| {
             [false, true].map(|tared| {
                 [false, true].map(|same_run| Inverse::new(&curve, base, State { tared, same_run }, reach))
             })
         };
-        Self { inverse: whisker.base(of), curve, whisker, zero_read }
+        Self { inverse: whisker.base(of), curve, whisker, zero_read, zero_known }
     }
 }
 
 impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
-        let tared = self.zero_read || share > 0.0;
+        let tared = self.zero_read || (self.zero_known && share > 0.0);
         let inverse = &self.inverse[usize::from(tared)][usize::from(same_run)];
         let y = if tared { reading } else { reading - self.curve.zero };
         let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
@@ -319,7 +338,13 @@ impl Answers for Inverted {
             Nothing::Weak => Status::OUTSIDE_CALIBRATION,
             Nothing::Strong => Status::NO_ROOT,
         })?;
-        Ok(Found { a: found.a, near: found.near, slope: found.slope, variance: found.variance, sigma: found.sigma })
+        Ok(Found {
+            a: found.a,
+            near: found.near,
+            slope: found.slope,
+            variance: found.variance,
+            sigma: found.sigma,
+        })
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::SmoothRecord;
 use super::exact::ExactRecord;
-use super::paper::FactorRecord;
 use super::learned::LearnedRecord;
+use super::paper::FactorRecord;
 use super::{Estimator, Fault, ascending, curve, exact, known, learned, paper, positive};
 use crate::scene::Side;
 

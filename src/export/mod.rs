@@ -116,7 +116,9 @@ impl<'a> Export<'a> {
                 .into());
             }
             let middle = of.drives[of.drives.len() / 2];
-            let why = |signal: f64, otherwise| of.answers.find(middle, signal, Known::default()).err().unwrap_or(otherwise);
+            let why = |signal: f64, otherwise| {
+                of.answers.find(middle, signal, Known::default()).err().unwrap_or(otherwise)
+            };
             let form = Form::Inverted {
                 pieces,
                 cut: signal.cut.is_finite(),

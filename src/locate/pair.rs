@@ -185,7 +185,11 @@ impl Locator {
                 }
             };
             let ([tilt, upright], of_readings) = two.linear(signs);
-            let found = match side.answers.find(drive, upright, Known { share: r.shares[0], same_run: self.same_run }) {
+            let found = match side.answers.find(
+                drive,
+                upright,
+                Known { share: r.shares[0], same_run: self.same_run },
+            ) {
                 Ok(found) => found,
                 Err(why) => {
                     all[i] = Spatial::nothing(status | why);

@@ -230,7 +230,8 @@ impl Columns {
         let tilt = once(Role::Tilt)?;
         // Of several columns that may name runs, the first in the order of the names.
         let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
-        let said_run = said.0.iter().find(|(r, _)| *r == Role::Run).and_then(|(_, n)| names.iter().position(|m| m == n));
+        let said_run =
+            said.0.iter().find(|(r, _)| *r == Role::Run).and_then(|(_, n)| names.iter().position(|m| m == n));
         let run = said_run.or_else(|| RUNS.iter().find_map(named));
         let time = once(Role::Time)?;
         let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt, run, time];

@@ -64,7 +64,9 @@ impl Runs {
 pub fn forward(rows: &[Row]) -> Result<(), (usize, InputError)> {
     let back = |w: &&[Row]| w[1].t < w[0].t;
     let often = 2 * rows.windows(2).filter(back).count() > rows.len();
-    let wrong = |w: &&[Row]| !w[1].t.is_finite() || (back(w) && (often || (w[0].run == w[1].run && w[0].a == w[1].a)));
+    let wrong = |w: &&[Row]| {
+        !w[1].t.is_finite() || (back(w) && (often || (w[0].run == w[1].run && w[0].a == w[1].a)))
+    };
     match rows.windows(2).find(wrong) {
         Some(w) => {
             let error = InputError::new("this time is before that of the row above it").value(w[1].t);

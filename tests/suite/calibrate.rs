@@ -141,7 +141,15 @@ fn a_drifting_zero_is_taken_out() {
         let found = calibrated(&text, &spec, &[]);
         assert!(found.learnt[0].drift, "zero readings tell, and without them the repeats");
         let score = score(&locator(&found, None), &fresh_taps, NOISE);
-        assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
+        if zero_every.is_some() {
+            assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
+        } else {
+            // A reading without a zero comes at any time of the drift: σ says so.
+            assert!(
+                score.coverage > 0.62 && found.warnings.iter().any(|w| w.contains("drifted")),
+                "{score:?}"
+            );
+        }
     }
     let clean = calibrated(&table(&spec, &noisy()), &spec, &[]);
     assert!(!clean.learnt[0].drift || clean.zeros.len() > 2);

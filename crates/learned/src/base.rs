@@ -84,7 +84,8 @@ type Parameters = [f64; 5];
 fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 5]) -> Option<Fitted> {
     let ys = || taps.iter().map(|t| t[2]);
     let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
-    let zeros = zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
+    let zeros =
+        zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
     let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };
     let largest = taps.iter().map(|t| t[1]).fold(0.0, f64::max);
     let starts = zeros.iter().flat_map(|z| offsets.iter().map(move |o| (*z, o * largest)));
@@ -161,7 +162,12 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitt
     }
     let squares = sum(&r, &huber(&r));
     let power = Power { offset: x[4], p: x[1], q: x[2] };
-    (squares.is_finite() && x[0].is_finite()).then_some(Fitted { power, factor: x[0].exp(), zero: x[3], squares })
+    (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
+        power,
+        factor: x[0].exp(),
+        zero: x[3],
+        squares,
+    })
 }
 
 #[cfg(test)]
@@ -171,7 +177,8 @@ mod tests {
     #[test]
     fn a_power_law_is_found_with_and_without_its_constant() {
         let tap = |a: f64, u: f64| [a, u, 3.0 + 40.0 * u.powf(1.1) * a.powf(-1.3)];
-        let mut taps: Vec<_> = (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
+        let mut taps: Vec<_> =
+            (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
         taps[7][2] *= 1.5;
         let found = power(&taps, None).unwrap();
         assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");

@@ -117,7 +117,8 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
         let all = (0..n).flat_map(move |j| (0..m).map(move |k| (j, k)));
         all.filter(move |(j, k)| j + k <= most).map(|(j, k)| (j as u8, k as u8))
     };
-    let mut all: Vec<Term> = pairs(DEGREE + 1, DEGREE + 1, 2 * DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
+    let mut all: Vec<Term> =
+        pairs(DEGREE + 1, DEGREE + 1, 2 * DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
     all.extend(pairs(WAVES[0], WAVES[1], WAVES[2]).map(|(j, k)| Term::Wave(j, k)));
     if several {
         all.push(Term::OffsetU);
@@ -183,7 +184,8 @@ impl Columns {
         hypers.extend(if several { vec![Hyper::LengthU, Hyper::Twist] } else { Vec::new() });
         let place = |cell: &Cell| scales.place(cell.row.a, cell.row.u)[0];
         let positions: Vec<f64> = taps.iter().map(|k| place(&cells[*k])).collect();
-        let near = |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
+        let near =
+            |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
         let run = |i: usize| cells[taps[i]].row.run;
         // An effect of the position is one of the reading where each position has one.
         let repeated = taps.iter().any(|k| cells[*k].n > 1.0) || {
@@ -283,7 +285,8 @@ fn factor(n: usize, kernel: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
             break;
         }
         let root = left[pivot].sqrt();
-        let entry = |i: usize| (kernel(i, pivot) - columns.iter().map(|c| c[i] * c[pivot]).sum::<f64>()) / root;
+        let entry =
+            |i: usize| (kernel(i, pivot) - columns.iter().map(|c| c[i] * c[pivot]).sum::<f64>()) / root;
         let column: Vec<f64> = (0..n).map(entry).collect();
         left.iter_mut().zip(&column).for_each(|(l, x)| *l = (*l - x * x).max(0.0));
         columns.push(column);

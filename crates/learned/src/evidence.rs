@@ -189,8 +189,11 @@ impl Problem {
     /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
     pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
         let inverse = solved.inverse_factor();
-        let mut gradient: Vec<f64> =
-            at.iter().zip(&self.priors).map(|(x, [median, spread])| (x - median) / (spread * spread)).collect();
+        let mut gradient: Vec<f64> = at
+            .iter()
+            .zip(&self.priors)
+            .map(|(x, [median, spread])| (x - median) / (spread * spread))
+            .collect();
         let spectra = self.spectra(at);
         let lengths = [Hyper::LengthA, Hyper::LengthU].map(|h| self.place(h));
         for (j, column) in self.model.columns.iter().enumerate().filter(|(_, c)| !c.learned.is_empty()) {

@@ -165,7 +165,12 @@ fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
 }
 
 /// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
-fn of_known<'a>(curve: Whisker<'a>, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start<'a>, f64)> {
+fn of_known<'a>(
+    curve: Whisker<'a>,
+    taps: &[[f64; 3]],
+    read: Option<f64>,
+    offset: f64,
+) -> Option<(Start<'a>, f64)> {
     let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
     let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
@@ -188,7 +193,8 @@ fn of_known<'a>(curve: Whisker<'a>, taps: &[[f64; 3]], read: Option<f64>, offset
     }
     let unit = median(m.iter().map(|m| gain * m).collect());
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
-    let sound = gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
+    let sound =
+        gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
     sound.then(|| (Start { base: Base::Known(curve, offset), power: None, numbers }, squares(gain, zero)))
 }
 
@@ -235,9 +241,11 @@ fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
         }
         factor += n.cholesky().map_or(DVector::zeros(6), |c| c.solve(&b));
     }
-    let value = |a: f64, u: f64| base(a, u) * row(a, u).iter().zip(factor.iter()).map(|(x, f)| x * f).sum::<f64>();
+    let value =
+        |a: f64, u: f64| base(a, u) * row(a, u).iter().zip(factor.iter()).map(|(x, f)| x * f).sum::<f64>();
     const H: f64 = 1e-3;
-    let of = |c: &Cell| (value(c.row.a * (1.0 + H), c.row.u) - value(c.row.a * (1.0 - H), c.row.u)) / (2.0 * H);
+    let of =
+        |c: &Cell| (value(c.row.a * (1.0 + H), c.row.u) - value(c.row.a * (1.0 - H), c.row.u)) / (2.0 * H);
     cells.iter().map(|c| if c.row.touches() { of(c) } else { 0.0 }).collect()
 }
 
@@ -258,9 +266,24 @@ fn deviates(point: usize, dim: usize) -> Vec<f64> {
 
 /// Quantile of the normal distribution, to 1e-9 (Acklam 2003).
 pub fn normal_quantile(p: f64) -> f64 {
-    const A: [f64; 6] = [-39.69683028665376, 220.9460984245205, -275.9285104469687, 138.357751867269, -30.66479806614716, 2.506628277459239];
-    const B: [f64; 5] = [-54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972, -13.28068155288572];
-    const C: [f64; 6] = [-0.007784894002430293, -0.3223964580411365, -2.400758277161838, -2.549732539343734, 4.374664141464968, 2.938163982698783];
+    const A: [f64; 6] = [
+        -39.69683028665376,
+        220.9460984245205,
+        -275.9285104469687,
+        138.357751867269,
+        -30.66479806614716,
+        2.506628277459239,
+    ];
+    const B: [f64; 5] =
+        [-54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972, -13.28068155288572];
+    const C: [f64; 6] = [
+        -0.007784894002430293,
+        -0.3223964580411365,
+        -2.400758277161838,
+        -2.549732539343734,
+        4.374664141464968,
+        2.938163982698783,
+    ];
     const D: [f64; 4] = [0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416];
     let series = |c: &[f64], x: f64| c.iter().fold(0.0, |s, c| s * x + c);
     if p > 0.5 {
@@ -338,15 +361,23 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let own = |h: Hyper| problem.model.hypers.iter().position(|x| *x == h);
     let moves_zero = |j: usize| {
         let c = &problem.model.columns[j];
-        c.term == Term::Zero || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
+        c.term == Term::Zero
+            || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
     };
     let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
-    let zero_of = |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
+    let zero_of =
+        |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
     let d = problem.dim() as f64;
-    let log_det = 2.0 * peak.hessian.clone().cholesky().map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let log_det = 2.0
+        * peak
+            .hessian
+            .clone()
+            .cholesky()
+            .map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
     let prior: f64 = problem.priors.iter().map(|p| p[1].ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
-    let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln() - 0.5 * log_det
+    let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
+        - 0.5 * log_det
         - places.len() as f64 * unit.ln();
     // A reading comes at any time of a drift.
     let mut spread = mixed.spread;
@@ -369,7 +400,20 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let freedom = places.len() as f64 - used;
     let hypers = problem.model.hypers.clone();
     let offset = if let Base::Known(_, offset) = start.base { offset } else { 0.0 };
-    Ok(Fit { curve, power: start.power, offset, at: peak.at, hessian: peak.hessian, hypers, cells: merged, deleted, expected, zeros, evidence, freedom })
+    Ok(Fit {
+        curve,
+        power: start.power,
+        offset,
+        at: peak.at,
+        hessian: peak.hessian,
+        hypers,
+        cells: merged,
+        deleted,
+        expected,
+        zeros,
+        evidence,
+        freedom,
+    })
 }
 
 /// The numbers of a fit of more rows, where the same are learned.
@@ -405,7 +449,15 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     let near = ends.into_iter().filter(|(_, value)| *value < best + HEARD);
     let mut all: Vec<Peak> = near.filter_map(|(at, _)| climb(problem, &at)).collect();
     all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
-    if std::env::var("DBG").is_ok() { for p in &all { eprint!("{:.2}:", p.solved.value); for (h, x) in problem.model.hypers.iter().zip(&p.at) { eprint!(" {h:?} {:.1e}", x.exp()); } eprintln!(); } }
+    if std::env::var("DBG").is_ok() {
+        for p in &all {
+            eprint!("{:.2}:", p.solved.value);
+            for (h, x) in problem.model.hypers.iter().zip(&p.at) {
+                eprint!(" {h:?} {:.1e}", x.exp());
+            }
+            eprintln!();
+        }
+    }
     all
 }
 
@@ -436,7 +488,8 @@ fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mix
             let density = |s: &f64| (-0.5 * z.norm_squared() / (s * s)).exp() * s.powi(-(d as i32));
             let proposal = (WIDER.iter().map(density).sum::<f64>()).max(1e-300).ln() + width;
             let Some(step) = factor.transpose().solve_upper_triangular(&z) else { continue };
-            let at: Vec<f64> = peak.at.iter().zip(step.iter()).map(|(x, s)| (x + s).clamp(-30.0, 12.0)).collect();
+            let at: Vec<f64> =
+                peak.at.iter().zip(step.iter()).map(|(x, s)| (x + s).clamp(-30.0, 12.0)).collect();
             if let Some(solved) = problem.solve(&at) {
                 all.push((first.solved.value - solved.value - proposal, at, Some(solved)));
             }

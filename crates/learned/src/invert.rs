@@ -15,6 +15,8 @@ const FADES: [f64; 2] = [0.15, 0.3];
 const KNOWN: f64 = 1.2;
 /// A signal that is no more than so many standard deviations off has an answer.
 const FAR: f64 = 5.0;
+/// A posterior of this standard deviation in ln a is wide.
+const WIDE: f64 = 0.05;
 /// Points of a posterior.
 const FINE: usize = 49;
 
@@ -30,9 +32,9 @@ pub struct State {
 /// A distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer {
-    /// Median of the posterior, mm.
+    /// The distance, mm: the root, moved by what is known beforehand; the median of the posterior where that is wide.
     pub a: f64,
-    /// Half of its 68 % interval, mm.
+    /// One standard deviation, mm; half of the 68 % interval where the posterior is wide.
     pub sigma: f64,
     /// d signal/da, 1/mm.
     pub slope: f64,
@@ -89,7 +91,8 @@ impl Inverse {
         let one = |u: f64, k: usize| {
             let e = curve.expected(base, (from + step * k as f64).exp(), u - offset, state.tared);
             let run = if state.same_run { 0.0 } else { e.of_run };
-            let zero = if state.tared || state.same_run { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
+            let zero =
+                if state.tared || state.same_run { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
             [e.signal / u, e.of_noise / (u * u), (e.of_curve + e.of_position + run + zero) / (u * u)]
         };
         let table = nodes.iter().map(|u| (0..POINTS).map(|k| one(u.exp(), k)).collect()).collect();
@@ -199,10 +202,10 @@ impl Slice {
         (self.at(hi)[0] - self.at(lo)[0]) / (hi - lo)
     }
 
-    /// Density of the prior at ln a = x, but for a factor.
+    /// Density of the prior at ln a = x to that within the calibrated distances.
     fn prior(&self, x: f64) -> f64 {
         let off = (self.ends[0] - x).max(x - self.ends[1]).max(0.0);
-        (-0.5 * (off / self.ends[2]).powi(2)).exp() * x.exp()
+        (-0.5 * (off / self.ends[2]).powi(2)).exp()
     }
 
     /// The distance of a signal `y`, whose own zero brings `share` of the variance of one reading, and `more` beside.
@@ -221,33 +224,47 @@ impl Slice {
         });
         let [from, to] = [self.x(self.peak), self.x(last)];
         let window = match local {
-            Some((x, sd)) if sd < 0.05 => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
+            Some((x, sd)) if sd < WIDE => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
             _ => [from.min(self.x(last - 1)), to],
         };
         let step = (window[1] - window[0]) / (FINE - 1) as f64;
-        let density = |k: usize| {
-            let x = window[0] + step * k as f64;
-            let p = self.at(x);
+        let place = |k: usize| window[0] + step * k as f64;
+        let likely = |k: usize| {
+            let p = self.at(place(k));
             let sd = spread(&p);
             let t = (p[0] - y) / sd;
-            (t, (-0.5 * t * t).exp() / sd * self.prior(x))
+            // Flat in mm.
+            (t, (-0.5 * t * t).exp() / sd * place(k).exp())
         };
-        let points: Vec<(f64, f64)> = (0..FINE).map(density).collect();
-        if far.is_none() && points.iter().all(|p| p.0.abs() > FAR) {
+        let flat: Vec<(f64, f64)> = (0..FINE).map(likely).collect();
+        if far.is_none() && flat.iter().all(|p| p.0.abs() > FAR) {
             return Err(if self.points[last][0] > y { Nothing::Weak } else { Nothing::Strong });
         }
-        let quantile = |share: f64| quantile(&points, window[0], step, share);
-        let (median, sigma) = match local {
-            // Too sharp for what a number can hold.
-            Some((x, sd)) if step < 1e-13 || !quantile(0.5).is_finite() => (x.exp(), x.exp() * sd),
+        let [first, end, _] = self.ends;
+        let [x, sigma] = match local {
+            // Within the calibrated distances the prior says nothing: there it is the root.
+            Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => [x, x.exp() * sd],
             _ => {
-                let [lo, middle, hi] = [0.158_655, 0.5, 0.841_345].map(|s| quantile(s).exp());
-                (middle, 0.5 * (hi - lo))
+                let points: Vec<(f64, f64)> =
+                    flat.iter().enumerate().map(|(k, p)| (p.0, p.1 * self.prior(place(k)))).collect();
+                let of = |points: &[(f64, f64)]| {
+                    [0.158_655, 0.5, 0.841_345].map(|s| quantile(points, window[0], step, s))
+                };
+                let ([lo, middle, hi], [p, q, r]) = (of(&points), of(&flat));
+                match local {
+                    // Moved, and made narrower, by what the prior does.
+                    Some((x, sd)) if sd < WIDE && (hi - lo) > 0.0 => {
+                        let x = x + middle - q;
+                        [x, x.exp() * sd * (hi - lo) / (r - p)]
+                    }
+                    _ => [middle, 0.5 * (hi.exp() - lo.exp())],
+                }
             }
         };
-        let x = median.ln();
         let p = self.at(x);
-        Ok(Answer { a: median, sigma, slope: self.slope(x) / median, variance: p[2] + more, near })
+        let a = x.exp();
+        let found = Answer { a, sigma, slope: self.slope(x) / a, variance: p[2] + more, near };
+        if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
     }
 }
 

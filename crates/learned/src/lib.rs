@@ -15,7 +15,7 @@ pub mod curve;
 pub mod evidence;
 pub mod fit;
 pub mod hyper;
+pub mod invert;
 pub mod newton;
 pub mod rows;
-pub mod invert;
 pub mod suspects;

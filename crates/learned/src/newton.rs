@@ -48,11 +48,18 @@ fn positive(h: &DMatrix<f64>, priors: &[[f64; 2]]) -> DMatrix<f64> {
 }
 
 /// One step down along `step`, shortened until it is one; what it gained, `None` where there is none.
-fn descend(problem: &Problem, at: &mut Vec<f64>, solved: &mut Solved, gradient: &DVector<f64>, step: &DVector<f64>) -> Option<f64> {
+fn descend(
+    problem: &Problem,
+    at: &mut Vec<f64>,
+    solved: &mut Solved,
+    gradient: &DVector<f64>,
+    step: &DVector<f64>,
+) -> Option<f64> {
     let longest = step.amax();
     let mut share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
     while share > 1e-5 {
-        let there: Vec<f64> = at.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0)).collect();
+        let there: Vec<f64> =
+            at.iter().zip(step.iter()).map(|(x, s)| (x + share * s).clamp(-30.0, 12.0)).collect();
         match problem.solve(&there) {
             Some(next) if next.value <= solved.value + 1e-4 * share * gradient.dot(step) => {
                 let gain = solved.value - next.value;

@@ -7,7 +7,7 @@ use crate::fit::{Fault, Fit, From, Task, fit};
 /// A sound set of rows loses one by chance in so many.
 const CHANCE: f64 = 0.01;
 /// A row that is nearer to what is expected than this share of its signal is used: noise has longer tails than the normal one.
-const LEAST: f64 = 0.05;
+const LEAST: f64 = 0.03;
 /// Positions from which one can be told from the others.
 const ENOUGH: usize = 7;
 /// At most this share of the rows is left out.
@@ -58,7 +58,8 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
             let (expected, row) = (fit.expected[i], &task.rows[place]);
             let (off, sd) = (row.y - expected, fit.deleted[i][1]);
             let t = off.abs() / sd;
-            let signal = (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
+            let signal =
+                (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
             if off.abs() > LEAST * signal && most.is_none_or(|m| t > m.1) {
                 most = Some((Suspect { place, off, expected: expected - fit.zeros[i] }, t));
             }
@@ -73,7 +74,9 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
 fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
-    kept.iter().filter(|k| task.rows[**k].touches()).for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    kept.iter()
+        .filter(|k| task.rows[**k].touches())
+        .for_each(|k| positions.entry(label(k)).or_default().push(*k));
     if last.curve.spread.position.sqrt() < LEAST || positions.len() < ENOUGH {
         return None;
     }
@@ -112,6 +115,8 @@ fn normal(t: f64, freedom: f64) -> f64 {
 /// Share of a normal distribution beyond z > 0, to a per cent in the tail (Abramowitz and Stegun 26.2.17).
 fn tail(z: f64) -> f64 {
     let k = 1.0 / (1.0 + 0.231_641_9 * z);
-    let poly = k * (0.319_381_530 + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429))));
+    let poly = k
+        * (0.319_381_530
+            + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429))));
     (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt() * poly
 }

@@ -92,11 +92,25 @@ fn judged(rig: &Rig, seeds: u64) -> [f64; 3] {
 
 #[test]
 fn sigma_holds_with_repeats_and_without() {
-    let rig = |repeats, drives: &[f64]| Rig { noise: 3e-3, repeats, drives: drives.to_vec(), runs: 1, zero: 0.0, gain: 0.0 };
-    for (what, rig) in [("repeats", rig(3, &[1.0, 2.0, 4.0])), ("none", rig(1, &[1.0, 2.0, 4.0])), ("one drive", rig(1, &[4.0]))] {
+    let rig = |repeats, drives: &[f64]| Rig {
+        noise: 3e-3,
+        repeats,
+        drives: drives.to_vec(),
+        runs: 1,
+        zero: 0.0,
+        gain: 0.0,
+    };
+    for (what, rig) in [
+        ("repeats", rig(3, &[1.0, 2.0, 4.0])),
+        ("none", rig(1, &[1.0, 2.0, 4.0])),
+        ("one drive", rig(1, &[4.0])),
+    ] {
         let [within, beyond, rms] = judged(&rig, 40);
         println!("{what}: {within} {beyond} {rms}");
-        assert!((0.58..0.85).contains(&within) && beyond <= 0.03 && rms < 0.2, "{what}: {within} {beyond} {rms}");
+        assert!(
+            (0.58..0.85).contains(&within) && beyond <= 0.03 && rms < 0.2,
+            "{what}: {within} {beyond} {rms}"
+        );
     }
 }
 
@@ -155,6 +169,7 @@ fn wrong_rows_are_named_and_sound_ones_are_not() {
 
 #[test]
 fn one_position_is_none() {
-    let rows: Vec<Row> = (1..9).map(|u| Row { a: 30.0, u: f64::from(u), y: f64::from(u), run: 0, t: 0.0 }).collect();
+    let rows: Vec<Row> =
+        (1..9).map(|u| Row { a: 30.0, u: f64::from(u), y: f64::from(u), run: 0, t: 0.0 }).collect();
     assert_eq!(fit(&task(&rows), &all(&rows), From::Nowhere, true).err(), Some(Fault::OnePosition));
 }
