@@ -1,24 +1,21 @@
 //! From rows to a curve: base, scales, learned numbers, and the mean over what these may be.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
-use crate::base::{Base, Power, power};
+use crate::average::{mean, points};
+use crate::base::{Base, Power};
 use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
-use crate::evidence::{Problem, Solved};
+use crate::evidence::Problem;
 use crate::hyper::Hyper;
 use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
+use crate::start::{slopes, start};
 
 /// A peak that is less likely by so much in ln has no say.
-const HEARD: f64 = 6.0;
+pub const HEARD: f64 = 6.0;
 /// Of more cells a part is looked at first.
-const MANY: usize = 500;
-/// Points over which the learned numbers are averaged: of few cells, of more, of many.
-const POINTS: [usize; 3] = [120, 60, 20];
-/// Of so many cells the learned numbers are uncertain, and points cost little.
-const FEW: usize = 60;
-
+pub const MANY: usize = 500;
 /// The |signal| of a whisker at a (mm) by a drive.
 pub type Whisker<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
@@ -113,189 +110,6 @@ impl Fit {
             freedom: 0.0,
         }
     }
-}
-
-/// The base and the scale of the signals.
-struct Start<'a> {
-    base: Base<'a>,
-    power: Option<Power>,
-    /// Unit of the signals, zero, unit of the base.
-    numbers: [f64; 3],
-}
-
-/// Where a free constant is worth so much in ln of the sum of squares a row, it is there.
-const WORTH: f64 = 10.0;
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
-}
-
-fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
-    let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
-    let taps: Vec<[f64; 3]> =
-        cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
-    let read = (!rests.is_empty()).then(|| median(rests));
-    if let Some(curve) = task.known {
-        let free = of_known(curve, &taps, read, offset(curve, &taps, read)).ok_or(Fault::NoCurve)?;
-        let plain = of_known(curve, &taps, read, 0.0);
-        let gain = plain.as_ref().map_or(f64::INFINITY, |p| taps.len() as f64 * (p.1 / free.1).ln());
-        return Ok(plain.filter(|_| gain <= WORTH).unwrap_or(free).0);
-    }
-    let tared = power(&taps, Some(read.unwrap_or(0.0)));
-    let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    let free = if read.is_none() && several && taps.len() > 6 { power(&taps, None) } else { None };
-    let fitted = match (tared, free) {
-        (Some(tared), Some(free)) => {
-            let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
-            if gain > WORTH { free } else { tared }
-        }
-        (tared, free) => tared.or(free).ok_or(Fault::NoCurve)?,
-    };
-    let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
-    match unit > 0.0 {
-        true => Ok(Start {
-            base: Base::Power(fitted.power),
-            power: Some(fitted.power),
-            numbers: [unit, fitted.zero, unit / fitted.factor],
-        }),
-        false => Err(Fault::NoCurve),
-    }
-}
-
-/// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
-fn of_known<'a>(
-    curve: Whisker<'a>,
-    taps: &[[f64; 3]],
-    read: Option<f64>,
-    offset: f64,
-) -> Option<(Start<'a>, f64)> {
-    let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
-    let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
-    let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
-    let squares = |gain: f64, zero: f64| {
-        let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
-        // Without the worst tenth, which may be wrong.
-        all.sort_by(f64::total_cmp);
-        all[..all.len() - all.len() / 10].iter().sum::<f64>().max(f64::MIN_POSITIVE)
-    };
-    let (mut gain, mut zero) = (tared, 0.0);
-    if read.is_none() && taps.len() > 6 {
-        let n = taps.len() as f64;
-        let (mm, my) = (m.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-        let slope = m.iter().zip(&y).map(|(m, y)| (m - mm) * (y - my)).sum::<f64>()
-            / m.iter().map(|m| (m - mm).powi(2)).sum::<f64>();
-        let free = (slope, my - slope * mm);
-        if slope > 0.0 && n * (squares(tared, 0.0) / squares(free.0, free.1)).ln() > WORTH {
-            (gain, zero) = free;
-        }
-    }
-    let unit = median(m.iter().map(|m| gain * m).collect());
-    let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
-    let sound =
-        gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
-    sound.then(|| (Start { base: Base::Known(curve, offset), power: None, numbers }, squares(gain, zero)))
-}
-
-/// What is best added to the drive of a whisker that is known, within what its curve was made for.
-fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
-    let drives = || taps.iter().map(|t| t[1]);
-    let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
-    if least == largest {
-        return 0.0;
-    }
-    let of = |offset: f64| of_known(curve, taps, read, offset).map_or(f64::INFINITY, |f| f.1);
-    let ends = [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)];
-    let at = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / 16.0;
-    let best = (0..=16).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0);
-    let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(16)));
-    for _ in 0..24 {
-        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
-        if of(p) < of(q) {
-            hi = q;
-        } else {
-            lo = p;
-        }
-    }
-    0.5 * (lo + hi)
-}
-
-/// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
-/// to the taps.
-fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
-    const RIDGE: f64 = 1e-4;
-    let [unit, zero, base_unit] = start.numbers;
-    let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;
-    let row = |a: f64, u: f64| {
-        let [x, v] = scales.place(a, u);
-        [1.0, x, v, x * x, x * v, v * v]
-    };
-    let mut factor = DVector::from_vec(vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    if start.power.is_some() {
-        let (mut n, mut b) = (DMatrix::identity(6, 6) * (RIDGE * cells.len() as f64), DVector::zeros(6));
-        for c in cells.iter().filter(|c| c.row.touches()) {
-            let h = DVector::from_row_slice(&row(c.row.a, c.row.u));
-            b += &h * ((c.row.y - zero) / unit / base(c.row.a, c.row.u) - 1.0);
-            n += &h * h.transpose();
-        }
-        factor += n.cholesky().map_or(DVector::zeros(6), |c| c.solve(&b));
-    }
-    let value =
-        |a: f64, u: f64| base(a, u) * row(a, u).iter().zip(factor.iter()).map(|(x, f)| x * f).sum::<f64>();
-    const H: f64 = 1e-3;
-    let of =
-        |c: &Cell| (value(c.row.a * (1.0 + H), c.row.u) - value(c.row.a * (1.0 - H), c.row.u)) / (2.0 * H);
-    cells.iter().map(|c| if c.row.touches() { of(c) } else { 0.0 }).collect()
-}
-
-/// Points of a low-discrepancy sequence as normal deviates (Halton; Acklam's inverse).
-fn deviates(point: usize, dim: usize) -> Vec<f64> {
-    const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
-    let radical = |base: usize| {
-        let (mut k, mut share, mut x) = (point + 20, 1.0, 0.0);
-        while k > 0 {
-            share /= base as f64;
-            x += share * (k % base) as f64;
-            k /= base;
-        }
-        x
-    };
-    (0..dim).map(|d| normal_quantile(radical(PRIMES[d % PRIMES.len()]).clamp(1e-9, 1.0 - 1e-9))).collect()
-}
-
-/// Quantile of the normal distribution, to 1e-9 (Acklam 2003).
-pub fn normal_quantile(p: f64) -> f64 {
-    const A: [f64; 6] = [
-        -39.69683028665376,
-        220.9460984245205,
-        -275.9285104469687,
-        138.357751867269,
-        -30.66479806614716,
-        2.506628277459239,
-    ];
-    const B: [f64; 5] =
-        [-54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972, -13.28068155288572];
-    const C: [f64; 6] = [
-        -0.007784894002430293,
-        -0.3223964580411365,
-        -2.400758277161838,
-        -2.549732539343734,
-        4.374664141464968,
-        2.938163982698783,
-    ];
-    const D: [f64; 4] = [0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416];
-    let series = |c: &[f64], x: f64| c.iter().fold(0.0, |s, c| s * x + c);
-    if p > 0.5 {
-        return -normal_quantile(1.0 - p);
-    }
-    if p < 0.02425 {
-        let q = (-2.0 * p.ln()).sqrt();
-        return series(&C, q) / (series(&D, q) * q + 1.0);
-    }
-    let q = p - 0.5;
-    let r = q * q;
-    series(&A, r) * q / (series(&B, r) * r + 1.0)
 }
 
 /// Where the learned numbers come from.
@@ -459,66 +273,4 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
         }
     }
     all
-}
-
-/// Points for so many cells.
-fn points(cells: usize) -> usize {
-    POINTS[usize::from(cells > FEW) + usize::from(cells > MANY)]
-}
-
-/// Means over the learned numbers.
-struct Mixed {
-    mean: Vec<f64>,
-    covariance: DMatrix<f64>,
-    spread: Spread,
-}
-
-/// The mean over points about the peaks, weighted by what likelihood and prior make of them.
-fn mean(problem: &Problem, peaks: &[Peak], kept: &[usize], points: usize) -> Mixed {
-    // Half of the points as far as the curvature says, half farther: few data leave long tails.
-    const WIDER: [f64; 2] = [1.0, 1.5];
-    let (d, first) = (problem.dim(), &peaks[0]);
-    let mut all: Vec<(f64, Vec<f64>, Option<Solved>)> = Vec::new();
-    let heard: Vec<&Peak> = peaks.iter().filter(|p| p.solved.value < first.solved.value + HEARD).collect();
-    for peak in &heard {
-        let factor = peak.hessian.clone().cholesky().expect("it was made positive").l();
-        let width: f64 = factor.diagonal().iter().map(|x| x.ln()).sum();
-        for k in 0..points / heard.len() {
-            let z = DVector::from_vec(deviates(k, d)) * WIDER[k % 2];
-            let density = |s: &f64| (-0.5 * z.norm_squared() / (s * s)).exp() * s.powi(-(d as i32));
-            let proposal = (WIDER.iter().map(density).sum::<f64>()).max(1e-300).ln() + width;
-            let Some(step) = factor.transpose().solve_upper_triangular(&z) else { continue };
-            let at: Vec<f64> =
-                peak.at.iter().zip(step.iter()).map(|(x, s)| (x + s).clamp(-30.0, 12.0)).collect();
-            if let Some(solved) = problem.solve(&at) {
-                all.push((first.solved.value - solved.value - proposal, at, Some(solved)));
-            }
-        }
-    }
-    if all.is_empty() {
-        all.push((0.0, first.at.clone(), None));
-    }
-    let top = all.iter().map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = all.iter().map(|p| (p.0 - top).exp()).collect();
-    let sum: f64 = weights.iter().sum();
-    let n = kept.len();
-    let (mut mean, mut square, mut spread) = (DVector::zeros(n), DMatrix::zeros(n, n), Spread::default());
-    for ((_, at, solved), weight) in all.iter().zip(&weights) {
-        let (w, solved) = (weight / sum, solved.as_ref().unwrap_or(&first.solved));
-        // About the first peak: differences of large numbers cost digits.
-        let here = DVector::from_iterator(n, kept.iter().map(|k| solved.mean[*k] - first.solved.mean[*k]));
-        square += (solved.covariance(kept) + &here * here.transpose()) * w;
-        mean += here * w;
-        let of = |h: Hyper| w * problem.learned(at, h).powi(2);
-        spread.floor += of(Hyper::Floor) + w * problem.steps;
-        spread.relative += of(Hyper::Relative);
-        spread.position += of(Hyper::Position);
-        spread.visit += of(Hyper::Visit);
-        spread.zero += of(Hyper::RunZero);
-        spread.gain += of(Hyper::RunGain);
-        spread.drift += of(Hyper::Drift);
-    }
-    let covariance = square - &mean * mean.transpose();
-    let mean = kept.iter().zip(mean.iter()).map(|(k, x)| x + first.solved.mean[*k]).collect();
-    Mixed { mean, covariance, spread }
 }

@@ -9,6 +9,7 @@
 //! m. All but the learned numbers ([`hyper`]) is linear and normal: [`columns`]. The learned numbers follow restricted likelihood and
 //! priors ([`evidence`], Patterson and Thompson 1971), found by [`newton`] and averaged over by [`fit`].
 
+mod average;
 pub mod base;
 pub mod columns;
 pub mod curve;
@@ -18,4 +19,5 @@ pub mod hyper;
 pub mod invert;
 pub mod newton;
 pub mod rows;
+mod start;
 pub mod suspects;
