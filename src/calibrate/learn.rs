@@ -88,15 +88,17 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     let apart = 1 + places_of_zeros.windows(2).filter(|w| w[1] > w[0] + 1).count();
     let step = quantum(&recorded.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&recorded);
     let drift = zero_read && apart >= APART && apart > runs.len();
-    let all: Vec<usize> = (0..rows.len()).collect();
-    // A model that does not reach all taps, or only just, is no base for them.
-    let reaches = |exact: &Exact| {
-        let known = |a: f64, u: f64| exact.expected(a, u) > 0.0 && exact.expected(a, u).is_finite();
-        rows.iter()
-            .filter(|r| r.touches())
-            .all(|r| [0.998, 1.0, 1.002].iter().all(|f| known(r.a * f, r.u) && known(r.a, r.u * f)))
+    // Taps that the model does not reach, or only just, are no taps of this whisker; of most of them it is no base.
+    let known =
+        |exact: &Exact, a: f64, u: f64| exact.expected(a, u) > 0.0 && exact.expected(a, u).is_finite();
+    let reached = |exact: &Exact, r: &Row| {
+        !r.touches()
+            || [0.998, 1.0, 1.002].iter().all(|f| known(exact, r.a * f, r.u) && known(exact, r.a, r.u * f))
     };
-    let exact = ask.exact.clone().filter(reaches);
+    let missed = |exact: &Exact| rows.iter().filter(|r| !reached(exact, r)).count();
+    let exact = ask.exact.clone().filter(|exact| 10 * missed(exact) <= rows.len());
+    let all: Vec<usize> =
+        (0..rows.len()).filter(|k| exact.as_ref().is_none_or(|exact| reached(exact, &rows[*k]))).collect();
     let mut learnt = Learnt {
         rows,
         taps,

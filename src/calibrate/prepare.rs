@@ -17,7 +17,7 @@ const MINORITY: f64 = 0.1;
 const ABSURD: f64 = 0.5;
 
 /// A zero that nobody read is one where it is more than so many standard errors.
-const CERTAIN: f64 = 3.0;
+const CERTAIN: f64 = 2.5;
 /// It is not known where it may be more than this share of a usual signal.
 const DETERMINED: f64 = 0.02;
 

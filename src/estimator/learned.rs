@@ -134,7 +134,12 @@ impl Estimator for Learned {
             let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !gone.contains(&tap));
             let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
             let answers = learnt.without(&places)?;
-            Some(Box::new(move |_, drive, signal| answers.find(drive, signal, Known::default()).ok()))
+            Some(Box::new(move |k, drive, signal| {
+                // The taps of a cell are above zeros that were read.
+                let taps = &side.cells[k].taps;
+                let share = taps.iter().map(|t| side.taps[*t].zero_share()).sum::<f64>() / taps.len() as f64;
+                answers.find(drive, signal, Known { share, same_run: false }).ok()
+            }))
         })
     }
 

@@ -9,6 +9,9 @@ use crate::columns::{Column, Columns, Term, WAVES, frequency};
 use crate::hyper::Hyper;
 use crate::rows::Cell;
 
+/// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
+const LEAST: f64 = 1e-14;
+
 /// What is evaluated.
 pub struct Problem {
     /// Columns and what is learned.
@@ -132,7 +135,7 @@ impl Problem {
     /// Variance of one reading of each cell.
     fn variances(&self, at: &[f64]) -> Vec<f64> {
         let [floor, relative] = [Hyper::Floor, Hyper::Relative].map(|h| self.learned(at, h).powi(2));
-        self.size2.iter().map(|m| floor + relative * m + self.steps + 1e-18).collect()
+        self.size2.iter().map(|m| floor + relative * m + self.steps + LEAST).collect()
     }
 
     /// Likelihood, prior and coefficients; `None` where numbers overflow.

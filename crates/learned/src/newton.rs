@@ -116,7 +116,10 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
         }
         // Near the peak the curvature changes slowly against what it costs.
         if curvature.is_none() || gradient.amax() > 0.1 {
-            curvature = Some(positive(&hessian(problem, &at, &gradient)?, &problem.priors));
+            curvature = Some(positive(
+                &hessian(problem, &at, &gradient).unwrap_or_else(|| DMatrix::zeros(at.len(), at.len())),
+                &problem.priors,
+            ));
         }
         let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
         let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
@@ -126,6 +129,9 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
     }
     // At the peak itself: what it is must not depend on the way there.
     let gradient = DVector::from_vec(problem.gradient(&at, &solved));
-    let hessian = positive(&hessian(problem, &at, &gradient)?, &problem.priors);
+    let hessian = positive(
+        &hessian(problem, &at, &gradient).unwrap_or_else(|| DMatrix::zeros(at.len(), at.len())),
+        &problem.priors,
+    );
     Some(Peak { at, solved, hessian })
 }
