@@ -91,6 +91,7 @@ async function handles(url) {
   const moved = await numbers(page);
   assert.ok(moved.state.D < dragged.state.D && moved.state.x_ss === 6.25, "keys and typed numbers move sliders");
 
+  await page.waitForFunction(() => location.hash.includes("6.25"));
   const again = await open(page.url());
   assert.deepEqual((await numbers(again)).row, moved.row, "an address gives the same numbers again");
   const copied = await spec(again);
