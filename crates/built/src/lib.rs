@@ -1,4 +1,4 @@
-//! The fast kernel of whiskers that are no cone clamped at its base (model §7), in lanes, in f32 or f64.
+//! The fast kernel of whiskers that are no cone clamped at its base (model §7): in lanes in f64, and on devices.
 //!
 //! # Theory
 //! From the contact to the base the rod is an initial value problem in two unknowns: the force P, and the contact arc c or the friction T. It is
@@ -142,23 +142,23 @@ pub fn solve_on(
 ) -> Result<Vec<Solution>, SolveError> {
     let job = Job { effects, steps: RUNGS[0], tolerance, chart };
     let Some(mut out) = device::solve(solver, precision, &job, taps)? else {
-        return Ok(solve(taps, effects, (Precision::F64, tolerance), chart));
+        return Ok(solve(taps, effects, tolerance, chart));
     };
     let told = |s: &Solution| s.error <= tolerance;
     let looked: Vec<usize> = (0..taps.len()).filter(|&i| told(&out[i])).take(LOOKED_AT).collect();
     let those: Vec<Tap<'_>> = looked.iter().map(|&i| taps[i]).collect();
-    let known = solve(&those, effects, (Precision::F64, tolerance), chart);
+    let known = solve(&those, effects, tolerance, chart);
     let apart = looked.iter().zip(&known).filter(|(_, s)| told(s)).map(|(&i, s)| out[i].apart(s));
     let worst = apart.fold(0.0, f64::max);
     if worst > APART * tolerance {
         solver.refuse(&format!(
             "forces of built whiskers are off by {worst:.1e}, which the CPU has within {tolerance:.0e}"
         ));
-        return Ok(solve(taps, effects, (Precision::F64, tolerance), chart));
+        return Ok(solve(taps, effects, tolerance, chart));
     }
     let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
     let those: Vec<Tap<'_>> = open.iter().map(|&i| taps[i]).collect();
-    let again = solve(&those, effects, (Precision::F64, tolerance), chart);
+    let again = solve(&those, effects, tolerance, chart);
     for (&i, new) in open.iter().zip(again) {
         out[i] = Solution { shots: out[i].shots + new.shots, ..new };
     }
@@ -166,12 +166,7 @@ pub fn solve_on(
 }
 
 /// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
-pub fn solve(
-    taps: &[Tap<'_>],
-    effects: Effects,
-    (precision, tolerance): (Precision, f64),
-    chart: Option<&Chart>,
-) -> Vec<Solution> {
+pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
     let mut out = vec![Solution::FAILED; taps.len()];
     let told = |s: &Solution| s.error <= tolerance;
     for steps in RUNGS {
@@ -184,10 +179,7 @@ pub fn solve(
             .par_chunks(GRAIN)
             .map(|part| {
                 let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
-                match precision {
-                    Precision::F32 => block::<f32, 16>(&job, &those),
-                    Precision::F64 => block::<f64, 8>(&job, &those),
-                }
+                block::<f64, 8>(&job, &those)
             })
             .collect();
         for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {

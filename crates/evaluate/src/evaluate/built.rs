@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::outcome::{Found, admitted, outcome, reading, reference, unsolved};
+use super::solve::ROUGH;
 use super::{Evaluator, Method, Outcome, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
@@ -11,9 +12,6 @@ use crate::physics::onset::Grip;
 use crate::scene::{Contact, Drive, Geometry, Material, Precision, Setup, Side};
 use crate::status::Status;
 use vibrissa_built::{Effects, Rod, Solution, Tap, solve_on};
-
-/// Errors of the forces of a sticking contact, per error of the strain, at most.
-const ROUGH: f64 = 100.0;
 
 /// How near, over a, a contact may be to a corner or to the tip for the kernel to say on which side it is.
 const CLOSE: f64 = 1e-6;

@@ -15,7 +15,7 @@ use crate::physics::onset::Grip;
 use crate::scene::{Contact, Material, Precision, Setup};
 
 /// Errors of the forces of a sticking contact, per error of the strain, at most.
-const ROUGH: f64 = 100.0;
+pub(super) const ROUGH: f64 = 100.0;
 
 /// Tolerance of a look at what holds a contact.
 const COARSE: f64 = 1e-2;

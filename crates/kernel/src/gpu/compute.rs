@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::dispatch::{Gpu, entry, lost, wait};
 use super::fault::{Fault, quietly};
 use super::lie::Kind;
+use super::seal::{mix, mix_bits};
 use super::shader::WORKGROUP;
 use vibrissa_core::scene::Precision;
 
@@ -31,19 +32,11 @@ pub struct Program<'a> {
 /// Bits of a seal: a whole number that f32 holds.
 const BITS: u32 = 22;
 
-fn mix(h: u32, word: u32) -> u32 {
-    let x = (h ^ word).wrapping_mul(0x85eb_ca6b);
-    x ^ x >> 15
-}
-
 /// WGSL of `seal(answer, place, stamp)` for a structure `Solution` of `fields`, the last of which takes the seal. WGSL has no way to the bits of f64,
 /// whose seals tell place and batch alone.
 pub fn seal(precision: Precision, fields: &[&str]) -> String {
-    let mut text = format!(
-        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n\
-         fn seal(answer: Solution, place: u32, stamp: u32) -> Solution {{\n    var sealed = answer;\n    var h = mix_bits(stamp, place);\n",
-        0x85eb_ca6b_u32
-    );
+    let mut text = mix_bits();
+    text += "fn seal(answer: Solution, place: u32, stamp: u32) -> Solution {\n    var sealed = answer;\n    var h = mix_bits(stamp, place);\n";
     let (last, others) = fields.split_last().unwrap_or((&"seal", &[]));
     for field in others.iter().filter(|_| precision == Precision::F32) {
         let _ = writeln!(text, "    h = mix_bits(h, bitcast<u32>(answer.{field}));");

@@ -10,9 +10,17 @@ const SWEEPS: f64 = 1024.0;
 const BITS: u32 = 14;
 
 /// Mixes `word` into `h`.
-fn mix(h: u32, word: u32) -> u32 {
+pub(super) fn mix(h: u32, word: u32) -> u32 {
     let x = (h ^ word).wrapping_mul(0x85eb_ca6b);
     x ^ x >> 15
+}
+
+/// WGSL of `mix`.
+pub(super) fn mix_bits() -> String {
+    let factor = 0x85eb_ca6b_u32;
+    format!(
+        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {factor}u;\n    return x ^ (x >> 15u);\n}}\n"
+    )
 }
 
 /// WGSL of `seal`; with the bits of the numbers where they have 32 of them. WGSL has no way to those of f64, whose seals tell place and batch
@@ -27,13 +35,12 @@ pub(super) fn wgsl(with_bits: bool, spatial: bool) -> String {
     let fields: Vec<&str> = all.iter().copied().filter(|f| *f != "sweeps").collect();
     let rest = if spatial { ", ZERO, ZERO" } else { "" };
     let all: Vec<String> = fields.iter().map(|f| format!("is_finite(s.{f})")).collect();
-    let mut text = format!(
-        "fn mix_bits(h: u32, word: u32) -> u32 {{\n    let x = (h ^ word) * {}u;\n    return x ^ (x >> 15u);\n}}\n\
-         fn is_finite(x: real) -> bool {{\n    return {finite};\n}}\n\
+    let mut text = mix_bits();
+    text += &format!(
+        "fn is_finite(x: real) -> bool {{\n    return {finite};\n}}\n\
          fn seal(s: Solution, place: u32, stamp: u32) -> Solution {{\n    var sealed = s;\n    \
          if !({}) {{\n        sealed = Solution(ZERO, ZERO, ZERO, ZERO, LOST, ZERO, s.sweeps{rest});\n    }}\n    \
          var h = mix_bits(mix_bits(stamp, place), u32(s.sweeps));\n",
-        0x85eb_ca6b_u32,
         all.join(" && ")
     );
     for field in fields.iter().filter(|_| with_bits) {
