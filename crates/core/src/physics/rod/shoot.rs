@@ -37,6 +37,12 @@ const MOST_STRIDES: u32 = 120;
 /// theory's. Past it a stride may have landed on another branch: a displaced tip of 0.5 mm against a pole of 5 mm did.
 const FORESEEN: f64 = 0.5;
 
+/// Determinant of the Jacobian, over that of a whisker that is hardly touched, below which it is computed again to tell its sign.
+const UPRIGHT: f64 = 0.5;
+
+/// Amount, rad or δ/a, at which a whisker is hardly touched.
+const BEGUN: f64 = 1e-4;
+
 /// Contact arcs over L_a from which on a whisker that ends there has slipped off.
 const BEYOND: f64 = 1.0 + 1e-12;
 
@@ -167,8 +173,8 @@ impl<'a> Shooter<'a> {
         let (mut tried, mut growth, mut farthest, mut unseen) = (0, 2.0, None, None);
         // The end of a first stride that linear theory does not foresee: it counts where a shorter one ends in proportion.
         let mut doubtful: Option<(f64, DVec2)> = None;
-        // Sign of the Jacobian's determinant on the path.
-        let mut orientation: Option<f64> = None;
+        // Determinant of the Jacobian where the path begins, once it is asked for.
+        let mut first: Option<f64> = None;
         loop {
             tried += 1;
             let next = amount.min(at.0 + stride);
@@ -187,12 +193,16 @@ impl<'a> Shooter<'a> {
                 if !foreseen {
                     return Err(Missed::Stalled);
                 }
-                // Where the path folds back its other half has a Jacobian of the other sign.
-                let turned = |j: DMat2| orientation.is_some_and(|first| first * j.determinant() < 0.0);
-                if turned(jacobian) && turned(self.jacobian(next, z, &shot)?) {
+                // Where the path folds back its other half has a Jacobian of the other sign. An updated one may be off by much where it is small.
+                let determinant = jacobian.determinant();
+                let begun = match first {
+                    Some(begun) => begun,
+                    None => *first.insert(self.begun()?),
+                };
+                let close = determinant * begun.signum() < UPRIGHT * begun.abs();
+                if close && self.jacobian(next, z, &shot)?.determinant() * begun < 0.0 {
                     return Err(Missed::Stalled);
                 }
-                orientation.get_or_insert(jacobian.determinant().signum());
                 Ok((z, shot))
             });
             match hit {
@@ -221,6 +231,13 @@ impl<'a> Shooter<'a> {
                 }
             }
         }
+    }
+
+    /// Determinant of the Jacobian of a whisker that is hardly touched.
+    fn begun(&self) -> Result<f64, Missed> {
+        let amount = BEGUN * self.unit;
+        let z = DVec2::new(self.first(BEGUN), 0.0);
+        Ok(self.jacobian(amount, z, &self.shoot(amount, z)?)?.determinant())
     }
 
     /// P of linear theory over [`Self::force`] at an amount in units.
