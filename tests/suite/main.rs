@@ -7,6 +7,7 @@ mod bounded;
 mod built;
 mod calibrate;
 mod changed;
+mod channels;
 mod charted;
 mod cli;
 mod common;

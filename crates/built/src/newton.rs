@@ -348,8 +348,9 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();
     // What the unknowns owe to it: much where the path is about to fold back.
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
-    let integrated =
-        relative(errors[0], state[0].abs()) + relative(errors[2], measure) + owed(&jacobian, missed, ground.scale(z));
+    let integrated = relative(errors[0], state[0].abs())
+        + relative(errors[2], measure)
+        + owed(&jacobian, missed, ground.scale(z));
     let mut error = of(WARY) * integrated + remains + of(ROUNDINGS * rounding);
     if let Some(law) = &fixed.law {
         error = error + of(2.0 * law.error);

@@ -57,8 +57,15 @@ pub const SENSOR: Section = section(
     "What is read (model §7). K, errors and distances are those of this signal.",
     &[
         key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"")
-            .note("\"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
-        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").absent("none").note("A value, a list or an axis"),
+            .note("A list reads several at once, such as [\"moment\", \"force\"]. \"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
+        key("matrix", "", "channels of the sensor, each a sum of the moment M₀, the forces F_x and F_y, and perhaps the strain", "[[1, 0, 0], [0, 0, 1]]")
+            .absent("none: signal says what is read")
+            .note("Rows [M₀, F_x, F_y] or [M₀, F_x, F_y, strain] of 2 to 6 channels. Distance and contact force are then the most likely of all channels together"),
+        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02")
+            .absent("none")
+            .note("A value, a list or an axis; of several channels one number for each, in its unit"),
+        key("covariance", "", "covariance of the noise of several channels, in their units", "[[4e-4, 1e-5], [1e-5, 1e-6]]")
+            .absent("none: noise, or no noise"),
     ],
 );
 

@@ -11,8 +11,8 @@ pub const SOURCES: usize = 4;
 /// Channels of a sensor, and the covariance of their noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channels {
-    /// What each is called in tables: `moment`, `force`, `strain`, or `channel_1` ….
-    pub names: Vec<&'static str>,
+    /// Columns of each in tuples.csv: its reading and its K.
+    pub names: Vec<[&'static str; 2]>,
     /// Rows: one of each channel, of M₀, F_x, F_y and the strain.
     pub rows: Vec<[f64; SOURCES]>,
     /// Covariance of the noise of one reading, row by row; none where no noise is known.
@@ -21,9 +21,19 @@ pub struct Channels {
     whitener: Vec<f64>,
 }
 
-/// Names of the channels of a matrix.
-const NUMBERED: [&str; MOST_CHANNELS] =
-    ["channel_1", "channel_2", "channel_3", "channel_4", "channel_5", "channel_6"];
+/// Columns of the channels that show one signal, in the order of [`Signal::WORDS`].
+const OF_SIGNALS: [[&str; 2]; 3] =
+    [["signal_strain", "K_strain"], ["signal_moment", "K_moment"], ["signal_force", "K_force"]];
+
+/// Columns of the channels of a matrix.
+const NUMBERED: [[&str; 2]; MOST_CHANNELS] = [
+    ["channel_1", "K_1"],
+    ["channel_2", "K_2"],
+    ["channel_3", "K_3"],
+    ["channel_4", "K_4"],
+    ["channel_5", "K_5"],
+    ["channel_6", "K_6"],
+];
 
 impl Channels {
     /// One channel of each of `signals`.
@@ -34,7 +44,7 @@ impl Channels {
             Signal::Strain => 3,
         };
         let row = |signal| std::array::from_fn(|k| f64::from(u8::from(source(signal) == k)));
-        let names = signals.iter().map(|signal| signal.word()).collect();
+        let names = signals.iter().map(|signal| OF_SIGNALS[*signal as usize]).collect();
         Self::new(names, signals.iter().map(row).collect(), covariance)
     }
 
@@ -45,7 +55,7 @@ impl Channels {
 
     /// `None` where `covariance` is not positive definite.
     fn new(
-        names: Vec<&'static str>,
+        names: Vec<[&'static str; 2]>,
         rows: Vec<[f64; SOURCES]>,
         covariance: Option<Vec<f64>>,
     ) -> Option<Self> {
@@ -84,7 +94,11 @@ impl Channels {
     }
 
     /// `readings` in units of white noise; without noise each relative to its size in `like`.
-    pub fn white(&self, readings: &[f64; MOST_CHANNELS], like: &[f64; MOST_CHANNELS]) -> [f64; MOST_CHANNELS] {
+    pub fn white(
+        &self,
+        readings: &[f64; MOST_CHANNELS],
+        like: &[f64; MOST_CHANNELS],
+    ) -> [f64; MOST_CHANNELS] {
         let n = self.len();
         let mut all = [0.0; MOST_CHANNELS];
         for k in 0..n {
@@ -151,6 +165,6 @@ mod tests {
     fn a_channel_that_reads_no_strain_needs_none() {
         let channels = Channels::of(&[Signal::Force, Signal::Moment], None).unwrap();
         assert_eq!(channels.read([3.0, 1.0, 2.0], f64::NAN)[..3], [2.0, 3.0, 0.0]);
-        assert_eq!(channels.names, ["force", "moment"]);
+        assert_eq!([channels.names[0][0], channels.names[1][0]], ["signal_force", "signal_moment"]);
     }
 }
