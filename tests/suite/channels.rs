@@ -93,7 +93,7 @@ fn rows_of_a_tuple_file_are_those_of_the_grid_and_searches_know_channels() {
         list += &format!("10,4,50,5,2,{a},{theta}\n");
     }
     let text = format!(
-        "[whisker]\nroot = {{ k_theta = 1000, k_y = 40 }}\n[tuples]\nfile = \"tuples.csv\"\n[sensor]\n{sensor}\n"
+        "[whisker]\nroot = {{ k_theta = 1000, k_y = 40 }}\n[tuples]\nfile = \"list.csv\"\n[sensor]\n{sensor}\n"
     );
     let listed = sweep_with(&text, Some(&list), CPU);
     assert_eq!(listed.tuples.text, grid.tuples.text);
