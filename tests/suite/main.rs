@@ -22,6 +22,7 @@ mod export;
 mod folders;
 mod framed;
 mod garbage;
+mod gradient;
 mod hard;
 mod hard_ends;
 mod help;
