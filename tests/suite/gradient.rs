@@ -234,9 +234,9 @@ fn derivatives_are_those_of_the_reference() {
 fn derivatives_of_built_whiskers_are_those_of_the_reference() {
     let every = if count() > 1 { 1 } else { 5 };
     for (k, row) in cases().iter().enumerate().filter(|(k, _)| k % every == 0) {
-        let spec = spec::parse(&case(row, "contact"), std::path::Path::new(".")).expect("a spec");
+        let spec = spec::parse("case", &case(row, "contact"), std::path::Path::new(".")).expect("a spec");
         let study = spec.study;
-        let tuple = study.space.tuple(0);
+        let tuple = study.space.layout().expect("axes").tuple(0);
         check(&format!("built {k} {}", row["config"]), &study.setup, &[tuple]);
     }
 }
