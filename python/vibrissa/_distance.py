@@ -8,15 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _taps
 from ._errors import InputError, short
 from ._spec import section
-from ._taps import _SECTION, ALLOWED, Status, columns, strain
+from ._taps import _SECTION, ALLOWED, Status, columns
 from ._units import UNITS
 
 _PLACES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l")}
 # Places at which the strain of a drive is looked at, and steps of the search between two of them.
 _LOOKS = 129
 _STEPS = 40
+_strain: Any = _taps.strain
 
 
 class Distance(NamedTuple):
@@ -88,8 +90,6 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
         return Distance(float(a[0]), float(sigma[0]), Status(int(status[0])), jacobian)
     return Distance(a.reshape(shape), sigma.reshape(shape), status.reshape(shape), jacobian)
 
-
-_strain = strain
 
 
 def _whisker(whisker: Any, gauge: Any, model: Any) -> tuple[dict[str, Any], dict[str, Any], float | None]:

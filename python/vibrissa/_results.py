@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._errors import InputError, RunError, short
+from ._errors import InputError, RunError, short, warn
 from ._native import Table
 
 if TYPE_CHECKING:
@@ -34,6 +34,17 @@ def _whole(path: str | os.PathLike[str], mode: str, write: Callable[[Any], objec
     os.replace(part, path)
 
 
+_warned_of_fork = False
+
+
+def _warn_of_fork(backend: Any) -> None:
+    """Once in a process that was forked: that its work goes elsewhere than that of its parent."""
+    global _warned_of_fork
+    if not _warned_of_fork and "forked" in str(backend):
+        _warned_of_fork = True
+        warn([f"this process was forked and computes on {backend['name']}, not where its parent does; start it by spawn to use a GPU"])
+
+
 class _Result:
     """Tables as attributes, and ``run``: what ran, on what, how long, with every value in force (as run.json, docs/reference.md)."""
 
@@ -41,6 +52,7 @@ class _Result:
 
     def __init__(self, run: str) -> None:
         self.run = json.loads(run)
+        _warn_of_fork(self.run.get("backend"))
 
     def _tables(self) -> dict[str, Table]:
         return {name: value for name, value in vars(self).items() if isinstance(value, Table)}

@@ -328,12 +328,11 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     shape, n, flat = columns(given, ALLOWED)
     if n == 0:
         empty = np.empty(shape)
+        nothing = Tap(empty, empty, empty, empty, empty, empty, np.empty(shape, np.uint16), np.empty(shape, bool), empty, empty, empty)
         if by is not None:
             none = np.empty((*shape, len(by)))
-            tap = Tap(*[empty] * 6, np.empty(shape, np.uint16), np.empty(shape, bool), *[empty] * 3)
-            return (tap, Jacobian(*[none] * 9)) if full else (empty, none)
-        words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
-        return Tap(empty, empty, empty, empty, empty, empty, words, sticks, empty, empty, empty) if full else empty
+            return (nothing, Jacobian(*[none] * 9)) if full else (empty, none)
+        return nothing if full else empty
     with shown(progress) as tell:
         if by is not None:
             values, slopes, doubts_ = solver.gradients(n, flat, by, tell)

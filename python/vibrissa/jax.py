@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from . import _taps
 from ._errors import InputError
-from ._taps import strain as _strain
 
 try:
     import jax
@@ -16,6 +16,9 @@ except ImportError:
     raise ImportError("vibrissa.jax needs jax (pip install jax)") from None
 
 __all__ = ["strain"]
+
+_strain: Any = _taps.strain
+_Shape: Any = jax.ShapeDtypeStruct
 
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a")
 
@@ -66,13 +69,13 @@ def _function(drive: str, model: dict[str, Any]) -> Any:
 
     @jax.custom_jvp
     def function(*arguments: Any) -> Any:
-        shape = jax.ShapeDtypeStruct(arguments[0].shape, arguments[0].dtype)
+        shape = _Shape(arguments[0].shape, arguments[0].dtype)
         return jax.pure_callback(values, shape, *arguments, vmap_method="broadcast_all")
 
     @function.defjvp
     def _(arguments: Any, tangents: Any) -> Any:
         one = arguments[0]
-        shapes = (jax.ShapeDtypeStruct(one.shape, one.dtype), jax.ShapeDtypeStruct((*one.shape, len(names)), one.dtype))
+        shapes = (_Shape(one.shape, one.dtype), _Shape((*one.shape, len(names)), one.dtype))
         value, jacobian = jax.pure_callback(slopes, shapes, *arguments, vmap_method="broadcast_all")
         return value, sum(jacobian[..., k] * tangent for k, tangent in enumerate(tangents))
 

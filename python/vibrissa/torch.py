@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from . import _taps
 from ._errors import InputError
-from ._taps import strain as _strain
 
 try:
     import torch
@@ -15,6 +15,8 @@ except ImportError:
     raise ImportError("vibrissa.torch needs torch (pip install torch)") from None
 
 __all__ = ["strain"]
+
+_strain: Any = _taps.strain
 
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a")
 

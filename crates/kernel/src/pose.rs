@@ -40,9 +40,9 @@ impl<T: Number> Pose<'_, T> {
         let taper = self.taper.tau * a;
         let [near, far, width] = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
         let radius = half * self.taper.D / a;
-        let shear = model
-            .shear
-            .then(|| shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a));
+        let shear = model.shear.then(|| {
+            shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
+        });
         // Of a length that all taps have and that is mostly 0.
         let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };
         let mut groups = Groups {

@@ -107,8 +107,7 @@ impl<T: Real> Body<T> {
         match &self.shape {
             &Shape::Power { D, d, n } if plain && n.value() == 1.0 => {
                 let narrows = D.value() > d.value();
-                let apex =
-                    if narrows { self.length * 0.99 * D / (D - d) } else { T::of(f64::INFINITY) };
+                let apex = if narrows { self.length * 0.99 * D / (D - d) } else { T::of(f64::INFINITY) };
                 Real::min(apex, self.length * 10.0)
             }
             _ => self.length,

@@ -159,8 +159,7 @@ impl<T: Real> StrainCurve<T> {
             Drive::Angle => a + self.hub,
             Drive::Displacement => T::of(1.0),
         };
-        e * (3.0 * PI) * self.taper.D.powi(4) * v * reach / (a.powi(3) * 64.0)
-            / (self.shear / (a * a) + 1.0)
+        e * (3.0 * PI) * self.taper.D.powi(4) * v * reach / (a.powi(3) * 64.0) / (self.shear / (a * a) + 1.0)
     }
 
     /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.

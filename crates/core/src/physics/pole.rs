@@ -99,8 +99,7 @@ impl<T: Real> Pole<T> {
         let (x, y) = (seen[0], dot(seen, m));
         // |q(a + step)|² = |C|²: the whisker's radius falls with the slope.
         let grown = self.farther + slide * (dot(self.point, self.along) * 2.0 + slide);
-        let (square, half) =
-            (self.slope * self.slope + 1.0, self.touched.x - self.slope * self.touched.y);
+        let (square, half) = (self.slope * self.slope + 1.0, self.touched.x - self.slope * self.touched.y);
         let step = grown / (half + (half * half + square * grown).sqrt());
         let touched = self.touched + Vector::new(T::of(1.0), -self.slope) * step;
         let at = Vector::new(x, y);

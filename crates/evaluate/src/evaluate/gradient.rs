@@ -65,8 +65,7 @@ impl Input {
                 }
             },
         };
-        let tabled =
-            setup.built.as_ref().is_some_and(|built| matches!(built.profile, Profile::Table(_)));
+        let tabled = setup.built.as_ref().is_some_and(|built| matches!(built.profile, Profile::Table(_)));
         let fits = match name {
             "C10" => matches!(setup.model.material, Material::MooneyRivlin(_) | Material::Yeoh(_)),
             "C01" => matches!(setup.model.material, Material::MooneyRivlin(_)),
@@ -285,8 +284,11 @@ fn traced(
                 force: [outcome.normal_force, outcome.tangential_force],
                 arc: outcome.arc,
                 sticking: outcome.sticking,
-                azimuth: (by_direction || !task.direction.is_upright())
-                    .then_some(if spatial { outcome.azimuth } else { 0.0 }),
+                azimuth: (by_direction || !task.direction.is_upright()).then_some(if spatial {
+                    outcome.azimuth
+                } else {
+                    0.0
+                }),
                 second: setup.gauge.second,
             };
             let bonded = |foil: Foil<Traced>| Bonded::new(&foil, &taper, gauge, e);
@@ -303,10 +305,7 @@ fn traced(
                 model,
             };
             let shown = problem.trace([tilt, lean], &at).ok()?;
-            let of = |x: [f64; 1 + INPUTS]| Sloped {
-                value: x[0],
-                slope: std::array::from_fn(|k| x[1 + k]),
-            };
+            let of = |x: [f64; 1 + INPUTS]| Sloped { value: x[0], slope: std::array::from_fn(|k| x[1 + k]) };
             // What is read is told as on the contact side.
             let read = match setup.signal {
                 Signal::Strain => of(shown.strain),

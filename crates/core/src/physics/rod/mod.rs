@@ -19,10 +19,10 @@ use crate::physics::real::{Real, Vector};
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
+pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::{Bending, EndLoad};
-pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 pub use tilted::TiltedTap;
 
 /// Intervals at whose ends the fibres of a hyperelastic whisker are compared with the range of its law.

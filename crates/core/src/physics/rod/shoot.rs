@@ -9,8 +9,8 @@ use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{RANGE_PARTS, RodError, RodProblem};
 use crate::physics::body::Touched;
-use crate::physics::real::{Real, Vector};
 use crate::physics::flexure::Flexure;
+use crate::physics::real::{Real, Vector};
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Held, Soft};
 use crate::scene::model::Drive;
@@ -396,8 +396,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         let angle = -angle;
         let moved = Vector::from_angle(angle).rotate(moved) - bent.offset;
         if body.is_some_and(|body| !body.is_straight()) {
-            let centre =
-                load.point + self.tilt(load.arc) * model.pole_radius + Vector::new(load.arc, zero);
+            let centre = load.point + self.tilt(load.arc) * model.pole_radius + Vector::new(load.arc, zero);
             let hub = Vector::new(self.hub, zero);
             let begun = self.touched.pole(model.pole_radius) + hub - Vector::new(zero, lift);
             return Vector::from_angle(angle).rotate(hub) + centre + moved
