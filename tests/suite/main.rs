@@ -23,6 +23,7 @@ mod export;
 mod folders;
 mod framed;
 mod garbage;
+mod gradient;
 mod hard;
 mod hard_ends;
 mod help;
