@@ -208,7 +208,7 @@ impl<'a> Shooter<'a> {
     fn begun(&self) -> Result<f64, Missed> {
         let amount = BEGUN * self.unit;
         let z = DVec2::new(self.first(BEGUN), 0.0);
-        Ok(self.jacobian(amount, z, &self.shoot(amount, z)?)?.determinant())
+        Ok(self.jacobian(amount, z, &self.shoot(amount, z.to_array())?)?.determinant())
     }
 
     /// P of linear theory over [`Self::force`] at an amount in units.

@@ -1,7 +1,0 @@
-#![allow(dead_code)]
-#[path = "suite/built.rs"]
-mod built;
-#[path = "suite/common/mod.rs"]
-mod common;
-#[path = "suite/gradient.rs"]
-mod gradient;
