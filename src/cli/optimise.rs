@@ -15,6 +15,7 @@ use vibrissa::optimise::{
     why::{bias, why},
     write,
 };
+use vibrissa::report::answer_of;
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
@@ -72,6 +73,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
     }
     Ok(Reply {
+        answer: answer_of(&out),
         text: summary(&spec, &search, &report),
         out: Some(out),
         counts: write::counts(&report),

@@ -7,7 +7,8 @@ use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::why::bias;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{Spec, Theory};
+use vibrissa::report::answer::of_tap;
+use vibrissa::scene::{Convention, Spec, Theory};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -81,13 +82,17 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         }
         other => other,
     })?;
+    let result = tap::result(&spec.study, &report);
+    let elongation = spec.study.setup.estimate.convention == Convention::Elongation;
+    let sd = if elongation { "K_sd_mm" } else { "K_sd" };
     Ok(Reply {
+        answer: of_tap(&result, spec.study.setup.drive.column(), sd),
         text: summary(&spec, &report),
         out: Some(out),
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: needed::told(tap::result(&spec.study, &report), report.model_error.as_ref()),
+        result: needed::told(result, report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()

@@ -4,6 +4,7 @@
 pub mod columns;
 pub mod keys;
 mod layout;
+pub mod schema;
 pub mod tables;
 pub mod words;
 

@@ -93,6 +93,29 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
     })
 }
 
+/// The `best` of a sweep's `ranked` complete rows, of which `varying` columns have several values.
+pub fn of_best(best: &Value, varying: &[&str], [sd, by, drive]: [&str; 3], ranked: u64) -> String {
+    let number = |name: &str| best[name].as_f64();
+    let whisker: Vec<String> = varying.iter().filter_map(|name| Some(said(name, number(name)?))).collect();
+    let whisker = if whisker.is_empty() { String::new() } else { format!(" with {}", whisker.join(", ")) };
+    let tap = tapped(drive, number(drive).unwrap_or(f64::NAN));
+    let what = match number("K_mean").zip(number(sd)).filter(|_| by == "K_sd") {
+        Some((mean, x)) => {
+            format!("has the steadiest K: it varies by {} from distance to distance", spread(sd, x, mean))
+        }
+        None if by == "total_rms_mm" => match number(by) {
+            Some(x) => format!("tells distance best: bias and noise together are {} mm rms", rounded(x)),
+            None => "tells distance best".to_owned(),
+        },
+        None => format!("has the least {by}"),
+    };
+    let strain = number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
+    let status = best["status"].as_str().unwrap_or_default();
+    let but = if status.contains("strain_limit") { "; that is beyond its strain limit" } else { "" };
+    let rows = usize::try_from(ranked).map_or("many rows".to_owned(), |n| count(n, "complete row"));
+    format!("Of {rows}, the whisker{whisker}, {tap}, {what}{strain}{but}.")
+}
+
 /// A sweep of single taps alone.
 pub fn of_taps(table: &Table) -> String {
     let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));

@@ -88,6 +88,7 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         distances: section.get("distances")?.flag()?,
         top: section.optional("top", top)?,
         by: rank_by(&section.get("by")?)?,
+        by_said: section.written("by").is_some(),
         per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
     })
 }

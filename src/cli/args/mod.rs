@@ -4,6 +4,7 @@ mod common;
 mod design;
 mod rig;
 mod show;
+mod write;
 
 use clap::{Parser, Subcommand};
 
@@ -12,6 +13,7 @@ pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
 pub use rig::{Calibrate, Contour, Locate, Simulate};
 pub use show::{Bench, Explore, Report, Shape, Verify};
+pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
@@ -64,6 +66,12 @@ pub enum Command {
     Report(Report),
     /// List adapters, their limits and features, and which one `--backend auto` takes
     Devices(Common),
+    /// Write a first spec, commented: five questions, or flags
+    New(New),
+    /// How to cite the program, the model and a result
+    Cite(Cite),
+    /// The JSON Schema of specs, by which editors complete and check them
+    Schema(Schema),
     /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
     Help(Help),
     /// A script for a shell, by which it completes commands and flags
@@ -92,6 +100,9 @@ impl Command {
             Self::Shape(_) => "shape",
             Self::Report(_) => "report",
             Self::Devices(_) => "devices",
+            Self::New(_) => "new",
+            Self::Cite(_) => "cite",
+            Self::Schema(_) => "schema",
             Self::Help(_) => "help",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
@@ -116,7 +127,7 @@ impl Command {
             Self::Bench(b) => Some(&b.common),
             Self::Shape(s) => Some(&s.common),
             Self::Devices(c) => Some(c),
-            Self::Report(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
+            Self::Report(_) | Self::New(_) | Self::Cite(_) | Self::Schema(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 }
