@@ -37,7 +37,7 @@ pub fn run(args: &New) -> Result<Reply, Error> {
     }
     let folder = args.spec.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if args.spec.file_name().is_none() || !folder.is_dir() {
-        return Err(refused("this is no file in a folder that exists", "a file such as whisker.toml").into());
+        return Err(refused("the folder of this file does not exist", "a file such as whisker.toml").into());
     }
     let answers = answers(args)?;
     let text = text(&answers);
@@ -72,7 +72,7 @@ fn answers(args: &New) -> Result<Answers, Error> {
     ];
     asked.extend(missing.iter().filter(|(_, missing)| *missing).map(|(flag, _)| *flag));
     if !asked.is_empty() && (args.json || !std::io::stdin().is_terminal()) {
-        let message = "without a terminal there is nobody to ask";
+        let message = "the answers are missing, and there is no terminal for the questions";
         return Err(InputError::new(message).key("new").allowed(asked.join(" ")).into());
     }
     Ok(Answers {

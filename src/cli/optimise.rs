@@ -31,7 +31,7 @@ use super::say;
 use super::sweep::{threads, where_and_why};
 
 /// What to say of a search that a signal ended.
-const KEPT: &str = "interrupted; the best so far is written, and --resume goes on";
+const KEPT: &str = "interrupted; the best so far is written, and --resume continues";
 
 /// Reads the spec and searches, or says what would be searched.
 pub fn run(args: &Optimise) -> Result<Reply, Error> {
@@ -119,9 +119,9 @@ fn sought(search: &Search) -> &'static str {
 fn ending(ended: Ended) -> &'static str {
     match ended {
         Ended::Converged => "ended because several starts found the same, or all starts were made",
-        Ended::Evaluations => "ended with its evaluations spent: a larger budget and --resume go on",
-        Ended::Seconds => "ended with its seconds spent: --resume goes on",
-        Ended::Interrupted => "ended by a signal: --resume goes on",
+        Ended::Evaluations => "ended with its evaluations spent: continue with a larger budget and --resume",
+        Ended::Seconds => "ended with its seconds spent: --resume continues",
+        Ended::Interrupted => "ended by a signal: --resume continues",
     }
 }
 

@@ -45,15 +45,15 @@ pub enum Command {
     Simulate(Simulate),
     /// Search geometry and tap angle -> best design, Pareto front, history
     Optimise(Optimise),
-    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    /// Find the best tap angle of one whisker, and what limits it -> tap.csv
     Tap(Tap),
-    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole, byte for byte
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole sweep
     Merge(Merge),
     /// Write the job scripts that run a sweep on a cluster
     Cluster(Cluster),
-    /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
+    /// Fit smooth functions to a spec's taps, for other programs -> chart.json
     Chart(Chart),
-    /// One page in which sliders move whisker, gauge and tap -> explore.html, a file that needs nothing else
+    /// One page with sliders for whisker, gauge and tap -> explore.html, which needs no other file
     Explore(Explore),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
@@ -62,9 +62,9 @@ pub enum Command {
     Bench(Bench),
     /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
     Shape(Shape),
-    /// Figures (SVG, PNG, PDF) and one page to look at, from the folder of a result
+    /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
     Report(Report),
-    /// List adapters, their limits and features, and which one `--backend auto` takes
+    /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
     /// Write a first spec, commented: five questions, or flags
     New(New),
@@ -74,7 +74,7 @@ pub enum Command {
     Schema(Schema),
     /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
     Help(Help),
-    /// A script for a shell, by which it completes commands and flags
+    /// A shell script that completes commands and flags
     Completions(Completions),
     /// The manual page, on stdout; or the pages of all commands, into a folder
     Man(Man),

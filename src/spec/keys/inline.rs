@@ -79,7 +79,7 @@ pub const FOIL: Section = inline(
         key("modulus", "MPa", "modulus", "").holds(Form::Number(between(0.0, 1e6))).absent("required, or stiffness"),
         key("length", "mm", "length of the base along the whisker", "").holds(Form::Number(above(0.0))),
         key("width", "mm", "width of the base", "").holds(Form::Number(above(0.0))),
-        key("strain_limit", "", "largest |strain| that it bears itself: of what it reads", "").holds(Form::Number(above(0.0))).absent("none"),
+        key("strain_limit", "", "largest |strain| of the foil itself, compared with its reading", "").holds(Form::Number(above(0.0))).absent("none"),
     ],
 );
 
@@ -123,7 +123,7 @@ pub const WEIGHTS: Section = inline(
 /// `budget` in `[optimise]`.
 pub const BUDGET: Section = inline(
     "optimise.budget",
-    "What a search may spend; whichever ends first.",
+    "Limits of the search; the first that is reached ends it.",
     &["{ evaluations = 20000, seconds = 30 }"],
     &[
         key(
@@ -140,7 +140,7 @@ pub const BUDGET: Section = inline(
 /// `variables` in `[optimise]`.
 pub const VARIABLES: Section = inline(
     "optimise.variables",
-    "What is searched over: some of these, each [min, max]. A number under the key in its own section is the first start.",
+    "What may vary: some of these, each [min, max]. A number under the key in its own section is the first start.",
     &[
         "{ D = [8, 12], d = [2, 10], L_a = [40, 60], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }",
         "{ exponent = [0.5, 3], hub = [0, 5], k_theta = [100, 5000], E = [1, 5] }",
@@ -161,7 +161,7 @@ const COLUMNS_VARIED: [Key; 6] = [
 /// `limits` in `[optimise]`.
 pub const LIMITS: Section = inline(
     "optimise.limits",
-    "What a design must keep. Complete rows are asked for always.",
+    "Limits that a design must keep. Its row must also be complete.",
     &["{ strain = 0.02, force_N = 1.0, unambiguous = true, tip_not_wider = true }"],
     &[
         key("strain", "", "largest |strain|", "").holds(Form::Number(above(0.0))).absent("gauge.strain_limit"),
@@ -175,7 +175,7 @@ pub const LIMITS: Section = inline(
 /// `robust` in `[optimise]`.
 pub const ROBUST: Section = inline(
     "optimise.robust",
-    "Standard deviations of independent normal errors, cut at three of them; the same seeded samples for every candidate.",
+    "Standard deviations of independent normal errors, cut at three standard deviations; all candidates have the same samples.",
     &[
         "{ D = 0.05, d = 0.05, L_a = 0.1, x_ss = 0.3, l = 0.05, theta = 0.1, tilt = 5, lean = 2 }",
         "{ d = 0.05, samples = 64, measure = \"cvar90\", calibrated = \"each\" }",
@@ -195,7 +195,7 @@ const TOLERANCES: [Key; 11] = [
         .note("delta (mm) with drive = \"displacement\""),
     key("tilt", "degrees", "of the tilt of the object's edge", "").holds(Form::Number(below(0.0, 30.0)))
         .absent("0")
-        .note("No calibration knows it: K̄ and f are those of the whisker's taps at upright edges (model §6)"),
+        .note("The calibration does not include it: K̄ and f come from taps at upright edges (model §6)"),
     key("lean", "degrees", "of its lean", "").holds(Form::Number(below(0.0, 30.0))).absent("0").note("As tilt"),
     key("samples", "", "whiskers sampled for each candidate", "").holds(Form::Whole(2, 1 << 16)).absent("64"),
     key("measure", "", "their mean, or the mean of the worst tenth", "").holds(Form::Words(&["mean", "cvar90"])).absent("\"mean\""),

@@ -1,9 +1,11 @@
 //! Whether the JSON Schema of specs accepts a text: the words of draft 7 that the schema uses.
 
+use std::path::Path;
 use std::sync::LazyLock;
 
 use serde_json::Value;
 use vibrissa::reference::schema;
+use vibrissa::sink::folder::hash_file;
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(schema::document);
 
@@ -42,8 +44,18 @@ pub fn accepts(text: &str) -> Option<bool> {
 pub fn agrees(text: &str, message: Option<&str>) {
     let structural = message.is_some_and(|m| STRUCTURAL.iter().any(|part| m.contains(part)));
     if let Some(accepted) = accepts(text) {
+        keep(text, accepted);
         assert_eq!(accepted, !structural, "schema against reader, {message:?}:\n{text}");
     }
+}
+
+/// Keeps a spec and its verdict, which `tests/schema` compares with that of Python's jsonschema.
+fn keep(text: &str, accepted: bool) {
+    let verdict = if accepted { "accepted" } else { "refused" };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("specs").join(verdict);
+    let name = format!("{}.toml", hash_file(text.as_bytes()).expect("memory"));
+    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(folder.join(name), text));
+    written.expect("a folder for specs");
 }
 
 fn valid(value: &Value, schema: &Value) -> bool {
