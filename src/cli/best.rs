@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use vibrissa::report::quantity::short;
 use vibrissa::scene::{Per, RankBy, Spec};
 use vibrissa::sink::table::drive_unit;
 use vibrissa::sweep::{Kept, Report};
@@ -79,7 +80,7 @@ fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
 }
 
 fn value(k: &Kept, column: RankBy) -> String {
-    k.row.value(column, k.unit).map_or(String::new(), |x| format!("{x:.3e}"))
+    k.row.value(column, k.unit).map_or(String::new(), short)
 }
 
 /// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.

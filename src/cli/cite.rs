@@ -23,9 +23,14 @@ pub fn run(args: &Cite) -> Result<Reply, Error> {
     let version = text(&run["version"]).unwrap_or_else(|| VERSION.to_owned());
     let commit = text(&run["commit"]).map_or(String::new(), |commit| format!(", commit {commit}"));
     let backend = &run["backend"];
-    let on: Vec<String> = [text(&backend["name"]), text(&backend["adapter"]), text(&backend["precision"])].into_iter().flatten().collect();
+    let on: Vec<String> = [text(&backend["name"]), text(&backend["adapter"]), text(&backend["precision"])]
+        .into_iter()
+        .flatten()
+        .collect();
     let on = if on.is_empty() { String::new() } else { format!(" on {}", on.join(", ")) };
-    let tolerance = backend["tolerance"].as_f64().map_or(String::new(), |t| format!(", strain error at most {t:e} of a row's strain"));
+    let tolerance = backend["tolerance"]
+        .as_f64()
+        .map_or(String::new(), |t| format!(", strain error at most {t:e} of a row's strain"));
     let result = format!(
         "Computed by Vibrissa {version}{commit}: `vibrissa {}` of {}{on}{tolerance}. BLAKE3 of its run.json: {}.",
         source.command, source.name, source.hash
@@ -37,7 +42,9 @@ pub fn run(args: &Cite) -> Result<Reply, Error> {
     );
     let notes: String = source.notes.iter().map(|note| format!("note: {note}\n")).collect();
     Ok(Reply {
-        text: format!("{notes}{result}\n\nThe program:\n\n{program}\nThe model, which the program corrects and extends:\n\n{PAPER}"),
+        text: format!(
+            "{notes}{result}\n\nThe program:\n\n{program}\nThe model, which the program corrects and extends:\n\n{PAPER}"
+        ),
         out: Some(args.dir.clone()),
         result: json!({ "result": result, "program": program, "model": PAPER, "notes": source.notes }),
         ..Reply::default()

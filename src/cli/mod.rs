@@ -106,7 +106,9 @@ pub fn run() -> u8 {
         Command::Devices(common) => devices::run(common),
         Command::New(new) => new::run(new),
         Command::Cite(cite) => cite::run(cite),
-        Command::Schema(_) => Ok(reply::Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
+        Command::Schema(_) => {
+            Ok(reply::Reply { text: vibrissa::reference::schema::text(), ..Default::default() })
+        }
         Command::Help(asked) => return help::run(asked),
         Command::Completions(asked) => help::completions(asked),
         Command::Man(asked) => help::man(asked),

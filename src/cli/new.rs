@@ -8,7 +8,7 @@ use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::reference::schema;
 use vibrissa::spec;
-use vibrissa::spec::keys::{GAUGE, MODEL, TAP, WHISKER};
+use vibrissa::spec::keys::{ESTIMATE, GAUGE, MODEL, TAP, WHISKER};
 
 use super::args::{CLAMPS, GOALS, Goal, New};
 use super::reply::Reply;
@@ -76,13 +76,25 @@ fn answers(args: &New) -> Result<Answers, Error> {
         return Err(InputError::new(message).key("new").allowed(asked.join(" ")).into());
     }
     Ok(Answers {
-        whisker: numbers("--whisker", args.whisker.as_deref(), "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80")?,
-        gauge: numbers("--gauge", args.gauge.as_deref(), "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15")?,
+        whisker: numbers(
+            "--whisker",
+            args.whisker.as_deref(),
+            "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80",
+        )?,
+        gauge: numbers(
+            "--gauge",
+            args.gauge.as_deref(),
+            "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15",
+        )?,
         clamp: match args.clamp {
             Some(clamp) => clamp,
             None => choose("How is the base held?", CLAMPS)?,
         },
-        distances: numbers("--distances", args.distances.as_deref(), "Nearest and farthest distance of objects from the clamp, mm, as 25,70")?,
+        distances: numbers(
+            "--distances",
+            args.distances.as_deref(),
+            "Nearest and farthest distance of objects from the clamp, mm, as 25,70",
+        )?,
         goal: match args.goal {
             Some(goal) => goal,
             None => choose("What do you want to know?", GOALS)?,
@@ -111,7 +123,8 @@ fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Res
 fn numbers<const N: usize>(flag: &str, said: Option<&str>, question: &str) -> Result<[f64; N], Error> {
     let read = |text: &str| {
         let parts = text.split([',', ' ', ';']).filter(|part| !part.is_empty());
-        let values: Option<Vec<f64>> = parts.map(|part| part.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let values: Option<Vec<f64>> =
+            parts.map(|part| part.parse().ok().filter(|x: &f64| x.is_finite())).collect();
         values.and_then(|v| v.try_into().ok()).ok_or_else(|| {
             let message = format!("{N} numbers are needed");
             InputError::new(message).key(flag).value(text).allowed(question)
@@ -123,7 +136,10 @@ fn numbers<const N: usize>(flag: &str, said: Option<&str>, question: &str) -> Re
     }
 }
 
-fn choose<T: Copy, const N: usize>(question: &str, all: [(&'static str, T, &'static str); N]) -> Result<T, Error> {
+fn choose<T: Copy, const N: usize>(
+    question: &str,
+    all: [(&'static str, T, &'static str); N],
+) -> Result<T, Error> {
     let lines: String = all.iter().map(|(word, _, help)| format!("\n  {word:10} {help}")).collect();
     asked(&format!("{question}{lines}\n"), |text| {
         all.iter().find(|(word, ..)| *word == text).map(|(_, value, _)| *value).ok_or_else(|| {
@@ -139,11 +155,17 @@ fn line(text: &mut String, section: &spec::keys::Section, key: &str, value: &str
         "" => known.what.to_owned(),
         unit => format!("{}, {unit}", known.what),
     });
-    let _ = writeln!(text, "{:34} # {about}", format!("{key} = {value}"));
+    let _ = writeln!(text, "{:44} # {about}", format!("{key} = {value}"));
 }
 
 fn text(answers: &Answers) -> String {
-    let Answers { whisker: [base, tip, length], gauge: [place, grid, noise], clamp, distances: [near, far], goal } = answers;
+    let Answers {
+        whisker: [base, tip, length],
+        gauge: [place, grid, noise],
+        clamp,
+        distances: [near, far],
+        goal,
+    } = answers;
     let mut text = format!(
         "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"
     );
@@ -166,6 +188,10 @@ fn text(answers: &Answers) -> String {
     line(&mut text, &MODEL, "surface", "true");
     line(&mut text, &MODEL, "clamp", &format!("{clamp:?}"));
     line(&mut text, &MODEL, "material", "{ neo-hookean = 3.2 }");
+    if *goal != Goal::Calibrate {
+        text += "\n# How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.\n[estimate]\n";
+        line(&mut text, &ESTIMATE, "theory", "\"exact\"");
+    }
     match goal {
         Goal::Optimise => {
             let near_to = |key: &str, value: f64| {
@@ -180,7 +206,9 @@ fn text(answers: &Answers) -> String {
                 near_to("d", *tip)
             );
         }
-        Goal::Sweep => text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n",
+        Goal::Sweep => {
+            text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"
+        }
         Goal::Tap | Goal::Calibrate => {}
     }
     text

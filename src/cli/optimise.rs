@@ -16,6 +16,7 @@ use vibrissa::optimise::{
     write,
 };
 use vibrissa::report::answer_of;
+use vibrissa::report::quantity::short;
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
@@ -182,7 +183,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         "  D {:.4} mm, d {:.4} mm, L_a {:.4} mm, x_ss {:.4} mm, l {:.4} mm, {properties}{symbol} {:.4}{unit}",
         d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
     );
-    let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));
+    let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| short(x) + unit);
     let _ = writeln!(
         text,
         "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest strain {}, largest force {}",
@@ -196,8 +197,13 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     );
     if let Some(robust) = &search.robust {
         let [sd, total, _] = report.best.score.figures;
-        let _ =
-            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, total {total:.4e} mm", robust.samples);
+        let _ = writeln!(
+            text,
+            "  over {} sampled whiskers: K_sd {}, total {} mm",
+            robust.samples,
+            short(sd),
+            short(total)
+        );
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(other) = &report.other {
@@ -217,8 +223,12 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         };
     }
     if let Some(front) = &report.front {
-        let _ =
-            writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);
+        let _ = writeln!(
+            text,
+            "front of {} points, hypervolume {}",
+            front.points.len(),
+            short(front.hypervolume)
+        );
     }
     let _ = writeln!(
         text,

@@ -275,12 +275,23 @@ fn row(spec: &Spec, k: &Kept) -> Value {
 /// The best row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
     let Some(best) = report.highlights.first() else { return String::new() };
-    let whisker = [Column::BaseDiameter, Column::TipDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
+    let whisker = [
+        Column::BaseDiameter,
+        Column::TipDiameter,
+        Column::Length,
+        Column::GaugePosition,
+        Column::GridLength,
+    ];
     let several = |column: &Column| spec.study.space.axis(*column).is_none_or(|axis| axis.len() > 1);
     let rigs = spec.study.setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
     let angles = spec.study.setup.directions;
-    let angles = [(angles.tilt, "tilt_deg"), (angles.lean, "lean_deg")].into_iter().filter(|a| a.0).map(|a| a.1);
-    let names = whisker.into_iter().zip(["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"]).filter(|(c, _)| several(c)).map(|c| c.1);
+    let angles =
+        [(angles.tilt, "tilt_deg"), (angles.lean, "lean_deg")].into_iter().filter(|a| a.0).map(|a| a.1);
+    let names = whisker
+        .into_iter()
+        .zip(["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"])
+        .filter(|(c, _)| several(c))
+        .map(|c| c.1);
     let varying: Vec<&str> = names.chain(rigs).chain(angles).collect();
     let elongation = spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation;
     let sd = if elongation { "K_sd_mm" } else { "K_sd" };

@@ -6,8 +6,9 @@ use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::why::bias;
-use vibrissa::scene::search::Objective;
 use vibrissa::report::answer::of_tap;
+use vibrissa::report::quantity::short;
+use vibrissa::scene::search::Objective;
 use vibrissa::scene::{Convention, Spec, Theory};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
@@ -102,7 +103,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
 
 fn summary(spec: &Spec, report: &Report) -> String {
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
-    let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
+    let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
     let line = |name: &str, s: &Sample, theory: Theory, end: &str| {
         format!(
             "{name} {symbol} {:.4}{unit}{end}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, {} {}\n",

@@ -52,7 +52,9 @@ fn entry(section: Option<&Section>, key: &Key) -> Entry {
     let name = section.map_or("", |s| s.name);
     let axis = match key.form {
         Form::Axis(_) => "; axis",
-        Form::Any(forms) if forms.iter().any(|form| matches!(form, Form::Axis(_))) => "; a number may be an axis",
+        Form::Any(forms) if forms.iter().any(|form| matches!(form, Form::Axis(_))) => {
+            "; a number may be an axis"
+        }
         _ => "",
     };
     let axis = if name.contains('.') { "" } else { axis };

@@ -76,12 +76,15 @@ fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> 
     if topic != Topic::Columns {
         return part;
     }
-    let (old, new): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(|e| known.iter().any(|(k, _)| k == e));
-    let mut titles: Vec<&String> = known.iter().filter(|(k, _)| old.contains(k)).map(|(_, title)| title).collect();
+    let (old, new): (Vec<_>, Vec<_>) =
+        part.entries.into_iter().partition(|e| known.iter().any(|(k, _)| k == e));
+    let mut titles: Vec<&String> =
+        known.iter().filter(|(k, _)| old.contains(k)).map(|(_, title)| title).collect();
     titles.dedup();
     for title in titles {
         let theirs = known.iter().filter(|(k, t)| t == title && old.contains(k));
-        let names: Vec<String> = theirs.map(|(k, _)| format!("`{}`", k.name.replace(" or ", "` or `"))).collect();
+        let names: Vec<String> =
+            theirs.map(|(k, _)| format!("`{}`", k.name.replace(" or ", "` or `"))).collect();
         part.about += &format!(" As in {title}: {}.", names.join(", "));
     }
     known.extend(new.iter().map(|e| (e.clone(), part.title.clone())));

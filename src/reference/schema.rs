@@ -165,7 +165,10 @@ fn axis(range: &Range, defs: &mut Map<String, Value>) -> Value {
                 let known = AXIS.key(key).expect("a key of an axis");
                 let mut value = property(Some(&AXIS), known, &mut Map::new());
                 if ["from", "to", "min", "max"].contains(key) {
-                    value.as_object_mut().expect("a table").extend(end(key).as_object().cloned().expect("a table"));
+                    value
+                        .as_object_mut()
+                        .expect("a table")
+                        .extend(end(key).as_object().cloned().expect("a table"));
                 }
                 ((*key).to_owned(), value)
             };
@@ -185,4 +188,3 @@ fn axis(range: &Range, defs: &mut Map<String, Value>) -> Value {
     }
     json!({ "$ref": format!("#/$defs/{name}") })
 }
-

@@ -109,7 +109,8 @@ pub fn of_best(best: &Value, varying: &[&str], [sd, by, drive]: [&str; 3], ranke
         },
         None => format!("has the least {by}"),
     };
-    let strain = number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
+    let strain =
+        number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
     let status = best["status"].as_str().unwrap_or_default();
     let but = if status.contains("strain_limit") { "; that is beyond its strain limit" } else { "" };
     let rows = usize::try_from(ranked).map_or("many rows".to_owned(), |n| count(n, "complete row"));

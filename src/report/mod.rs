@@ -17,7 +17,7 @@ mod locate;
 mod optimise;
 mod outliers;
 mod page;
-mod quantity;
+pub mod quantity;
 mod shape;
 pub mod source;
 mod sweep;
@@ -70,7 +70,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 
 /// The answer of the result in `folder`, with which its report begins; empty where it has none.
 pub fn answer_of(folder: &Path) -> String {
-    Source::open(folder, false).and_then(|source| content(&source)).map_or(String::new(), |content| content.answer)
+    Source::open(folder, false)
+        .and_then(|source| content(&source))
+        .map_or(String::new(), |content| content.answer)
 }
 
 /// The figures of a benchmark with these tables: file and text.

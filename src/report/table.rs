@@ -108,7 +108,8 @@ impl Table {
         let file = file.to_owned();
         let damaged = |why: String, line| InputError::new(why).at(file.clone(), line);
         let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
-        let header = reader.headers().map_err(|e| damaged(format!("this is not a table: {e}"), None))?.clone();
+        let header =
+            reader.headers().map_err(|e| damaged(format!("this is not a table: {e}"), None))?.clone();
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err(damaged("the table is empty: it has no header".to_owned(), None));
         }

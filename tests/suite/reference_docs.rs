@@ -77,7 +77,15 @@ fn every_key_says_what_it_is_and_what_is_allowed() {
 /// Of the other inline tables the reader takes its names from the list that the reference is made of.
 #[test]
 fn tables_with_a_list_of_their_own_have_the_same_keys() {
-    let unknown = Key { name: "no_such_key", unit: "", what: "", absent: "", example: "", note: "" };
+    let unknown = Key {
+        name: "no_such_key",
+        unit: "",
+        what: "",
+        absent: "",
+        example: "",
+        note: "",
+        form: vibrissa::spec::keys::form::Form::Text,
+    };
     let own = ["optimise.variables", "optimise.robust"];
     for table in INLINE.iter().filter(|t| own.contains(&t.name)) {
         let refused =

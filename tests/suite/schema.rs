@@ -14,7 +14,8 @@ const FILE: &str = "sweeps/spec.schema.json";
 
 #[test]
 fn the_file_is_what_the_code_says() {
-    let written = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap_or_default();
+    let written =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap_or_default();
     assert!(written == schema::text(), "write it by `cargo run -- schema > {FILE}`");
     assert_eq!(Desk::new(SPEC).run(&["schema"]).exits(0).stdout, written);
 }
@@ -26,14 +27,20 @@ fn probes(form: &Form) -> Vec<Value> {
         range.ends.iter().flat_map(|x| [*x, x - beside(*x), x + beside(*x)]).collect()
     };
     let numbers = |values: Vec<f64>| values.into_iter().map(Value::Float);
-    let wrong = [Value::Boolean(true), "no such word".into(), Value::Array(vec![]), toml::Table::new().into()];
+    let wrong =
+        [Value::Boolean(true), "no such word".into(), Value::Array(vec![]), toml::Table::new().into()];
     let own: Vec<Value> = match form {
         Form::Flag => vec![false.into()],
         Form::Text | Form::Pairs | Form::Table(..) | Form::Numbers(_) => vec![1.5.into()],
         Form::Whole(min, max) => {
             let (min, max) = (*min as i64, *max as i64);
             let over = max.checked_add(1);
-            [Some(min), Some(min - 1), Some(max), over].into_iter().flatten().map(Value::Integer).chain([Value::Float(2.5)]).collect()
+            [Some(min), Some(min - 1), Some(max), over]
+                .into_iter()
+                .flatten()
+                .map(Value::Integer)
+                .chain([Value::Float(2.5)])
+                .collect()
         }
         Form::Number(range) => numbers(ends(range)).collect(),
         Form::Axis(range) => {
@@ -79,7 +86,9 @@ fn judge(section: &'static Section, key: &'static Key, value: Value) -> bool {
 fn shipped_specs_say_where_their_schema_is_and_are_valid() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut specs = 0;
-    for (folder, line) in [("sweeps", "#:schema ./spec.schema.json"), ("examples", "#:schema ../sweeps/spec.schema.json")] {
+    for (folder, line) in
+        [("sweeps", "#:schema ./spec.schema.json"), ("examples", "#:schema ../sweeps/spec.schema.json")]
+    {
         for entry in std::fs::read_dir(root.join(folder)).expect(folder) {
             let path = entry.expect("an entry").path();
             if path.extension().is_none_or(|e| e != "toml") {
@@ -105,7 +114,12 @@ fn a_new_spec_is_valid_and_runs() {
         assert!(said.contains("next: vibrissa "), "{said}");
         let text = std::fs::read_to_string(desk.path(&file)).expect("the spec");
         assert_eq!(accepts(&text), Some(true));
-        assert!(text.lines().filter(|l| l.contains(" = ")).all(|l| l.contains("# ") || l.starts_with(['o', 'v', 'b'])), "{text}");
+        assert!(
+            text.lines()
+                .filter(|l| l.contains(" = "))
+                .all(|l| l.contains("# ") || l.starts_with(['o', 'v', 'b'])),
+            "{text}"
+        );
         desk.run(&["sweep", &file, "--plan"]).exits(0);
         let refused = desk.run(&line).exits(2);
         assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
@@ -119,7 +133,20 @@ fn a_new_spec_is_valid_and_runs() {
 fn answers_that_are_no_whisker_write_nothing() {
     let desk = Desk::new(SPEC);
     let line = |whisker: &str| {
-        let all = ["new", "x.toml", "--whisker", whisker, "--gauge", "5,2,15", "--clamp", "rigid", "--distances", "25,70", "--for", "tap"];
+        let all = [
+            "new",
+            "x.toml",
+            "--whisker",
+            whisker,
+            "--gauge",
+            "5,2,15",
+            "--clamp",
+            "rigid",
+            "--distances",
+            "25,70",
+            "--for",
+            "tap",
+        ];
         desk.run(&all).exits(2).stderr
     };
     assert!(line("10,4").contains("3 numbers are needed"));
@@ -135,7 +162,13 @@ fn a_result_is_cited_with_its_hash() {
     let desk = Desk::new(SPEC);
     desk.run(&["sweep", "spec.toml", "--out", "found"]).exits(0);
     let told = desk.run(&["cite", "found"]).exits(0).stdout;
-    for part in ["Vibrissa ", "`vibrissa sweep` of spec", "@software{vibrissa", "nguyen2020whisker", "BLAKE3 of its run.json: "] {
+    for part in [
+        "Vibrissa ",
+        "`vibrissa sweep` of spec",
+        "@software{vibrissa",
+        "nguyen2020whisker",
+        "BLAKE3 of its run.json: ",
+    ] {
         assert!(told.contains(part), "{part}: {told}");
     }
     std::fs::write(desk.path("found/designs.csv"), "edited").expect("written");

@@ -127,7 +127,13 @@ impl Command {
             Self::Bench(b) => Some(&b.common),
             Self::Shape(s) => Some(&s.common),
             Self::Devices(c) => Some(c),
-            Self::Report(_) | Self::New(_) | Self::Cite(_) | Self::Schema(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
+            Self::Report(_)
+            | Self::New(_)
+            | Self::Cite(_)
+            | Self::Schema(_)
+            | Self::Help(_)
+            | Self::Completions(_)
+            | Self::Man(_) => None,
         }
     }
 }

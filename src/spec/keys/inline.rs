@@ -1,7 +1,9 @@
 //! The inline tables.
 
-use super::form::{ANGLES, ANY, Form, LARGEST, PLACES, Range, above, below, between, from, of as held, within};
 use super::super::searched::{UNSURE, VARIED};
+use super::form::{
+    ANGLES, ANY, Form, LARGEST, PLACES, Range, above, below, between, from, of as held, within,
+};
 use super::{Key, Section, THAT_OF_THE_KEY, inline, key};
 use crate::scene::Property;
 
@@ -18,15 +20,23 @@ pub const AXIS: Section = inline(
     ],
     &[
         key("from", THAT_OF_THE_KEY, "first value", "").holds(Form::Number(ANY)),
-        key("to", THAT_OF_THE_KEY, "last value", "").holds(Form::Number(ANY))
+        key("to", THAT_OF_THE_KEY, "last value", "")
+            .holds(Form::Number(ANY))
             .note("Belongs to the axis with steps, and with step if it falls on one"),
-        key("steps", "", "number of values, both ends included", "").holds(Form::Whole(1, LARGEST)).absent("required, or step"),
-        key("step", THAT_OF_THE_KEY, "distance of the values", "").holds(Form::Number(above(0.0))).absent("required, or steps"),
-        key("scale", "", "even steps of the value or of its logarithm", "").holds(Form::Words(&["linear", "log"])).absent("\"linear\""),
+        key("steps", "", "number of values, both ends included", "")
+            .holds(Form::Whole(1, LARGEST))
+            .absent("required, or step"),
+        key("step", THAT_OF_THE_KEY, "distance of the values", "")
+            .holds(Form::Number(above(0.0)))
+            .absent("required, or steps"),
+        key("scale", "", "even steps of the value or of its logarithm", "")
+            .holds(Form::Words(&["linear", "log"]))
+            .absent("\"linear\""),
         key("min", THAT_OF_THE_KEY, "smallest value of samples", "").holds(Form::Number(ANY)),
         key("max", THAT_OF_THE_KEY, "largest value of samples", "").holds(Form::Number(ANY)),
         key("samples", "", "number of samples", "").holds(Form::Whole(1, 1 << 32)),
-        key("sampler", "", "Sobol points (scrambled, unless seed is 0), or random ones", "").holds(Form::Words(&["sobol", "random"]))
+        key("sampler", "", "Sobol points (scrambled, unless seed is 0), or random ones", "")
+            .holds(Form::Words(&["sobol", "random"]))
             .absent("\"sobol\""),
         key("seed", "", "seed of the samples", "").holds(Form::Whole(0, LARGEST)).absent("0"),
     ],
@@ -46,9 +56,15 @@ pub const ROOT: Section = inline(
     "Springs between the motor and the base section, unloaded at rest (model §7); one of them at least.",
     &["{ k_theta = 500 }", "{ k_theta = 500, k_y = 20, k_x = 100 }"],
     &[
-        key("k_theta", "N mm/rad", "stiffness against turning", "").holds(Form::Axis(held(Property::Turn))).absent("rigid"),
-        key("k_y", "N/mm", "stiffness across the whisker", "").holds(Form::Axis(held(Property::Across))).absent("rigid"),
-        key("k_x", "N/mm", "stiffness along the whisker", "").holds(Form::Axis(held(Property::Along))).absent("rigid"),
+        key("k_theta", "N mm/rad", "stiffness against turning", "")
+            .holds(Form::Axis(held(Property::Turn)))
+            .absent("rigid"),
+        key("k_y", "N/mm", "stiffness across the whisker", "")
+            .holds(Form::Axis(held(Property::Across)))
+            .absent("rigid"),
+        key("k_x", "N/mm", "stiffness along the whisker", "")
+            .holds(Form::Axis(held(Property::Along)))
+            .absent("rigid"),
     ],
 );
 
@@ -58,7 +74,8 @@ pub const CORE: Section = inline(
     "A bonded concentric core of another modulus (model §7).",
     &["{ diameter = 0.5, modulus = 60000 }", "{ diameter = [[0, 1.0], [40, 0.5]], modulus = 60000 }"],
     &[
-        key("diameter", "mm", "its diameter, or [[s, diameter], …]", "").holds(Form::Any(&[PLACES, Form::Pairs]))
+        key("diameter", "mm", "its diameter, or [[s, diameter], …]", "")
+            .holds(Form::Any(&[PLACES, Form::Pairs]))
             .absent("required, unless the profile's file has core_mm"),
         key("modulus", "MPa", "its modulus", "").holds(Form::Axis(held(Property::CoreModulus))),
     ],
@@ -74,12 +91,20 @@ pub const FOIL: Section = inline(
         "\"KFGS-2-120\"",
     ],
     &[
-        key("stiffness", "N/mm", "modulus times thickness", "").holds(Form::Axis(held(Property::Foil))).absent("required, or thickness and modulus"),
-        key("thickness", "mm", "thickness", "").holds(Form::Number(Range { open: [true, false], ..within(0.0, 2.0) })).absent("required, or stiffness"),
-        key("modulus", "MPa", "modulus", "").holds(Form::Number(between(0.0, 1e6))).absent("required, or stiffness"),
+        key("stiffness", "N/mm", "modulus times thickness", "")
+            .holds(Form::Axis(held(Property::Foil)))
+            .absent("required, or thickness and modulus"),
+        key("thickness", "mm", "thickness", "")
+            .holds(Form::Number(Range { open: [true, false], ..within(0.0, 2.0) }))
+            .absent("required, or stiffness"),
+        key("modulus", "MPa", "modulus", "")
+            .holds(Form::Number(between(0.0, 1e6)))
+            .absent("required, or stiffness"),
         key("length", "mm", "length of the base along the whisker", "").holds(Form::Number(above(0.0))),
         key("width", "mm", "width of the base", "").holds(Form::Number(above(0.0))),
-        key("strain_limit", "", "largest |strain| of the foil itself, compared with its reading", "").holds(Form::Number(above(0.0))).absent("none"),
+        key("strain_limit", "", "largest |strain| of the foil itself, compared with its reading", "")
+            .holds(Form::Number(above(0.0)))
+            .absent("none"),
     ],
 );
 
@@ -94,10 +119,18 @@ pub const MATERIAL: Section = inline(
         "{ yeoh = [0.5, -0.08, 0.02] }",
     ],
     &[
-        key("hooke", "MPa", "Young's modulus E of Hooke's law", "").holds(Form::Axis(held(Property::Modulus))).absent("required: one of these"),
-        key("neo-hookean", "MPa", "initial modulus E₀ = 6 C10", "").holds(Form::Axis(held(Property::Modulus))).absent("required: one of these"),
-        key("mooney-rivlin", "MPa", "[C10, C01]; E₀ = 6 (C10 + C01)", "").holds(Form::Numbers(2)).absent("required: one of these"),
-        key("yeoh", "MPa", "[C10, C20, C30]; E₀ = 6 C10", "").holds(Form::Numbers(3)).absent("required: one of these"),
+        key("hooke", "MPa", "Young's modulus E of Hooke's law", "")
+            .holds(Form::Axis(held(Property::Modulus)))
+            .absent("required: one of these"),
+        key("neo-hookean", "MPa", "initial modulus E₀ = 6 C10", "")
+            .holds(Form::Axis(held(Property::Modulus)))
+            .absent("required: one of these"),
+        key("mooney-rivlin", "MPa", "[C10, C01]; E₀ = 6 (C10 + C01)", "")
+            .holds(Form::Numbers(2))
+            .absent("required: one of these"),
+        key("yeoh", "MPa", "[C10, C20, C30]; E₀ = 6 C10", "")
+            .holds(Form::Numbers(3))
+            .absent("required: one of these"),
         key(
             "curve",
             "",
@@ -131,7 +164,8 @@ pub const BUDGET: Section = inline(
             "",
             "evaluations: one design at one drive, over all distances and robust samples",
             "",
-        ).holds(Form::Whole(1, LARGEST))
+        )
+        .holds(Form::Whole(1, LARGEST))
         .absent("no limit"),
         key("seconds", "s", "wall time", "").holds(Form::Number(above(0.0))).absent("no limit"),
     ],
@@ -155,7 +189,10 @@ const COLUMNS_VARIED: [Key; 6] = [
     key("L_a", "mm", "length", "").holds(Form::Ends(above(0.0))).absent("fixed"),
     key("x_ss", "mm", "start of the grid", "").holds(Form::Ends(from(0.0))).absent("fixed"),
     key("l", "mm", "length of the grid", "").holds(Form::Ends(above(0.0))).absent("fixed"),
-    key("theta", "degrees", "tap angle", "").holds(Form::Ends(ANGLES)).absent("fixed").note("delta (mm) with drive = \"displacement\""),
+    key("theta", "degrees", "tap angle", "")
+        .holds(Form::Ends(ANGLES))
+        .absent("fixed")
+        .note("delta (mm) with drive = \"displacement\""),
 ];
 
 /// `limits` in `[optimise]`.
@@ -164,9 +201,12 @@ pub const LIMITS: Section = inline(
     "Limits that a design must keep. Its row must also be complete.",
     &["{ strain = 0.02, force_N = 1.0, unambiguous = true, tip_not_wider = true }"],
     &[
-        key("strain", "", "largest |strain|", "").holds(Form::Number(above(0.0))).absent("gauge.strain_limit"),
+        key("strain", "", "largest |strain|", "")
+            .holds(Form::Number(above(0.0)))
+            .absent("gauge.strain_limit"),
         key("force_N", "N", "largest contact force", "").holds(Form::Number(above(0.0))).absent("no limit"),
-        key("unambiguous", "", "the peak of the theory's curve lies below the range of distances", "").holds(Form::Flag)
+        key("unambiguous", "", "the peak of the theory's curve lies below the range of distances", "")
+            .holds(Form::Flag)
             .absent("false"),
         key("tip_not_wider", "", "d ≤ D", "").holds(Form::Flag).absent("false"),
     ],
@@ -190,16 +230,25 @@ const TOLERANCES: [Key; 11] = [
     key("L_a", "mm", "of the length", "").holds(Form::Number(from(0.0))).absent("0"),
     key("x_ss", "mm", "of the gauge's place", "").holds(Form::Number(from(0.0))).absent("0"),
     key("l", "mm", "of the grid's length", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("theta", "degrees", "of the tap angle", "").holds(Form::Number(from(0.0)))
+    key("theta", "degrees", "of the tap angle", "")
+        .holds(Form::Number(from(0.0)))
         .absent("0")
         .note("delta (mm) with drive = \"displacement\""),
-    key("tilt", "degrees", "of the tilt of the object's edge", "").holds(Form::Number(below(0.0, 30.0)))
+    key("tilt", "degrees", "of the tilt of the object's edge", "")
+        .holds(Form::Number(below(0.0, 30.0)))
         .absent("0")
         .note("The calibration does not include it: K̄ and f come from taps at upright edges (model §6)"),
-    key("lean", "degrees", "of its lean", "").holds(Form::Number(below(0.0, 30.0))).absent("0").note("As tilt"),
+    key("lean", "degrees", "of its lean", "")
+        .holds(Form::Number(below(0.0, 30.0)))
+        .absent("0")
+        .note("As tilt"),
     key("samples", "", "whiskers sampled for each candidate", "").holds(Form::Whole(2, 1 << 16)).absent("64"),
-    key("measure", "", "their mean, or the mean of the worst tenth", "").holds(Form::Words(&["mean", "cvar90"])).absent("\"mean\""),
-    key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "").holds(Form::Words(&["each", "nominal"])).absent("\"each\""),
+    key("measure", "", "their mean, or the mean of the worst tenth", "")
+        .holds(Form::Words(&["mean", "cvar90"]))
+        .absent("\"mean\""),
+    key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")
+        .holds(Form::Words(&["each", "nominal"]))
+        .absent("\"each\""),
 ];
 
 /// `keys`, and those of `properties` in a table of `[optimise]`.

@@ -89,8 +89,7 @@ impl Section {
 }
 
 /// The key above all sections.
-pub const FORMAT: Key =
-    key("format", "", "format of the spec", "1")
+pub const FORMAT: Key = key("format", "", "format of the spec", "1")
     .holds(Form::Whole(1, schema::FORMAT))
     .note("A higher one than the program knows is refused");
 

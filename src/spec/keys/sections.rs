@@ -104,8 +104,7 @@ const NU: Key = key(
     "Poisson's ratio, which enters shear, and with clamp or indentation how the solid gives way",
     "0.49",
 )
-.holds(Form::Axis(of(Property::Nu)))
-;
+.holds(Form::Axis(of(Property::Nu)));
 const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
 .holds(Form::Any(&[Form::Words(&["frictionless", "stick"]), Form::Table(&CONTACT, 1, 1)])).note(
     "stick and coulomb need extension = true and pole_radius = 0. The coefficient may be a list or an axis",
@@ -123,8 +122,8 @@ const MODEL_KEYS: [Key; TERMS.len() + 5] = {
     let mut keys = [GEOMETRY; TERMS.len() + 5];
     let mut i = 0;
     while i < TERMS.len() {
-        keys[i + 1] = key(TERMS[i].key, TERMS[i].unit, TERMS[i].what, TERMS[i].example)
-            .holds(of_term(&TERMS[i]));
+        keys[i + 1] =
+            key(TERMS[i].key, TERMS[i].unit, TERMS[i].what, TERMS[i].example).holds(of_term(&TERMS[i]));
         i += 1;
     }
     keys[i + 1] = NU;
@@ -182,16 +181,23 @@ pub const OUTPUT: Section = section(
     "output",
     "What `sweep` writes.",
     &[
-        key("tuples", "", "write tuples.csv", "false").holds(Form::Flag)
+        key("tuples", "", "write tuples.csv", "false")
+            .holds(Form::Flag)
             .note("A default of more than 10 GB is refused until the spec says it"),
         key("designs", "", "write designs.csv", "true").holds(Form::Flag),
         key("distances", "", "write distances.csv", "false").holds(Form::Flag),
-        key("format", "", "format of the tables", "\"parquet\"").holds(Form::Words(&["csv", "parquet"]))
+        key("format", "", "format of the tables", "\"parquet\"")
+            .holds(Form::Words(&["csv", "parquet"]))
             .note("Parquet has the same columns and words, typed, with units and spec in its metadata"),
-        key("top", "", "keep only the best N complete rows", "20").holds(Form::Whole(1, LARGEST)).absent("all rows"),
-        key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\"").holds(RANKED),
-        key("per", "", "what is ranked: every row, or each design at its best drive", "\"design\"").holds(Form::Words(&["row", "design"])),
-        key("wrench", "", "write force and moment on the base into tuples.csv (model §7)", "true").holds(Form::Flag),
+        key("top", "", "keep only the best N complete rows", "20")
+            .holds(Form::Whole(1, LARGEST))
+            .absent("all rows"),
+        key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\"")
+            .holds(RANKED),
+        key("per", "", "what is ranked: every row, or each design at its best drive", "\"design\"")
+            .holds(Form::Words(&["row", "design"])),
+        key("wrench", "", "write force and moment on the base into tuples.csv (model §7)", "true")
+            .holds(Form::Flag),
     ],
 );
 

@@ -107,7 +107,10 @@ fn holds(value: &Value, schema: &Value, word: &str, rule: &Value) -> bool {
             let branch = if valid(value, rule) { "then" } else { "else" };
             schema.get(branch).is_none_or(|s| valid(value, s))
         }
-        "$ref" => valid(value, SCHEMA.pointer(rule.as_str().expect("a path").trim_start_matches('#')).expect("a definition")),
+        "$ref" => valid(
+            value,
+            SCHEMA.pointer(rule.as_str().expect("a path").trim_start_matches('#')).expect("a definition"),
+        ),
         "then" | "else" | "$schema" | "$defs" | "title" | "description" | "default" | "examples" => true,
         other => panic!("the schema uses {other}"),
     }

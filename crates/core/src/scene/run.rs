@@ -161,6 +161,14 @@ pub struct Output {
 impl Default for Output {
     /// All three tables, all rows.
     fn default() -> Self {
-        Self { tuples: None, designs: true, distances: true, top: None, by: RankBy::KSd, by_said: false, per: Per::Row }
+        Self {
+            tuples: None,
+            designs: true,
+            distances: true,
+            top: None,
+            by: RankBy::KSd,
+            by_said: false,
+            per: Per::Row,
+        }
     }
 }
