@@ -82,9 +82,9 @@ fn nested(properties: &mut Map<String, Value>, outer: &str, inner: &str, value: 
     properties.entry(outer).or_insert_with(empty)["properties"][inner] = value.clone();
 }
 
-/// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec.
+/// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec, of a search on the command.
 fn always(section: &Section, key: &Key) -> bool {
-    let varies = ["whisker", "gauge", "tap", "axis"].contains(&section.name);
+    let varies = ["whisker", "gauge", "tap", "axis", "optimise"].contains(&section.name);
     !varies && (section.name == "tuples" || default(section.name, key) == "required")
 }
 

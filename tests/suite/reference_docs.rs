@@ -133,7 +133,8 @@ fn a_default_that_is_written_out_changes_nothing() {
             continue;
         };
         // It matters whether these are written; options are no part of what is asked; a drive has another key.
-        if ["gauge.noise_strain", "output.tuples", "tap.drive", "tap.tilt", "tap.lean"].contains(&&*name)
+        if ["gauge.noise_strain", "output.by", "output.tuples", "tap.drive", "tap.tilt", "tap.lean"]
+            .contains(&&*name)
             || name.starts_with("run.")
         {
             continue;

@@ -193,7 +193,8 @@ pub const OUTPUT: Section = section(
             .holds(Form::Whole(1, LARGEST))
             .absent("all rows"),
         key("by", "", "column of designs.csv by which rows are ranked, smaller first", "\"total_rms_mm\"")
-            .holds(RANKED),
+            .holds(RANKED)
+            .note("If neither by nor top is written and the gauge has noise, the printed list is by total_rms_mm"),
         key("per", "", "what is ranked: every row, or each design at its best drive", "\"design\"")
             .holds(Form::Words(&["row", "design"])),
         key("wrench", "", "write force and moment on the base into tuples.csv (model §7)", "true")
