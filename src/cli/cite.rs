@@ -28,9 +28,7 @@ pub fn run(args: &Cite) -> Result<Reply, Error> {
         .flatten()
         .collect();
     let on = if on.is_empty() { String::new() } else { format!(" on {}", on.join(", ")) };
-    let tolerance = backend["tolerance"]
-        .as_f64()
-        .map_or(String::new(), |t| format!(", strain error at most {t:e} of a row's strain"));
+    let tolerance = backend["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
     let result = format!(
         "Computed by Vibrissa {version}{commit}: `vibrissa {}` of {}{on}{tolerance}. BLAKE3 of its run.json: {}.",
         source.command, source.name, source.hash

@@ -45,7 +45,7 @@ pub fn run(args: &New) -> Result<Reply, Error> {
     let read = spec::parse(&label, &text, folder)?;
     let write = |path: &Path, text: &str| std::fs::write(path, text).map_err(|e| Error::io(path, e));
     write(&args.spec, &text)?;
-    let beside = folder.join(SCHEMA);
+    let beside = args.spec.with_file_name(SCHEMA);
     write(&beside, &schema::text())?;
     let name = GOALS.iter().find(|(_, goal, _)| *goal == answers.goal).map_or("", |(word, ..)| *word);
     let next = match answers.goal {

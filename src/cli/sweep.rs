@@ -274,7 +274,6 @@ fn row(spec: &Spec, k: &Kept) -> Value {
 
 /// The best row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
-    let Some(best) = report.highlights.first() else { return String::new() };
     let whisker = [
         Column::BaseDiameter,
         Column::TipDiameter,
@@ -296,7 +295,12 @@ fn answer(spec: &Spec, report: &Report) -> String {
     let elongation = spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation;
     let sd = if elongation { "K_sd_mm" } else { "K_sd" };
     let by = spec.study.listed_by().name();
-    of_best(&row(spec, best), &varying, [sd, by, spec.study.setup.drive.column()], report.ranked)
+    of_best(
+        &report.highlights.iter().map(|k| row(spec, k)).collect::<Vec<_>>(),
+        &varying,
+        [sd, by, spec.study.setup.drive.column()],
+        report.ranked,
+    )
 }
 
 fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
