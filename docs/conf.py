@@ -19,3 +19,18 @@ html_copy_source = False
 html_show_sphinx = False
 suppress_warnings = ["misc.highlighting_failure", "toc.no_title"]
 nitpicky = True
+
+
+def whole_equations(app, doctree):
+    """Numbered equations as they are written: Sphinx would put several lines into an environment that allows no number."""
+    from docutils import nodes
+
+    for node in doctree.findall(nodes.math_block):
+        if r"\tag" in node.astext():
+            text = f"\\begin{{equation}}{node.astext()}\\end{{equation}}"
+            node.children = [nodes.Text(text)]
+            node["no-wrap"] = True
+
+
+def setup(app):
+    app.connect("doctree-read", whole_equations)
