@@ -10,6 +10,8 @@ pub mod words;
 
 pub use layout::{Entry, Part};
 
+use crate::scene::Property;
+
 /// A part of the reference that can be asked for alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
@@ -71,10 +73,26 @@ fn short(title: &str) -> &str {
     name.trim_matches(['[', ']'])
 }
 
+/// What `[optimise]` may vary, without the properties of the rig, which their own sections explain; its first words name them.
+fn without_properties(mut part: Part) -> Part {
+    if !["optimise.variables", "optimise.robust"].contains(&part.title.as_str()) {
+        return part;
+    }
+    let known = |name: &str| {
+        let of = |p: &Property| p.name().trim_start_matches("root.") == name;
+        Property::ALL.iter().any(of)
+    };
+    let (properties, rest): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(|e| known(&e.name));
+    let names: Vec<String> = properties.iter().map(|e| format!("`{}`", e.name)).collect();
+    part.about += &format!(" Also, with unit and meaning of their own keys: {}.", names.join(", "));
+    part.entries = rest;
+    part
+}
+
 /// A part without the columns that tables before it have told; its first words name them.
 fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> Part {
     if topic != Topic::Columns {
-        return part;
+        return without_properties(part);
     }
     let (old, new): (Vec<_>, Vec<_>) =
         part.entries.into_iter().partition(|e| known.iter().any(|(k, _)| k == e));
