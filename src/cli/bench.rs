@@ -15,6 +15,7 @@ use vibrissa::bench::{
 };
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
+use vibrissa::report::answer_of;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::sink::folder::Written;
 
@@ -72,6 +73,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     }
     let what = format!("{done} of {steps} measurements");
     Ok(Reply {
+        answer: if kept { answer_of(&out) } else { String::new() },
         text,
         counts: bench::counts(&measured),
         seconds: json!({ "total": begun.elapsed().as_secs_f64() }),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use vibrissa::report::quantity::short;
 use vibrissa::scene::{Per, RankBy, Spec};
 use vibrissa::sink::table::drive_unit;
 use vibrissa::sweep::{Kept, Report};
@@ -11,7 +12,7 @@ use super::number::grouped;
 /// The best rows with the column that ranks them; with a noise of the gauge also what bias and noise come to together.
 pub fn table(spec: &Spec, report: &Report) -> String {
     let output = &spec.study.output;
-    let by = output.by;
+    let by = spec.study.listed_by();
     if report.highlights.is_empty() {
         return format!(
             "no complete row to rank by {}: in a complete row every distance counts, and this column has a value\n",
@@ -58,7 +59,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
         text.push('\n');
     }
-    text + &explained(&columns, by, noisy && !written(spec, "output.by"))
+    text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
 }
 
 /// A value of any size in a few digits.
@@ -79,7 +80,7 @@ fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
 }
 
 fn value(k: &Kept, column: RankBy) -> String {
-    k.row.value(column, k.unit).map_or(String::new(), |x| format!("{x:.3e}"))
+    k.row.value(column, k.unit).map_or(String::new(), short)
 }
 
 /// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.
@@ -96,8 +97,4 @@ fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
         );
     }
     text + "\n"
-}
-
-fn written(spec: &Spec, key: &str) -> bool {
-    spec.in_force.iter().any(|(name, _, written)| name == key && *written)
 }

@@ -41,7 +41,8 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     };
     let tolerance = options.tolerance.unwrap_or(TOLERANCE);
     if !(ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
-        let e = InputError::new("this is no tolerance of a page's chart").key("tolerance").value(tolerance);
+        let e =
+            InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
         return Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])).into());
     }
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));

@@ -7,6 +7,7 @@ mod bench;
 mod best;
 mod calibrate;
 mod chart;
+mod cite;
 mod cluster;
 mod contour;
 mod devices;
@@ -21,6 +22,7 @@ mod lines;
 mod locate;
 mod merge;
 mod needed;
+mod new;
 mod number;
 mod optimise;
 mod patient;
@@ -102,6 +104,11 @@ pub fn run() -> u8 {
         Command::Shape(shape) => shape::run(shape),
         Command::Report(report) => report::run(report),
         Command::Devices(common) => devices::run(common),
+        Command::New(new) => new::run(new),
+        Command::Cite(cite) => cite::run(cite),
+        Command::Schema(_) => {
+            Ok(reply::Reply { text: vibrissa::reference::schema::text(), ..Default::default() })
+        }
         Command::Help(asked) => return help::run(asked),
         Command::Completions(asked) => help::completions(asked),
         Command::Man(asked) => help::man(asked),

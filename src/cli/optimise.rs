@@ -15,6 +15,8 @@ use vibrissa::optimise::{
     why::{bias, why},
     write,
 };
+use vibrissa::report::answer_of;
+use vibrissa::report::quantity::short;
 use vibrissa::scene::Spec;
 use vibrissa::scene::search::{Objective, Search};
 use vibrissa::sink::run_json;
@@ -30,7 +32,7 @@ use super::say;
 use super::sweep::{threads, where_and_why};
 
 /// What to say of a search that a signal ended.
-const KEPT: &str = "interrupted; the best so far is written, and --resume goes on";
+const KEPT: &str = "interrupted; the best so far is written, and --resume continues";
 
 /// Reads the spec and searches, or says what would be searched.
 pub fn run(args: &Optimise) -> Result<Reply, Error> {
@@ -72,6 +74,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
     }
     Ok(Reply {
+        answer: answer_of(&out),
         text: summary(&spec, &search, &report),
         out: Some(out),
         counts: write::counts(&report),
@@ -117,9 +120,9 @@ fn sought(search: &Search) -> &'static str {
 fn ending(ended: Ended) -> &'static str {
     match ended {
         Ended::Converged => "ended because several starts found the same, or all starts were made",
-        Ended::Evaluations => "ended with its evaluations spent: a larger budget and --resume go on",
-        Ended::Seconds => "ended with its seconds spent: --resume goes on",
-        Ended::Interrupted => "ended by a signal: --resume goes on",
+        Ended::Evaluations => "ended with its evaluations spent: continue with a larger budget and --resume",
+        Ended::Seconds => "ended with its seconds spent: --resume continues",
+        Ended::Interrupted => "ended by a signal: --resume continues",
     }
 }
 
@@ -180,7 +183,7 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         "  D {:.4} mm, d {:.4} mm, L_a {:.4} mm, x_ss {:.4} mm, l {:.4} mm, {properties}{symbol} {:.4}{unit}",
         d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
     );
-    let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| format!("{x:.4e}{unit}"));
+    let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| short(x) + unit);
     let _ = writeln!(
         text,
         "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest strain {}, largest force {}",
@@ -194,8 +197,13 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     );
     if let Some(robust) = &search.robust {
         let [sd, total, _] = report.best.score.figures;
-        let _ =
-            writeln!(text, "  over {} sampled whiskers: K_sd {sd:.4e}, total {total:.4e} mm", robust.samples);
+        let _ = writeln!(
+            text,
+            "  over {} sampled whiskers: K_sd {}, total {} mm",
+            robust.samples,
+            short(sd),
+            short(total)
+        );
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(other) = &report.other {
@@ -215,8 +223,12 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         };
     }
     if let Some(front) = &report.front {
-        let _ =
-            writeln!(text, "front of {} points, hypervolume {:.4e}", front.points.len(), front.hypervolume);
+        let _ = writeln!(
+            text,
+            "front of {} points, hypervolume {}",
+            front.points.len(),
+            short(front.hypervolume)
+        );
     }
     let _ = writeln!(
         text,

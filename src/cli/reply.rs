@@ -41,6 +41,8 @@ fn command() -> &'static str {
 /// A finished command.
 #[derive(Default)]
 pub struct Reply {
+    /// The result in a sentence or two, with which the text begins; empty where there is none.
+    pub answer: String,
     /// For people, on stdout.
     pub text: String,
     /// Result folder.
@@ -95,12 +97,16 @@ impl Reply {
                 "backend": self.backend,
                 "result": self.result,
             });
+            if !self.answer.is_empty() && (self.result.is_object() || self.result.is_null()) {
+                object["result"]["answer"] = self.answer.into();
+            }
             if let Some((error, message)) = wrong {
                 object["error"] = error_json(error, message);
             }
             told = write_out(&format!("{object}\n"));
         } else if !quiet && !self.quiet {
-            told = write_out(&self.text);
+            let answer = if self.answer.is_empty() { String::new() } else { self.answer + "\n" };
+            told = write_out(&(answer + &self.text));
         }
         match (&self.broken, &self.refused) {
             _ if json() => {}

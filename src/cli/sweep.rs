@@ -9,7 +9,8 @@ use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
 use vibrissa::needed::{Needed, Rows};
 use vibrissa::plan::Plan;
-use vibrissa::scene::{Geometry, Listed, RunOptions, Space, Spec};
+use vibrissa::report::answer::of_best;
+use vibrissa::scene::{Column, Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::Table;
@@ -94,6 +95,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         say::warning(warning);
     }
     Ok(Reply {
+        answer: answer(&spec, &report),
         text: summary(&spec, &report, needed.as_ref()),
         out: Some(out),
         counts: run_json::counts(&report.counts),
@@ -101,7 +103,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         backend: json!(report.backend),
         result: json!({
             "best": report.highlights.iter().map(|k| row(&spec, k)).collect::<Vec<_>>(),
-            "by": spec.study.output.by.name(),
+            "by": spec.study.listed_by().name(),
             "ranked_rows": report.ranked,
             "model_error": report.model_error,
         }),
@@ -268,6 +270,37 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     value[format!("K_mean{unit}")] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
     value[format!("K_sd{unit}")] = json!(k.row.sd.map(|s| s * k.unit));
     value
+}
+
+/// The best row in a sentence.
+fn answer(spec: &Spec, report: &Report) -> String {
+    let whisker = [
+        Column::BaseDiameter,
+        Column::TipDiameter,
+        Column::Length,
+        Column::GaugePosition,
+        Column::GridLength,
+    ];
+    let several = |column: &Column| spec.study.space.axis(*column).is_none_or(|axis| axis.len() > 1);
+    let rigs = spec.study.setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
+    let angles = spec.study.setup.directions;
+    let angles =
+        [(angles.tilt, "tilt_deg"), (angles.lean, "lean_deg")].into_iter().filter(|a| a.0).map(|a| a.1);
+    let names = whisker
+        .into_iter()
+        .zip(["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"])
+        .filter(|(c, _)| several(c))
+        .map(|c| c.1);
+    let varying: Vec<&str> = names.chain(rigs).chain(angles).collect();
+    let elongation = spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation;
+    let sd = if elongation { "K_sd_mm" } else { "K_sd" };
+    let by = spec.study.listed_by().name();
+    of_best(
+        &report.highlights.iter().map(|k| row(spec, k)).collect::<Vec<_>>(),
+        &varying,
+        [sd, by, spec.study.setup.drive.column()],
+        report.ranked,
+    )
 }
 
 fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {

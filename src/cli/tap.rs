@@ -6,8 +6,10 @@ use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::why::bias;
+use vibrissa::report::answer::of_tap;
+use vibrissa::report::quantity::short;
 use vibrissa::scene::search::Objective;
-use vibrissa::scene::{Spec, Theory};
+use vibrissa::scene::{Convention, Spec, Theory};
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::drive_unit;
 use vibrissa::tap::{self, Report, Sample};
@@ -81,13 +83,17 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         }
         other => other,
     })?;
+    let result = tap::result(&spec.study, &report);
+    let elongation = spec.study.setup.estimate.convention == Convention::Elongation;
+    let sd = if elongation { "K_sd_mm" } else { "K_sd" };
     Ok(Reply {
+        answer: of_tap(&result, spec.study.setup.drive.column(), sd),
         text: summary(&spec, &report),
         out: Some(out),
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: needed::told(tap::result(&spec.study, &report), report.model_error.as_ref()),
+        result: needed::told(result, report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()
@@ -97,7 +103,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
 
 fn summary(spec: &Spec, report: &Report) -> String {
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
-    let number = |x: Option<f64>| x.map_or("none".to_owned(), |x| format!("{x:.4e}"));
+    let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
     let line = |name: &str, s: &Sample, theory: Theory, end: &str| {
         format!(
             "{name} {symbol} {:.4}{unit}{end}: total {} mm (bias {}, noise {}), K_mean {}, K_sd {}, {} {}\n",

@@ -7,6 +7,7 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::backend::Backend;
 use vibrissa::error::{Error, InputError};
+use vibrissa::report::answer_of;
 use vibrissa::scene::{RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
@@ -95,6 +96,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     });
     let faults = [cut, broken(&lines, &on)].into_iter().flatten().collect::<Vec<_>>();
     Ok(Reply {
+        answer: if kept { answer_of(&asked.out) } else { String::new() },
         text,
         out: Some(asked.out),
         files,

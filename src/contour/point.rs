@@ -40,7 +40,7 @@ impl Noise {
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
         let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
-            false => Err(InputError::new("this is no standard deviation")
+            false => Err(InputError::new("this is not a standard deviation")
                 .key(key)
                 .value(x)
                 .allowed(format!("0 … {MOST_NOISE} ({unit})"))),

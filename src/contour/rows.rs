@@ -47,7 +47,7 @@ pub fn placed(readings: &Readings) -> Result<Vec<Placed>, InputError> {
         let sense = sense[i];
         if !(sense.is_nan() || sense.abs() == 1.0) {
             let error =
-                InputError::new("this is no sense of rotation").at(file(), Some(readings.rows[i].line));
+                InputError::new("this is not a sense of rotation").at(file(), Some(readings.rows[i].line));
             return Err(error.key("sense").value(sense).allowed("1 (counterclockwise) or -1"));
         }
         let pose = Pose {

@@ -34,7 +34,7 @@ impl Font {
             InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")
         };
         let bytes = std::fs::read(path).map_err(|e| refuse(format!("the font cannot be read: {e}")))?;
-        let face = Face::parse(&bytes, 0).map_err(|e| refuse(format!("this is no font: {e}")))?;
+        let face = Face::parse(&bytes, 0).map_err(|e| refuse(format!("this is not a font: {e}")))?;
         if face.tables().glyf.is_none() {
             return Err(refuse("the outlines of this font are not those of TrueType".to_owned()));
         }

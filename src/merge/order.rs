@@ -85,7 +85,7 @@ fn places(part: &Part) -> Result<[Vec<Place>; 3], Error> {
     let bytes = file.bytes()?;
     let mut all = [const { Vec::new() }; 3];
     for bytes in bytes.chunks(Place::BYTES) {
-        let torn = || InputError::new("this is no list of places").at(path.display().to_string(), None);
+        let torn = || InputError::new("this is not a list of places").at(path.display().to_string(), None);
         let place = Place::read(bytes).ok_or_else(torn)?;
         all[place.table as usize].push(place);
     }

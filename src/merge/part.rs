@@ -79,7 +79,7 @@ fn absent(folder: &Path, e: std::io::Error) -> Error {
     let allowed = "folders shard-i-of-n, or the folder that holds them";
     match e.kind() {
         ErrorKind::NotFound => refuse(folder, "there is no such folder", allowed),
-        ErrorKind::NotADirectory => refuse(folder, "this is no folder", allowed),
+        ErrorKind::NotADirectory => refuse(folder, "this is not a folder", allowed),
         _ => Error::io(folder, e),
     }
 }

@@ -102,7 +102,7 @@ fn part(shard: Shard, folder: &Path) -> Result<Part, Error> {
     let run = read(folder).unwrap_or_default();
     let value = run["result"]["value"].as_f64().filter(|_| run["command"] == "optimise");
     let again = format!("the result of optimise --shard {shard}");
-    let value = value.ok_or_else(|| refuse(folder, "this is no finished search", &again))?;
+    let value = value.ok_or_else(|| refuse(folder, "this is not a finished search", &again))?;
     let stated = Stated::of(folder, &run);
     stated.objects(&["counts", "result.front"])?;
     stated.counts(&COUNTS, true)?;

@@ -6,7 +6,7 @@ use super::variables::value;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{Setup, Theory};
 
-/// The bias for people: a model that reads the strains that it made has none by construction.
+/// The bias for people: a model that inverts its own strains has none by construction.
 pub fn bias(theory: Theory, value: Option<f64>, number: &dyn Fn(Option<f64>) -> String) -> String {
     match (theory, value) {
         (Theory::Exact, Some(0.0)) => "0 by construction".into(),
@@ -21,7 +21,10 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
         let value = value(setup, &report.best.point, *quantity);
         let (name, unit) = (quantity.name(setup.drive), quantity.unit(setup.drive));
         let space = if unit.is_empty() || unit.starts_with([' ', '°']) { "" } else { " " };
-        parts.push(format!("{name} lies at its {end}, {value}{space}{unit}"));
+        parts.push(format!(
+            "{name} is at its {}, {value}{space}{unit}",
+            if *end == "min" { "smallest value" } else { "largest value" }
+        ));
     }
     let binds = |l: &Limit| match l {
         Limit::Strain => "the strain limit binds",
@@ -42,7 +45,10 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
         (search.objective != Objective::Sd, row.error_rms(), row.noise_rms())
     {
         let larger = if error > noise { "bias" } else { "noise" };
-        let mm = |x: Option<f64>| format!("{:.3e} mm", x.unwrap_or(f64::NAN));
+        let mm = |x: Option<f64>| match x.unwrap_or(f64::NAN) {
+            x if x.abs() < 1e-3 => format!("{x:.3e} mm"),
+            x => format!("{x:.4} mm"),
+        };
         let bias = bias(setup.estimate.theory, Some(error), &mm);
         parts.push(format!(
             "{larger} is the larger part of the total (bias {bias}, noise {})",

@@ -7,7 +7,7 @@ use crate::sink::table::{AtDistance, AtDrive, Column, Name, Only, TapRow};
 
 /// Before the tables.
 pub const ABOUT: &str = "CSV in UTF-8 with one header and no comment lines; numbers in the shortest form that reads back the same. A value \
-    that does not exist is empty, never 0. Read columns by name: new ones may come, before `status`. `delta_mm` stands in place of `theta_deg` \
+    that does not exist is empty, never 0. Read columns by name: new ones may be added before `status`. *if varied*: the column is there if the spec has an axis of it, or the tuple file has the column. `delta_mm` stands in place of `theta_deg` \
     with `drive = \"displacement\"`, K has the unit mm with `convention = \"elongation\"`. Sections (§) and equations are those of \
     docs/model.md.";
 
@@ -136,7 +136,13 @@ pub fn parts() -> Vec<Part> {
 }
 
 /// Units by what names say.
-const UNITS: [(&str, &str); 9] = [
+const UNITS: [(&str, &str); 15] = [
+    ("_Nmm_per_rad", "N mm/rad"),
+    ("_N_per_mm", "N/mm"),
+    ("_per_mm2", "1/mm²"),
+    ("_per_mm", "1/mm"),
+    ("_Nmm", "N mm"),
+    ("_MPa", "MPa"),
     ("_mm", "mm"),
     ("_deg", "degrees"),
     ("_N", "N"),

@@ -8,11 +8,13 @@ use super::layout::{EXAMPLE, Entry, Part};
 use crate::error::InputError;
 use crate::scene::{Search, Study};
 use crate::spec;
+use crate::spec::keys::form::Form;
 use crate::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section, THAT_OF_THE_KEY};
 
 /// Before the sections.
 pub const ABOUT: &str = "A spec is TOML: lengths in mm, angles in degrees, moduli in MPa, forces in N; strain has no unit. Unknown keys are \
-    errors, paths are relative to the spec. A key without default is required, or off. `--plan` prints every value in force.";
+    errors, paths are relative to the spec. A key without default is required, or off. *axis*: the key takes a value, a list or an axis. \
+    `--plan` prints every value in force.";
 
 /// What every command needs of a spec.
 const COMPLETE: &str = "[whisker]\nD = 10.0\nd = 4.0\nL_a = 50.0\n[gauge]\nx_ss = 5.0\nl = 2.0\nnoise_strain = 1e-5\n\
@@ -48,7 +50,15 @@ pub fn parts() -> Vec<Part> {
 fn entry(section: Option<&Section>, key: &Key) -> Entry {
     let note = if key.note.is_empty() { String::new() } else { format!(". {}", key.note) };
     let name = section.map_or("", |s| s.name);
-    let mut facts = vec![key.unit.to_owned(), default(name, key), allowed(section, key)];
+    let axis = match key.form {
+        Form::Axis(_) => "; axis",
+        Form::Any(forms) if forms.iter().any(|form| matches!(form, Form::Axis(_))) => {
+            "; a number may be an axis"
+        }
+        _ => "",
+    };
+    let axis = if name.contains('.') { "" } else { axis };
+    let mut facts = vec![key.unit.to_owned(), default(name, key), allowed(section, key) + axis];
     if !key.example.is_empty() {
         facts.push(format!("`{} = {}`", key.name, key.example));
     }

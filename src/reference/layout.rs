@@ -27,7 +27,7 @@ pub struct Part {
 }
 
 /// One thing.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// Its name; `this or that` where it is called one or the other.
     pub name: String,

@@ -4,10 +4,13 @@
 pub mod columns;
 pub mod keys;
 mod layout;
+pub mod schema;
 pub mod tables;
 pub mod words;
 
 pub use layout::{Entry, Part};
+
+use crate::scene::Property;
 
 /// A part of the reference that can be asked for alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +73,43 @@ fn short(title: &str) -> &str {
     name.trim_matches(['[', ']'])
 }
 
+/// What `[optimise]` may vary, without the properties of the rig, which their own sections explain; its first words name them.
+fn without_properties(mut part: Part) -> Part {
+    if !["optimise.variables", "optimise.robust"].contains(&part.title.as_str()) {
+        return part;
+    }
+    let known = |name: &str| {
+        let of = |p: &Property| p.name().trim_start_matches("root.") == name;
+        Property::ALL.iter().any(of)
+    };
+    let (properties, rest): (Vec<_>, Vec<_>) = part.entries.into_iter().partition(|e| known(&e.name));
+    let names: Vec<String> = properties.iter().map(|e| format!("`{}`", e.name)).collect();
+    part.about += &format!(" Also, with unit and meaning of their own keys: {}.", names.join(", "));
+    part.entries = rest;
+    part
+}
+
+/// A part without the columns that tables before it have told; its first words name them.
+fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> Part {
+    if topic != Topic::Columns {
+        return without_properties(part);
+    }
+    let (old, new): (Vec<_>, Vec<_>) =
+        part.entries.into_iter().partition(|e| known.iter().any(|(k, _)| k == e));
+    let mut titles: Vec<&String> =
+        known.iter().filter(|(k, _)| old.contains(k)).map(|(_, title)| title).collect();
+    titles.dedup();
+    for title in titles {
+        let theirs = known.iter().filter(|(k, t)| t == title && old.contains(k));
+        let names: Vec<String> =
+            theirs.map(|(k, _)| format!("`{}`", k.name.replace(" or ", "` or `"))).collect();
+        part.about += &format!(" As in {title}: {}.", names.join(", "));
+    }
+    known.extend(new.iter().map(|e| (e.clone(), part.title.clone())));
+    part.entries = new;
+    part
+}
+
 /// All of it, in Markdown.
 pub fn page() -> String {
     let about = "Made of the definitions in the code by `cargo run -- help reference > docs/reference.md`; a test compares the two. \
@@ -78,8 +118,9 @@ pub fn page() -> String {
     for (_, topic, _) in Topic::WORDS {
         let [title, about] = topic.heading();
         text += &format!("\n## {title}\n\n{}", layout::paragraph(about));
+        let mut known: Vec<(Entry, String)> = Vec::new();
         for part in topic.parts() {
-            text += &format!("\n{}", part.markdown());
+            text += &format!("\n{}", told_once(part, topic, &mut known).markdown());
         }
     }
     text

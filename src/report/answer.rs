@@ -93,6 +93,39 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
     })
 }
 
+/// The best of a sweep's `ranked` complete rows that stays within the strain limit, if one of those listed does; `varying` columns have
+/// several values.
+pub fn of_best(listed: &[Value], varying: &[&str], [sd, by, drive]: [&str; 3], ranked: u64) -> String {
+    let beyond = |row: &Value| row["status"].as_str().is_some_and(|words| words.contains("strain_limit"));
+    let kept = listed.iter().position(|row| !beyond(row));
+    let Some(best) = listed.get(kept.unwrap_or(0)) else { return String::new() };
+    let (rest, but) = match kept {
+        Some(0) => ("", ""),
+        Some(_) => (" of those within the strain limit", ""),
+        None => ("", "; that is beyond its strain limit"),
+    };
+    let number = |name: &str| best[name].as_f64();
+    let whisker: Vec<String> = varying.iter().filter_map(|name| Some(said(name, number(name)?))).collect();
+    let whisker = if whisker.is_empty() { String::new() } else { format!(" with {}", whisker.join(", ")) };
+    let tap = tapped(drive, number(drive).unwrap_or(f64::NAN));
+    let what = match (by, number("K_mean").zip(number(sd)), number(by)) {
+        ("K_sd", Some((mean, x)), _) => {
+            format!(
+                "has the steadiest K{rest}: it varies by {} from distance to distance",
+                spread(sd, x, mean)
+            )
+        }
+        ("total_rms_mm", _, Some(x)) => {
+            format!("tells distance best{rest}: bias and noise together are {} mm rms", rounded(x))
+        }
+        _ => format!("has the least {by}{rest}"),
+    };
+    let strain =
+        number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
+    let rows = usize::try_from(ranked).map_or("many rows".to_owned(), |n| count(n, "complete row"));
+    format!("Of {rows}, the whisker{whisker}, {tap}, {what}{strain}{but}.")
+}
+
 /// A sweep of single taps alone.
 pub fn of_taps(table: &Table) -> String {
     let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));

@@ -4,7 +4,7 @@
 //! for the page) of its tables; [`crate::figure`] draws; [`crate::page`] makes the page. Nothing is computed again: what is drawn is what
 //! the tables say.
 
-mod answer;
+pub mod answer;
 mod bench;
 mod bins;
 mod budget;
@@ -17,7 +17,7 @@ mod locate;
 mod optimise;
 mod outliers;
 mod page;
-mod quantity;
+pub mod quantity;
 mod shape;
 pub mod source;
 mod sweep;
@@ -66,6 +66,13 @@ pub fn content(source: &Source) -> Result<Content, Error> {
             Err(error.at(file, None).key("command").value(other).allowed(COMMANDS.join(", ")).into())
         }
     }
+}
+
+/// The answer of the result in `folder`, with which its report begins; empty where it has none.
+pub fn answer_of(folder: &Path) -> String {
+    Source::open(folder, false)
+        .and_then(|source| content(&source))
+        .map_or(String::new(), |content| content.answer)
 }
 
 /// The figures of a benchmark with these tables: file and text.

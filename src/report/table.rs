@@ -108,7 +108,8 @@ impl Table {
         let file = file.to_owned();
         let damaged = |why: String, line| InputError::new(why).at(file.clone(), line);
         let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
-        let header = reader.headers().map_err(|e| damaged(format!("this is no table: {e}"), None))?.clone();
+        let header =
+            reader.headers().map_err(|e| damaged(format!("this is not a table: {e}"), None))?.clone();
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err(damaged("the table is empty: it has no header".to_owned(), None));
         }
@@ -202,12 +203,12 @@ impl Table {
         match &self.values[place] {
             Values::Numbers(numbers, None) => Ok(numbers),
             Values::Numbers(_, Some((line, text))) => {
-                Err(damaged("this is no number").at(self.file.clone(), Some(*line)).value(text))
+                Err(damaged("this is not a number").at(self.file.clone(), Some(*line)).value(text))
             }
             Values::Words(places, words) => {
                 let row = places.iter().position(|p| *p > 0).unwrap_or(0);
                 let text = places.get(row).map_or("", |p| &words[*p as usize]);
-                Err(damaged("this is no number").at(self.file.clone(), Some(row + 2)).value(text))
+                Err(damaged("this is not a number").at(self.file.clone(), Some(row + 2)).value(text))
             }
         }
     }

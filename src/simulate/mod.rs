@@ -167,7 +167,7 @@ impl Settings {
         }
         match self.saturate {
             Some(x) if !(x > 0.0 && x.is_finite()) => {
-                Err(InputError::new("this is no strain limit").key("--saturate").value(x).allowed("> 0"))
+                Err(InputError::new("this is not a strain limit").key("--saturate").value(x).allowed("> 0"))
             }
             _ => Ok(()),
         }

@@ -45,7 +45,7 @@ impl Shard {
     pub fn of_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| {
             let text = variable(name)
-                .ok_or_else(|| format!("{name} is not set: this is no task of a Slurm array"))?;
+                .ok_or_else(|| format!("{name} is not set: this is not a task of a Slurm array"))?;
             text.trim().parse::<u32>().map_err(|_| format!("{name} = {text} is no number"))
         };
         let all = ["ID", "COUNT", "MIN", "MAX"].map(|name| number(&format!("SLURM_ARRAY_TASK_{name}")));
@@ -58,7 +58,7 @@ impl Shard {
         let told = format!("task {id} of {count}, numbered from {min} to {max} in steps of {step}");
         let cannot = |why: &str| Err(format!("{told}: {why}; say it as --shard i/n"));
         if !(1..=MOST).contains(&count) || step == 0 || max < min || !(min..=max).contains(&id) {
-            return cannot("this is no array of which the part could be told");
+            return cannot("this is not an array of which the part could be told");
         }
         // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
         if count == 1 {

@@ -102,7 +102,7 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
         ];
         if let Some((column, _)) = wrong.iter().find(|(_, wrong)| *wrong) {
             let span = table::line_span(&text, *at);
-            let error = document.error(Some(span), "this is no section of a whisker");
+            let error = document.error(Some(span), "this is not a section of a whisker");
             return Err(error.key(NAMES[*column]).value(row[*column]).allowed(allowed(NAMES[*column])));
         }
         before = *s;

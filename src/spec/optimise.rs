@@ -104,7 +104,7 @@ fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
     let weight = |key| item.child(key).map_or(Ok(1.0), |w| w.within(&WEIGHT));
     let weights = [weight("sd")?, weight("distance")?];
     if weights == [0.0; 2] {
-        return Err(item.error("with no weight there is nothing to make small").allowed(allowed));
+        return Err(item.error("both weights are 0: there is nothing to minimise").allowed(allowed));
     }
     Ok(weights)
 }

@@ -43,13 +43,13 @@ fn range(item: &Item<'_>) -> Result<[f64; 2]> {
     if (LENGTH.holds)(min) && min < max {
         return Ok([min, max]);
     }
-    Err(item.error("this is no range of distances").allowed(allowed))
+    Err(item.error("this is not a range of distances").allowed(allowed))
 }
 
 /// What of `[estimate]` plays no part.
 pub(super) fn idle(estimate: &Estimate) -> Option<String> {
     let idle = estimate.theory == Theory::Exact && estimate.k.is_some();
-    idle.then(|| "[estimate] K plays no part in a distance with theory = \"exact\"".to_owned())
+    idle.then(|| "[estimate] K is not used with theory = \"exact\"".to_owned())
 }
 
 /// Refuses to rank by an error that the model does not make with its own strains.
@@ -62,7 +62,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
         return Ok(());
     }
     let others = RankBy::ALL.iter().map(|by| by.name()).filter(|name| !name.starts_with("error_"));
-    let message = "with theory = \"exact\" the model reads its own strains: beyond the peak there is no error to rank by";
+    let message = "with theory = \"exact\" the model inverts its own strains: beyond the peak there is no error to rank by";
     let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     Err(sections.section("output").get("by")?.error(message).allowed(allowed))
 }
@@ -88,6 +88,7 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         distances: section.get("distances")?.flag()?,
         top: section.optional("top", top)?,
         by: rank_by(&section.get("by")?)?,
+        by_said: section.written("by").is_some(),
         per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
     })
 }

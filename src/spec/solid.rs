@@ -35,7 +35,7 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
         return item.word(&NAMED).map_err(|e| e.allowed(SHAPE));
     }
     if !item.value.is_table() {
-        return Err(item.error("this is no foil").allowed(SHAPE));
+        return Err(item.error("this is not a foil").allowed(SHAPE));
     }
     item.only(&keys::FOIL.names(), SHAPE)?;
     let length = item.needs("length", SHAPE)?.within(&LENGTH)?;

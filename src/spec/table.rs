@@ -56,7 +56,7 @@ pub(super) fn read<const N: usize>(
     let reader =
         reader.delimiter(separator(header.unwrap_or_default()) as u8).from_reader(document.text.as_bytes());
     scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
-        Trouble::Csv(e) => InputError::new(format!("this is no CSV file: {e}")).at(document.file, None),
+        Trouble::Csv(e) => InputError::new(format!("this is not a CSV file: {e}")).at(document.file, None),
         Trouble::Empty => {
             let error = document.error(None, "this file is empty; its first line must name the columns");
             error.allowed(columns.required(","))

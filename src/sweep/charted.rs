@@ -292,7 +292,7 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
                 reduced.estimate((i, 0), place(i), tap);
             }
             let (row, unit) = (reduced.drives[0], reduced.unit());
-            let rank = reduced.rank(0, study.output.by)?;
+            let rank = reduced.rank(0, study.listed_by())?;
             let charted = rows[at].0;
             Some(Kept {
                 rank,

@@ -114,7 +114,7 @@ pub(super) fn render(
             out.designs.row(&mut values)?;
             out.rows[1] += 1;
         }
-        let rank = reduced.rank(j, study.output.by);
+        let rank = reduced.rank(j, study.listed_by());
         out.candidates.extend(rank.map(|rank| Kept {
             rank,
             index: (k, j as u32),

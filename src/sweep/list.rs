@@ -116,7 +116,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         first += n.1;
         let unit = reduced.unit();
         let complete = reduced.drives.iter().enumerate().filter_map(|(j, row)| {
-            let rank = row.rank(study.output.by, unit)?;
+            let rank = row.rank(study.listed_by(), unit)?;
             let (drive, direction) = group.drives.values[j];
             // Ties go to the row that stood first in the file.
             Some(Kept {

@@ -146,7 +146,7 @@ fn write(
     rows: &[DriveRow],
 ) -> Result<(), Error> {
     let (study, form) = (run.study, run.writers.form);
-    let by = study.output.by;
+    let by = study.listed_by();
     let unit = |t: &Tuple| match study.setup.estimate.convention {
         Convention::Mean => 1.0,
         Convention::Elongation => Design::new(&study.setup, *t).elongation(&study.setup).unwrap_or(1.0),

@@ -194,7 +194,7 @@ pub fn why(
         text += &format!(" It is also the {end} {name} of the interval.");
     }
     if exact && objective == Objective::Distance {
-        text += " The bias is 0 by construction: the model reads the strains that it made.";
+        text += " The bias is 0 by construction: the model inverts its own strains.";
     }
     text
 }

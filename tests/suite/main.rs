@@ -60,6 +60,7 @@ mod report_drawn;
 mod rigs;
 mod rod;
 mod said;
+mod schema;
 mod search;
 mod seconds;
 mod shape;

@@ -422,7 +422,7 @@ fn specs_say_what_the_theory_leaves_out() {
         "[optimise]\nrobust = { D = 0.1, calibrated = \"nominal\" }\n[output]\nby = \"error_rms_mm\"";
     assert!(specs::parse(&specs::GOOD.replace("[estimate]", EXACT).replace("[output]", robust)).is_ok());
     let warned = with("theory = \"exact\"\nK = 1.1", "").unwrap().warnings;
-    assert!(warned.iter().any(|w| w.contains("K plays no part")), "{warned:?}");
+    assert!(warned.iter().any(|w| w.contains("K is not used")), "{warned:?}");
     let error = with("theory = \"exakt\"", "").unwrap_err();
     assert!(error.allowed.unwrap().contains("\"exact\""));
 }

@@ -371,7 +371,7 @@ fn what_does_not_belong_together_is_refused() {
     let ran = desk.run(&["merge", "joined-nowhere"]).exits(2);
     assert!(ran.stderr.contains("merge = joined-nowhere: there is no such folder"), "{}", ran.stderr);
     assert!(
-        desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is no folder")
+        desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is not a folder")
     );
     assert!(desk.run(&["merge", "."]).exits(2).stderr.contains("no part of a sweep is here"));
     for bad in ["0/2", "3/2", "a", "slurm"] {

@@ -187,7 +187,7 @@ fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
         result["why"]
             .as_str()
             .unwrap()
-            .ends_with("The bias is 0 by construction: the model reads the strains that it made.")
+            .ends_with("The bias is 0 by construction: the model inverts its own strains.")
     );
     // Beyond the strain limit the end of the interval would be best: nothing is known of what follows it.
     let tight = exact.replace("noise_strain", "strain_limit = 0.02\nnoise_strain");

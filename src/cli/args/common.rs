@@ -41,14 +41,14 @@ pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Write also where another result lies (of another command or file, an edited one, one of over a minute with other values), an
-    /// unfinished search, or other files. Removes only what its run.json lists, and says what; never an input, never a file of yours
+    /// Write also into a folder with another result (of another command or file, edited, or of over a minute with other values), an
+    /// unfinished search, or other files. Removes only what its run.json lists, and names it; never an input or another file
     #[arg(long)]
     pub force: bool,
-    /// Where to compute [default: auto: a hardware adapter, else the CPU kernels; gpu also takes a software adapter]
+    /// Where to compute [default: auto: a hardware adapter, else the CPU kernels; gpu also uses a software adapter]
     #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
     pub backend: Option<BackendChoice>,
-    /// Take the adapter whose name contains this
+    /// Use the adapter whose name contains this
     #[arg(long, value_name = "NAME", value_parser = adapter)]
     pub adapter: Option<String>,
     /// Floating-point type of the fast kernels [default: f32]
@@ -60,7 +60,7 @@ pub struct Common {
     /// CPU threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096))]
     pub threads: Option<u32>,
-    /// Say what would run, how many tuples, bytes, seconds; run nothing
+    /// Show what would run, with rows, bytes and seconds; run nothing
     #[arg(long)]
     pub plan: bool,
     /// No progress, no summary

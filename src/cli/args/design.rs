@@ -14,21 +14,21 @@ use super::common::{Common, number, whole};
 pub struct Sweep {
     /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
     pub spec: PathBuf,
-    /// Say what each effect of the model changes, in % of strain, and which could be left off; write nothing
+    /// Show what each effect of the model changes, in % of strain, and which could be left off; write nothing
     #[arg(long, conflicts_with_all = ["plan", "out", "force"])]
     pub explain: bool,
-    /// With --explain: judge at these relative changes of strain, comma between [default: 1e-4,1e-3,1e-2]
+    /// With --explain: relative changes of strain at which effects could be left off, separated by commas [default: 1e-4,1e-3,1e-2]
     #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain", value_parser = number)]
     pub leave_off: Vec<f64>,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
-    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain", value_parser = number)]
     pub model_error: Option<f64>,
-    /// Do part i of n alone, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins them. `slurm`: the part that this task of a
-    /// Slurm array is
+    /// Run only part i of n, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins the parts. `slurm`: read the part from the
+    /// Slurm array task
     #[arg(long, value_name = "i/n", value_parser = shard, conflicts_with = "explain")]
     pub shard: Option<Shard>,
-    /// Make what is complete durable this often, so that the same command goes on from there if the run is stopped or killed
+    /// Seconds between states on the disk, from which the same command continues if the run is stopped or killed
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
     pub keep_every: Duration,
     #[command(flatten)]
@@ -39,7 +39,7 @@ pub struct Sweep {
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa merge results/million")]
 pub struct Merge {
-    /// Folders shard-i-of-n, or the folder that holds them, where the whole goes too unless --out says otherwise
+    /// Folders shard-i-of-n, or the folder that holds them; the result goes there too unless --out says otherwise
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     #[command(flatten)]
@@ -55,10 +55,10 @@ pub struct Cluster {
     pub system: String,
     /// The spec of the sweep
     pub spec: PathBuf,
-    /// Parts, each a task of the array
+    /// Number of parts; each is a task of the array
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
     pub shards: u32,
-    /// Tasks that run at a time [default: as many as the cluster gives]
+    /// Most tasks that run at the same time [default: no limit]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
     pub at_a_time: Option<u32>,
     #[command(flatten)]
@@ -69,18 +69,18 @@ pub struct Cluster {
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa optimise sweeps/design.toml")]
 pub struct Optimise {
-    /// The spec: whisker, gauge, tap, model, and what to search for in [optimise]
+    /// The spec: whisker, gauge, tap, model, and [optimise] with objective, variables and limits
     pub spec: PathBuf,
-    /// Search i of n, with the seed of the spec + i − 1 and the whole budget, into <out>/shard-i-of-n; `vibrissa merge` joins them to the best
-    /// design and one front. `slurm`: the number that this task of a Slurm array has
+    /// Run search i of n, with the seed of the spec + i − 1 and the whole budget, into <out>/shard-i-of-n; `vibrissa merge` joins them to the
+    /// best design and one front. `slurm`: read i from the Slurm array task
     #[arg(long, value_name = "i/n", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Go on with a search that was stopped (Ctrl-C, budget, crash), exactly where it was; without this a search that would
-    /// discard the work of an unfinished one asks for --force
+    /// Continue a search that was stopped (Ctrl-C, budget, crash) exactly where it stopped. Without this flag, a search that would
+    /// discard an unfinished one asks for --force
     #[arg(long)]
     pub resume: bool,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
-    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
     #[command(flatten)]
@@ -93,11 +93,11 @@ pub struct Optimise {
 pub struct Tap {
     /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
     pub spec: PathBuf,
-    /// What to make small: total_rms_mm, or K_sd
+    /// What to minimise: total_rms_mm, or K_sd
     #[arg(long, value_enum, value_name = "WORD", default_value = "distance")]
     pub objective: TapObjective,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the interval of the drive: measured
-    /// against the full model, told in run.json with what it saves (docs/effects.md) [default: nothing is left off]
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
     #[command(flatten)]

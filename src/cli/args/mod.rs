@@ -4,6 +4,7 @@ mod common;
 mod design;
 mod rig;
 mod show;
+mod write;
 
 use clap::{Parser, Subcommand};
 
@@ -12,6 +13,7 @@ pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
 pub use rig::{Calibrate, Contour, Locate, Simulate};
 pub use show::{Bench, Explore, Report, Shape, Verify};
+pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
@@ -43,15 +45,15 @@ pub enum Command {
     Simulate(Simulate),
     /// Search geometry and tap angle -> best design, Pareto front, history
     Optimise(Optimise),
-    /// Find the best tap angle of one whisker -> curve over the angle, the optimum, why
+    /// Find the best tap angle of one whisker, and what limits it -> tap.csv
     Tap(Tap),
-    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole, byte for byte
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole sweep
     Merge(Merge),
     /// Write the job scripts that run a sweep on a cluster
     Cluster(Cluster),
-    /// Solve a spec's taps into smooth functions that pages and robots can read -> chart.json
+    /// Fit smooth functions to a spec's taps, for other programs -> chart.json
     Chart(Chart),
-    /// One page in which sliders move whisker, gauge and tap -> explore.html, a file that needs nothing else
+    /// One page with sliders for whisker, gauge and tap -> explore.html, which needs no other file
     Explore(Explore),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
@@ -60,13 +62,19 @@ pub enum Command {
     Bench(Bench),
     /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
     Shape(Shape),
-    /// Figures (SVG, PNG, PDF) and one page to look at, from the folder of a result
+    /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
     Report(Report),
-    /// List adapters, their limits and features, and which one `--backend auto` takes
+    /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
+    /// Write a first spec, commented: five questions, or flags
+    New(New),
+    /// How to cite the program, the model and a result
+    Cite(Cite),
+    /// The JSON Schema of specs, by which editors complete and check them
+    Schema(Schema),
     /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
     Help(Help),
-    /// A script for a shell, by which it completes commands and flags
+    /// A shell script that completes commands and flags
     Completions(Completions),
     /// The manual page, on stdout; or the pages of all commands, into a folder
     Man(Man),
@@ -92,6 +100,9 @@ impl Command {
             Self::Shape(_) => "shape",
             Self::Report(_) => "report",
             Self::Devices(_) => "devices",
+            Self::New(_) => "new",
+            Self::Cite(_) => "cite",
+            Self::Schema(_) => "schema",
             Self::Help(_) => "help",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
@@ -116,7 +127,13 @@ impl Command {
             Self::Bench(b) => Some(&b.common),
             Self::Shape(s) => Some(&s.common),
             Self::Devices(c) => Some(c),
-            Self::Report(_) | Self::Help(_) | Self::Completions(_) | Self::Man(_) => None,
+            Self::Report(_)
+            | Self::New(_)
+            | Self::Cite(_)
+            | Self::Schema(_)
+            | Self::Help(_)
+            | Self::Completions(_)
+            | Self::Man(_) => None,
         }
     }
 }

@@ -7,13 +7,13 @@ use vibrissa::figure::Format;
 
 use super::common::{Common, number, whole, words};
 
-/// One page in which sliders move a whisker: strain, K, its spread and the error budget, of the exact model. It needs no network.
+/// One page with sliders: strain, K, its spread and the error budget by the exact model. It needs no network.
 #[derive(Debug, Flags)]
 #[command(
     after_help = "Here --out names a file, not a folder [default: explore.html]. Example: vibrissa explore sweeps/prototypes.toml"
 )]
 pub struct Explore {
-    /// The spec: ranges of whisker, gauge, drive and distances, which are those of the sliders (around a single number: a range), its model
+    /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
     pub spec: PathBuf,
     #[command(flatten)]
     pub common: Common,
@@ -45,7 +45,7 @@ pub struct Report {
     /// Folder for the report [default: DIR/report]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Formats of the figures, comma between; the page draws its own
+    /// Formats of the figures, separated by commas; the page has its own
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', default_value = "svg,png,pdf", value_parser = words(Format::WORDS))]
     pub figures: Vec<Format>,
     /// Width of a column of the paper, mm; figures with several panels are two columns wide
@@ -57,10 +57,10 @@ pub struct Report {
     /// TrueType font file of the figures [default: DejaVu Sans, built in]
     #[arg(long, value_name = "FILE")]
     pub font: Option<PathBuf>,
-    /// Draw also what was changed since it was written; write also where another report or other files lie
+    /// Draw also a result that was changed since it was written; write also over another report or beside other files
     #[arg(long)]
     pub force: bool,
-    /// Say which figures would be drawn; write nothing
+    /// List the figures that would be drawn; write nothing
     #[arg(long)]
     pub plan: bool,
     /// No notes, no summary
@@ -74,7 +74,7 @@ pub struct Report {
 /// Compare every backend with the reference. Ctrl-C keeps the lines so far.
 #[derive(Debug, Flags)]
 pub struct Verify {
-    /// A spec, of whose space and model taps are verified [default: built-in configurations and hard cases]
+    /// A spec, from which the taps are taken [default: built-in configurations and hard cases]
     pub spec: Option<PathBuf>,
     /// Few taps of few configurations: seconds instead of half a minute
     #[arg(long)]

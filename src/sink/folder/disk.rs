@@ -61,7 +61,7 @@ fn hex(digest: impl AsRef<[u8]>) -> String {
 
 /// Opens a regular file; a link, a pipe or a folder under this name is an error, and nothing behind it is touched.
 pub fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result<File> {
-    let odd = || io::Error::other("this is no regular file; it is left as it is");
+    let odd = || io::Error::other("this is not a regular file; it is left as it is");
     match path.symlink_metadata() {
         Ok(there) if !there.is_file() => return Err(odd()),
         _ => {}

@@ -85,7 +85,7 @@ fn column(reader: ColumnReader, rows: usize) -> Result<Values> {
             }
             Values::Words(words)
         }
-        _ => return Err(ParquetError::General("this is no table of this program".into())),
+        _ => return Err(ParquetError::General("this is not a table of this program".into())),
     })
 }
 

@@ -167,15 +167,15 @@ impl Only {
     pub fn when(self) -> &'static str {
         match self {
             Self::Always => "",
-            Self::Tilt => "where tilt is said",
-            Self::Lean => "where lean is said",
-            Self::Direction => "where tilt or lean is said",
+            Self::Tilt => "if the spec has tilt",
+            Self::Lean => "if the spec has lean",
+            Self::Direction => "if the spec has tilt or lean",
             Self::Second => "with a second gauge",
             Self::Wrench => "with wrench = true",
             Self::Several => "with several channels",
-            Self::Channel(_) => "one of each channel",
-            Self::Built => "of more than a cone clamped at its base",
-            Self::Varies(_) => "where the spec has an axis of it, or a tuple file the column",
+            Self::Channel(_) => "one for each channel",
+            Self::Built => "unless the whisker is a plain cone",
+            Self::Varies(_) => "if varied",
         }
     }
 }

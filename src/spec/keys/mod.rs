@@ -1,10 +1,12 @@
 //! What can stand in a spec: every section, its keys, their units and meanings. The reader knows the names from here, and
 //! `docs/reference.md` is made of them.
 
+pub mod form;
 mod inline;
 mod sections;
 
 use super::{optimise, schema};
+use form::Form;
 pub use inline::{AXIS, BUDGET, CONTACT, CORE, FOIL, LIMITS, MATERIAL, ROBUST, ROOT, VARIABLES, WEIGHTS};
 pub use sections::{ESTIMATE, GAUGE, MODEL, OPTIMISE, OUTPUT, RUN, SENSOR, TAP, TUPLES, WHISKER};
 
@@ -26,6 +28,8 @@ pub struct Key {
     pub example: &'static str,
     /// What more there is to say; may be empty.
     pub note: &'static str,
+    /// What it may hold.
+    pub form: Form,
 }
 
 /// A section, or an inline table of a key.
@@ -42,12 +46,16 @@ pub struct Section {
 }
 
 const fn key(name: &'static str, unit: &'static str, what: &'static str, example: &'static str) -> Key {
-    Key { name, unit, what, absent: "", example, note: "" }
+    Key { name, unit, what, absent: "", example, note: "", form: Form::Text }
 }
 
 impl Key {
     const fn absent(self, absent: &'static str) -> Self {
         Self { absent, ..self }
+    }
+
+    const fn holds(self, form: Form) -> Self {
+        Self { form, ..self }
     }
 
     const fn note(self, note: &'static str) -> Self {
@@ -81,8 +89,9 @@ impl Section {
 }
 
 /// The key above all sections.
-pub const FORMAT: Key =
-    key("format", "", "format of the spec", "1").note("A higher one than the program knows is refused");
+pub const FORMAT: Key = key("format", "", "format of the spec", "1")
+    .holds(Form::Whole(1, schema::FORMAT))
+    .note("A higher one than the program knows is refused");
 
 /// All sections.
 pub const SECTIONS: [Section; 10] =

@@ -252,7 +252,7 @@ impl Part {
             self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
-        let rank = reduced.rank(0, study.output.by);
+        let rank = reduced.rank(0, study.listed_by());
         self.complete.extend(rank.map(|rank| {
             let (index, design) = ((u64::from(first.row), 0), design.tuple);
             let (direction, drive) = (first.direction, first.drive);

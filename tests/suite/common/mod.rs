@@ -8,6 +8,7 @@ pub mod quadrature;
 pub mod recount;
 pub mod robot;
 pub mod scan;
+pub mod schema;
 pub mod searching;
 pub mod specs;
 pub mod sweeping;

@@ -25,7 +25,9 @@ theta = { from = 2, to = 4, steps = 3 }
 "#;
 
 pub fn parse(text: &str) -> Result<Spec, InputError> {
-    spec::parse("whisker.toml", text, Path::new("."))
+    let read = spec::parse("whisker.toml", text, Path::new("."));
+    super::schema::agrees(text, read.as_ref().err());
+    read
 }
 
 /// Replaces one line of [`GOOD`].

@@ -171,6 +171,16 @@ pub struct Study {
     pub output: Output,
 }
 
+impl Study {
+    /// Column by which the best rows are listed for people. Where the gauge is noisy, no rows are left out and nothing else was asked for, that
+    /// is bias and noise together.
+    pub fn listed_by(&self) -> RankBy {
+        let noisy = self.setup.gauge.noise_strain.is_some_and(|e| e > 0.0);
+        let free = self.output.top.is_none() && !self.output.by_said;
+        if noisy && free { RankBy::TotalRms } else { self.output.by }
+    }
+}
+
 /// What a file said.
 #[derive(Debug, Clone)]
 pub struct Spec {

@@ -152,6 +152,8 @@ pub struct Output {
     pub top: Option<usize>,
     /// Ranking column.
     pub by: RankBy,
+    /// Whether the user named it.
+    pub by_said: bool,
     /// Rows or designs.
     pub per: Per,
 }
@@ -159,6 +161,14 @@ pub struct Output {
 impl Default for Output {
     /// All three tables, all rows.
     fn default() -> Self {
-        Self { tuples: None, designs: true, distances: true, top: None, by: RankBy::KSd, per: Per::Row }
+        Self {
+            tuples: None,
+            designs: true,
+            distances: true,
+            top: None,
+            by: RankBy::KSd,
+            by_said: false,
+            per: Per::Row,
+        }
     }
 }

@@ -1,0 +1,50 @@
+//! `vibrissa cite`: how to cite the program, the model and a result.
+
+use serde_json::{Value, json};
+use vibrissa::error::Error;
+use vibrissa::report::source::Source;
+
+use super::args::Cite;
+use super::reply::Reply;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// The paper whose model is computed.
+const PAPER: &str = "@inproceedings{nguyen2020whisker,\n  \
+    title     = {Contact Distance Estimation by a Soft Active Whisker Sensor Based on Morphological Computation},\n  \
+    author    = {Nguyen and Ngo and Nguyen and Ho},\n  \
+    booktitle = {IEEE RAS/EMBS International Conference for Biomedical Robotics and Biomechatronics (BioRob)},\n  \
+    year      = {2020},\n}\n";
+
+/// Says what made the result of a folder, in words and as BibTeX.
+pub fn run(args: &Cite) -> Result<Reply, Error> {
+    let source = Source::open(&args.dir, args.force)?;
+    let run = &source.run;
+    let text = |value: &Value| value.as_str().map(str::to_owned);
+    let version = text(&run["version"]).unwrap_or_else(|| VERSION.to_owned());
+    let commit = text(&run["commit"]).map_or(String::new(), |commit| format!(", commit {commit}"));
+    let backend = &run["backend"];
+    let on: Vec<String> = [text(&backend["name"]), text(&backend["adapter"]), text(&backend["precision"])]
+        .into_iter()
+        .flatten()
+        .collect();
+    let on = if on.is_empty() { String::new() } else { format!(" on {}", on.join(", ")) };
+    let tolerance = backend["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
+    let result = format!(
+        "Computed by Vibrissa {version}{commit}: `vibrissa {}` of {}{on}{tolerance}. BLAKE3 of its run.json: {}.",
+        source.command, source.name, source.hash
+    );
+    let program = format!(
+        "@software{{vibrissa,\n  title   = {{Vibrissa: sweeps, optimises and calibrates tapered soft whisker sensors}},\n  \
+         author  = {{{{The Vibrissa authors}}}},\n  version = {{{version}}},\n  note    = {{{}}},\n}}\n",
+        if commit.is_empty() { "MIT or Apache-2.0" } else { commit.trim_start_matches(", ") }
+    );
+    let notes: String = source.notes.iter().map(|note| format!("note: {note}\n")).collect();
+    Ok(Reply {
+        text: format!(
+            "{notes}{result}\n\nThe program:\n\n{program}\nThe model, which the program corrects and extends:\n\n{PAPER}"
+        ),
+        out: Some(args.dir.clone()),
+        result: json!({ "result": result, "program": program, "model": PAPER, "notes": source.notes }),
+        ..Reply::default()
+    })
+}

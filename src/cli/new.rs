@@ -1,0 +1,220 @@
+//! `vibrissa new`: a first spec from five answers, and its schema beside it.
+
+use std::fmt::Write as _;
+use std::io::{BufRead, IsTerminal, Write as _};
+use std::path::Path;
+
+use serde_json::json;
+use vibrissa::error::{Error, InputError};
+use vibrissa::reference::schema;
+use vibrissa::spec;
+use vibrissa::spec::keys::{ESTIMATE, GAUGE, MODEL, TAP, WHISKER};
+
+use super::args::{CLAMPS, GOALS, Goal, New};
+use super::reply::Reply;
+
+/// File of the schema, beside the spec.
+const SCHEMA: &str = "spec.schema.json";
+/// Share by which a search may leave the whisker that was asked for.
+const NEAR: [f64; 2] = [0.7, 1.3];
+
+/// The answers.
+struct Answers {
+    whisker: [f64; 3],
+    gauge: [f64; 3],
+    clamp: &'static str,
+    distances: [f64; 2],
+    goal: Goal,
+}
+
+/// Asks what the flags do not say, and writes the spec.
+pub fn run(args: &New) -> Result<Reply, Error> {
+    let refused = |message: &str, allowed: &str| {
+        InputError::new(message).key("SPEC").value(args.spec.display()).allowed(allowed)
+    };
+    if args.spec.exists() && !args.force {
+        return Err(refused("this file is there already", "another name, or --force").into());
+    }
+    let folder = args.spec.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if args.spec.file_name().is_none() || !folder.is_dir() {
+        return Err(refused("the folder of this file does not exist", "a file such as whisker.toml").into());
+    }
+    let answers = answers(args)?;
+    let text = text(&answers);
+    let label = args.spec.display().to_string();
+    let read = spec::parse(&label, &text, folder)?;
+    let write = |path: &Path, text: &str| std::fs::write(path, text).map_err(|e| Error::io(path, e));
+    write(&args.spec, &text)?;
+    let beside = args.spec.with_file_name(SCHEMA);
+    write(&beside, &schema::text())?;
+    let name = GOALS.iter().find(|(_, goal, _)| *goal == answers.goal).map_or("", |(word, ..)| *word);
+    let next = match answers.goal {
+        Goal::Calibrate => format!("vibrissa calibrate DATA.csv --whisker {label}"),
+        _ => format!("vibrissa {name} {label}"),
+    };
+    let warnings: String = read.warnings.iter().map(|w| format!("warning: {w}\n")).collect();
+    Ok(Reply {
+        text: format!("{warnings}wrote {label} and {}\nnext: {next}\n", beside.display()),
+        files: vec![args.spec.clone(), beside],
+        result: json!({ "next": next, "warnings": read.warnings }),
+        ..Reply::default()
+    })
+}
+
+fn answers(args: &New) -> Result<Answers, Error> {
+    let mut asked = Vec::new();
+    let missing = [
+        ("--whisker D,d,L_a", args.whisker.is_none()),
+        ("--gauge x_ss,l,noise", args.gauge.is_none()),
+        ("--clamp NAME", args.clamp.is_none()),
+        ("--distances NEAR,FAR", args.distances.is_none()),
+        ("--for GOAL", args.goal.is_none()),
+    ];
+    asked.extend(missing.iter().filter(|(_, missing)| *missing).map(|(flag, _)| *flag));
+    if !asked.is_empty() && (args.json || !std::io::stdin().is_terminal()) {
+        let message = "the answers are missing, and there is no terminal for the questions";
+        return Err(InputError::new(message).key("new").allowed(asked.join(" ")).into());
+    }
+    Ok(Answers {
+        whisker: numbers(
+            "--whisker",
+            args.whisker.as_deref(),
+            "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80",
+        )?,
+        gauge: numbers(
+            "--gauge",
+            args.gauge.as_deref(),
+            "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15",
+        )?,
+        clamp: match args.clamp {
+            Some(clamp) => clamp,
+            None => choose("How is the base held?", CLAMPS)?,
+        },
+        distances: numbers(
+            "--distances",
+            args.distances.as_deref(),
+            "Nearest and farthest distance of objects from the clamp, mm, as 25,70",
+        )?,
+        goal: match args.goal {
+            Some(goal) => goal,
+            None => choose("What do you want to know?", GOALS)?,
+        },
+    })
+}
+
+/// A line that is typed after `question`; one that `read` refuses is asked for again.
+fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Result<T, Error> {
+    let failed = |e| Error::io("the terminal", e);
+    loop {
+        let mut out = std::io::stderr().lock();
+        write!(out, "{question}: ").and_then(|()| out.flush()).map_err(failed)?;
+        let mut line = String::new();
+        if std::io::stdin().lock().read_line(&mut line).map_err(failed)? == 0 {
+            return Err(Error::Run("the questions were not answered; nothing was written".to_owned()));
+        }
+        match read(line.trim()) {
+            Ok(value) => return Ok(value),
+            Err(e) => super::say::line(format_args!("{e}")),
+        }
+    }
+}
+
+/// `N` numbers of a flag, or asked for.
+fn numbers<const N: usize>(flag: &str, said: Option<&str>, question: &str) -> Result<[f64; N], Error> {
+    let read = |text: &str| {
+        let parts = text.split([',', ' ', ';']).filter(|part| !part.is_empty());
+        let values: Option<Vec<f64>> =
+            parts.map(|part| part.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        values.and_then(|v| v.try_into().ok()).ok_or_else(|| {
+            let message = format!("{N} numbers are needed");
+            InputError::new(message).key(flag).value(text).allowed(question)
+        })
+    };
+    match said {
+        Some(text) => Ok(read(text)?),
+        None => asked(question, read),
+    }
+}
+
+fn choose<T: Copy, const N: usize>(
+    question: &str,
+    all: [(&'static str, T, &'static str); N],
+) -> Result<T, Error> {
+    let lines: String = all.iter().map(|(word, _, help)| format!("\n  {word:10} {help}")).collect();
+    asked(&format!("{question}{lines}\n"), |text| {
+        all.iter().find(|(word, ..)| *word == text).map(|(_, value, _)| *value).ok_or_else(|| {
+            let words = all.map(|(word, ..)| word).join(", ");
+            InputError::new("this is none of the words").key("answer").value(text).allowed(words)
+        })
+    })
+}
+
+/// A line of a spec, with what the reference says of its key.
+fn line(text: &mut String, section: &spec::keys::Section, key: &str, value: &str) {
+    let about = section.key(key).map_or(String::new(), |known| match known.unit {
+        "" => known.what.to_owned(),
+        unit => format!("{}, {unit}", known.what),
+    });
+    let _ = writeln!(text, "{:44} # {about}", format!("{key} = {value}"));
+}
+
+fn text(answers: &Answers) -> String {
+    let Answers {
+        whisker: [base, tip, length],
+        gauge: [place, grid, noise],
+        clamp,
+        distances: [near, far],
+        goal,
+    } = answers;
+    let mut text = format!(
+        "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"
+    );
+    text += "\n[whisker]\n";
+    for (key, value) in [("D", base), ("d", tip), ("L_a", length)] {
+        line(&mut text, &WHISKER, key, &value.to_string());
+    }
+    line(&mut text, &WHISKER, "hub", "0");
+    text += "\n[gauge]\n";
+    line(&mut text, &GAUGE, "x_ss", &place.to_string());
+    line(&mut text, &GAUGE, "l", &grid.to_string());
+    line(&mut text, &GAUGE, "noise_strain", &format!("{noise}e-6"));
+    text += "\n[tap]\n";
+    line(&mut text, &TAP, "a", &format!("{{ from = {near}, to = {far}, steps = 10 }}"));
+    let angles = if *goal == Goal::Optimise { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
+    line(&mut text, &TAP, "theta", angles);
+    text += "\n# A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.\n[model]\n";
+    line(&mut text, &MODEL, "shear", "true");
+    line(&mut text, &MODEL, "extension", "true");
+    line(&mut text, &MODEL, "surface", "true");
+    line(&mut text, &MODEL, "clamp", &format!("{clamp:?}"));
+    line(&mut text, &MODEL, "material", "{ neo-hookean = 3.2 }");
+    if *goal != Goal::Calibrate {
+        text += "\n# How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.\n[estimate]\n";
+        line(&mut text, &ESTIMATE, "theory", "\"exact\"");
+    }
+    match goal {
+        Goal::Optimise => {
+            let near_to = |key: &str, value: f64| {
+                format!("{key} = [{}, {}]", round(NEAR[0] * value), round(NEAR[1] * value))
+            };
+            let _ = write!(
+                text,
+                "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
+                 objective = \"distance\"            # the error of the distance, total_rms_mm\n\
+                 variables = {{ {}, {}, theta = [0.5, 10] }}\n",
+                near_to("D", *base),
+                near_to("d", *tip)
+            );
+        }
+        Goal::Sweep => {
+            text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"
+        }
+        Goal::Tap | Goal::Calibrate => {}
+    }
+    text
+}
+
+/// To three decimals.
+fn round(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}

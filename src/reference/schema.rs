@@ -1,0 +1,196 @@
+//! The JSON Schema of specs, made of the same table as the reference: `vibrissa schema`.
+
+use serde_json::{Map, Value, json};
+
+use super::keys::{allowed, default};
+use crate::spec;
+use crate::spec::keys::form::{Form, Range};
+use crate::spec::keys::{AXIS, FORMAT, Key, SECTIONS, Section};
+
+/// The schema as a file.
+pub fn text() -> String {
+    format!("{:#}\n", document())
+}
+
+/// The schema: draft 7, which editors know.
+pub fn document() -> Value {
+    let mut defs = Map::new();
+    let mut sections = Map::new();
+    sections.insert(FORMAT.name.to_owned(), property(None, &FORMAT, &mut defs));
+    for section in &SECTIONS {
+        sections.insert(section.name.to_owned(), table(section, &mut defs));
+    }
+    let mut all = json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Spec of vibrissa",
+        "description": "A whisker, its sensor, its taps and what to do with them: lengths in mm, angles in degrees, moduli in MPa, forces in N.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": sections,
+        "allOf": needs(),
+    });
+    all["$defs"] = defs.into();
+    all
+}
+
+/// What a spec without a list of taps and without a search must say.
+fn needs() -> Value {
+    let has = |keys: &[&str]| json!({ "required": keys });
+    let of = |section: &str, rule: Value| json!({ "required": [section], "properties": { section: rule } });
+    let listed_or_searched = json!({ "anyOf": [has(&["tuples"]), has(&["optimise"])] });
+    let whisker = of("whisker", json!({ "anyOf": [has(&["D", "d", "L_a"]), has(&["profile"])] }));
+    let strain = json!({ "properties": { "sensor": { "properties": { "signal": { "const": "strain" } } } } });
+    let gauge = of("gauge", has(&["x_ss", "l"]));
+    json!([
+        { "if": listed_or_searched, "else": whisker },
+        { "if": { "anyOf": [listed_or_searched, { "not": strain }] }, "else": gauge },
+    ])
+}
+
+/// A table with these keys and no others.
+fn table(section: &Section, defs: &mut Map<String, Value>) -> Value {
+    let mut properties = Map::new();
+    for key in section.keys {
+        let value = property(Some(section), key, defs);
+        if let Some((outer, inner)) = key.name.split_once('.') {
+            nested(&mut properties, outer, inner, &value);
+        }
+        if matches!(key.name, "k_theta" | "k_y" | "k_x") && section.name.starts_with("optimise") {
+            nested(&mut properties, "root", key.name, &value);
+        }
+        properties.insert(key.name.to_owned(), value);
+        // Where a drive is varied it is that of the spec: an angle or a displacement.
+        if key.name == "theta" && section.name.starts_with("optimise") {
+            let delta = match key.form {
+                Form::Ends(_) => value_of(&Form::Ends(crate::spec::keys::form::above(0.0)), defs),
+                form => value_of(&form, defs),
+            };
+            properties.insert("delta".to_owned(), delta);
+        }
+    }
+    let required: Vec<&str> = section.keys.iter().filter(|k| always(section, k)).map(|k| k.name).collect();
+    let mut all = json!({ "type": "object", "description": section.about, "additionalProperties": false, "properties": properties });
+    if !required.is_empty() {
+        all["required"] = json!(required);
+    }
+    all
+}
+
+/// Puts `value` also into the inline table that may stand in its place.
+fn nested(properties: &mut Map<String, Value>, outer: &str, inner: &str, value: &Value) {
+    let empty = || json!({ "type": "object", "additionalProperties": false, "properties": {} });
+    properties.entry(outer).or_insert_with(empty)["properties"][inner] = value.clone();
+}
+
+/// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec, of a search on the command.
+fn always(section: &Section, key: &Key) -> bool {
+    let varies = ["whisker", "gauge", "tap", "axis", "optimise"].contains(&section.name);
+    !varies && (section.name == "tuples" || default(section.name, key) == "required")
+}
+
+fn property(section: Option<&Section>, key: &Key, defs: &mut Map<String, Value>) -> Value {
+    let name = section.map_or("", |s| s.name);
+    let unit = if key.unit.is_empty() { String::new() } else { format!(" ({})", key.unit) };
+    let note = if key.note.is_empty() { String::new() } else { format!(" {}.", key.note) };
+    let about = format!(
+        "{}{unit}.{note} Allowed: {}. Default: {}.",
+        key.what,
+        allowed(section, key),
+        default(name, key).trim_matches('`')
+    );
+    let form = value_of(&key.form, defs);
+    // Beside a reference other words have no meaning in draft 7.
+    let mut value = if form.get("$ref").is_some() { json!({ "allOf": [form] }) } else { form };
+    value["description"] = about.into();
+    let read = |text: &str| -> Option<Value> {
+        let table: toml::Table = format!("x = {text}").parse().ok()?;
+        serde_json::to_value(&table["x"]).ok()
+    };
+    if let Some(usual) = spec::keys::default(name, key.name).as_deref().and_then(read) {
+        value["default"] = usual;
+    }
+    if let Some(example) = read(key.example) {
+        value["examples"] = json!([example]);
+    }
+    value
+}
+
+fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
+    match form {
+        Form::Flag => json!({ "type": "boolean" }),
+        Form::Text => json!({ "type": "string", "pattern": "\\S" }),
+        Form::Whole(min, max) => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Form::Number(range) => number(range),
+        Form::Axis(range) => axis(range, defs),
+        Form::Ends(range) => array(number(range), 2, Some(2)),
+        Form::Numbers(n) => array(json!({ "type": "number" }), *n, Some(*n)),
+        Form::Words(words) => json!({ "type": "string", "enum": words }),
+        Form::Several(words) => {
+            let mut value = array(json!({ "type": "string", "enum": words }), 2, None);
+            value["uniqueItems"] = json!(true);
+            value
+        }
+        Form::Matrix(least, most) => array(array(json!({ "type": "number" }), 2, None), *least, Some(*most)),
+        Form::Pairs => array(array(number(&spec::keys::form::from(0.0)), 2, Some(2)), 2, None),
+        Form::Table(section, least, most) => {
+            let mut value = table(section, defs);
+            value["minProperties"] = json!(least);
+            value["maxProperties"] = json!(most);
+            value
+        }
+        Form::Any(forms) => {
+            json!({ "anyOf": forms.iter().map(|form| value_of(form, defs)).collect::<Vec<_>>() })
+        }
+    }
+}
+
+fn array(items: Value, least: usize, most: Option<usize>) -> Value {
+    let mut all = json!({ "type": "array", "items": items, "minItems": least });
+    if let Some(most) = most {
+        all["maxItems"] = json!(most);
+    }
+    all
+}
+
+fn number(range: &Range) -> Value {
+    let [low, high] = range.ends;
+    let [lower, upper] = range.open.map(|open| if open { "exclusiveM" } else { "m" });
+    json!({ "type": "number", format!("{lower}inimum"): low, format!("{upper}aximum"): high })
+}
+
+/// A number, a list, a range or samples; each range of numbers is written once.
+fn axis(range: &Range, defs: &mut Map<String, Value>) -> Value {
+    let [low, high] = range.ends;
+    let [lower, upper] = range.open.map(|open| if open { "beyond" } else { "from" });
+    let name = format!("axis_{lower}_{low}_to_{upper}_{high}");
+    if !defs.contains_key(&name) {
+        let one = number(range);
+        let end = |key: &str| if key == "to" { number(&spec::keys::form::ANY) } else { one.clone() };
+        let table = |keys: &[&str], required: &[&str]| {
+            let of = |key: &&str| {
+                let known = AXIS.key(key).expect("a key of an axis");
+                let mut value = property(Some(&AXIS), known, &mut Map::new());
+                if ["from", "to", "min", "max"].contains(key) {
+                    value
+                        .as_object_mut()
+                        .expect("a table")
+                        .extend(end(key).as_object().cloned().expect("a table"));
+                }
+                ((*key).to_owned(), value)
+            };
+            let properties: Map<String, Value> = keys.iter().map(of).collect();
+            json!({ "type": "object", "additionalProperties": false, "properties": properties, "required": required })
+        };
+        let mut stepped = table(&["from", "to", "step", "scale"], &["from", "to", "step"]);
+        stepped["properties"]["scale"] = json!({ "const": "linear" });
+        let forms = json!([
+            one,
+            array(one.clone(), 1, None),
+            table(&["from", "to", "steps", "scale"], &["from", "to", "steps"]),
+            stepped,
+            table(&["min", "max", "samples", "sampler", "seed", "scale"], &["min", "max", "samples"]),
+        ]);
+        defs.insert(name.clone(), json!({ "anyOf": forms }));
+    }
+    json!({ "$ref": format!("#/$defs/{name}") })
+}
