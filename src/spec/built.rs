@@ -275,12 +275,6 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled:
 /// `[sensor]`: the signal; its noise stands in `gauge`, whose limit is that of a strain.
 pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal, Option<Arc<Channels>>)> {
     if let Some((signal, channels)) = channels::read(section)? {
-        if let Some(noise) = gauge.noise_strain.filter(|noise| *noise != 0.0) {
-            let message = format!("noise_strain = {noise} of [gauge] is that of one signal");
-            let error = section.written("signal").or_else(|| section.written("matrix"));
-            let error = error.map_or_else(|| section.get("signal"), Ok)?.error(message);
-            return Err(error.allowed("noise or covariance in [sensor], and no noise_strain"));
-        }
         // Only of the strain there is a limit.
         if signal != Signal::Strain {
             gauge.strain_limit = f64::INFINITY;

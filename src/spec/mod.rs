@@ -127,6 +127,11 @@ fn of_sections<'a>(
     }
     warnings.extend(sections::idle(&estimate));
     let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
+    if channels.is_some() && gauge.noise_strain.take().is_some_and(|noise| noise != 0.0) {
+        let message =
+            "noise_strain of [gauge] plays no part: several channels have noise or covariance in [sensor]";
+        warnings.push(message.to_owned());
+    }
     let scaled = properties::searched(sections, Property::Scale);
     let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);

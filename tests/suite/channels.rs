@@ -99,7 +99,7 @@ fn rows_of_a_tuple_file_are_those_of_the_grid_and_searches_know_channels() {
     assert_eq!(listed.tuples.text, grid.tuples.text);
     assert_eq!(listed.designs.text, grid.designs.text);
 
-    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = { from = 1, to = 8 }"));
+    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = [1, 8]"));
     let answer = desk.run(&["tap", "spec.toml", "--json"]).exits(0).json();
     assert!(answer.to_string().contains("total"), "{answer}");
 }

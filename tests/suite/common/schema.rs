@@ -115,6 +115,10 @@ fn holds(value: &Value, schema: &Value, word: &str, rule: &Value) -> bool {
             value.as_str().is_none_or(|text| !text.trim().is_empty())
         }
         "items" => array.is_none_or(|a| a.iter().all(|v| valid(v, rule))),
+        "uniqueItems" => {
+            assert_eq!(rule, true);
+            array.is_none_or(|a| a.iter().enumerate().all(|(k, v)| !a[..k].contains(v)))
+        }
         "minItems" => array.is_none_or(|a| a.len() >= size()),
         "maxItems" => array.is_none_or(|a| a.len() <= size()),
         "minProperties" => table.is_none_or(|t| t.len() >= size()),
