@@ -1,3 +1,4 @@
+//! Tmp.
 #![allow(dead_code)]
 #[path = "suite/built.rs"]
 mod built;

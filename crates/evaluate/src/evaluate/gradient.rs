@@ -83,6 +83,8 @@ impl Input {
                     let inner = setup.built.as_ref().and_then(|built| built.inner.as_ref());
                     inner.is_some_and(|inner| (inner.modulus == 0.0) == hollow)
                 }
+                // Which way the contact begins to slide is known of one that rubs.
+                Self::Property(p @ Property::Friction) => p.get(setup) > 0.0,
                 Self::Property(p) => p.get(setup).is_finite(),
                 // A profile has its own diameters and length.
                 Self::Tuple(..=2) => !tabled,
