@@ -134,19 +134,30 @@ fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
     }
 }
 
+/// Which ends of gauge and foil the contact lies beyond.
+fn beyond(design: &Design, outcome: &Outcome) -> Vec<bool> {
+    let Some(shared) = &design.shared else { return Vec::new() };
+    let foil = shared.foil.iter().flat_map(|foil| foil.span);
+    shared.gauge.into_iter().chain(foil).map(|place| outcome.arc > place).collect()
+}
+
 /// Of one input at one tap: for each output the derivative, the one by differences, and what that is uncertain by; none where a difference crosses a
 /// kink.
 type Compared = Vec<(usize, [f64; 3])>;
 
 fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
     let (design, task, here) = solve(setup, tuple);
+    if design.shared.is_none() {
+        return Vec::new();
+    }
     let found = gradient(setup, &design, &task, &here, &[input]);
+    let places = beyond(&design, &here);
     let h = step(setup, tuple, input);
     let at = |x: f64| {
         let (setup, tuple) = moved(setup, tuple, input, x);
-        let outcome = solve(&setup, tuple).2;
+        let (design, _, outcome) = solve(&setup, tuple);
         let alike = outcome.sticking == here.sticking && outcome.status == here.status;
-        alike.then(|| numbers(&outcome))
+        (alike && beyond(&design, &outcome) == places).then(|| numbers(&outcome))
     };
     let mut table: Vec<[f64; OUTPUTS]> = Vec::new();
     for k in 0..4 {
