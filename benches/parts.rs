@@ -80,7 +80,8 @@ mod reduction {
         bencher.counter(ItemsCount::new(1000usize)).bench(|| {
             let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (10, 100));
             for (k, o) in outcomes.iter().enumerate() {
-                reduced.count((k % 10, k / 10), black_box(o));
+                let tap = (taps.tasks[k].a, taps.tasks[k].drive);
+                reduced.count((k % 10, k / 10), tap, black_box(o));
             }
             reduced.calibrate();
             for (k, o) in outcomes.iter().enumerate() {
@@ -125,9 +126,9 @@ fn csv(bencher: Bencher<'_, '_>) {
     let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
     let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (1, 1));
-    outcomes.iter().for_each(|o| reduced.count((0, 0), o));
-    reduced.calibrate();
     let task = &taps.tasks[0];
+    outcomes.iter().for_each(|o| reduced.count((0, 0), (task.a, task.drive), o));
+    reduced.calibrate();
     let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0]);
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
         let (mut text, mut values) = (Text::default(), Vec::new());
@@ -141,6 +142,7 @@ fn csv(bencher: Bencher<'_, '_>) {
                 tap,
                 estimated,
                 elongation: None,
+                channels: None,
             };
             fields(&TapRow::COLUMNS, &taps.setup, &row, &mut values);
             text.row(&mut values).expect("memory");

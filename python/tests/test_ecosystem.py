@@ -111,3 +111,23 @@ def test_the_lock_is_free_while_taps_are_solved():
     inside = [t for t in ticks if begun < t < ended]
     gaps = np.diff([begun, *inside, ended])
     assert ended - begun < 0.02 or gaps.max() < 0.5 * (ended - begun), (ended - begun, gaps.max())
+
+
+def test_a_law_from_a_curve():
+    def stress(e, c=(0.5, -0.08, 0.02)):
+        l = 1 + e
+        i = l * l + 2 / l - 3
+        return 2 * (l - 1 / l**2) * (c[0] + 2 * c[1] * i + 3 * c[2] * i * i)
+
+    strains = np.linspace(-0.3, 0.9, 25)
+    fit = vibrissa.fit_material(pd.DataFrame(dict(strain=strains, stress_MPa=stress(strains))))
+    assert fit.material["yeoh"] == pytest.approx([0.5, -0.08, 0.02], rel=1e-8) and fit.points == 25 and fit.rms_MPa < 1e-12
+    assert vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, material=fit.material) > 0
+    with pytest.raises(vibrissa.InputError):
+        vibrissa.fit_material(dict(strain=[0.1, 0.2], stress_MPa=[0.3, 0.6]))
+
+
+def test_parameters_of_a_fit():
+    calibration = vibrissa.calibrate(vibrissa.simulate(**ONE, repeats=4, a_offset=0.4, noise=5e-6), whisker=ONE["whisker"], gauge=ONE["gauge"], fit=["a_offset"])
+    assert calibration.params["a_offset"] == pytest.approx(0.4, abs=5 * np.sqrt(np.diag(calibration.cov))[list(calibration.params).index("a_offset")])
+    assert calibration.cov.shape == (len(calibration.params),) * 2 and (calibration.cov == calibration.cov.T).all()

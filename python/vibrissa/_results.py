@@ -246,6 +246,26 @@ class Calibration(_Result):
         self.estimator: str = self.result["estimator"]
         self.warnings: list[str] = self.result["warnings"]
 
+    def _fitted(self) -> list[dict[str, Any]]:
+        fits = [side["parameters"] for side in self.result.get("sides", []) if side.get("parameters")]
+        if len(fits) != 1:
+            raise RunError("parameters were fitted on no side, or on both: result['sides'] has them")
+        fitted: list[dict[str, Any]] = fits[0]["fitted"]
+        return fitted
+
+    @property
+    def params(self) -> dict[str, float]:
+        """Parameters of the exact model that were fitted, by name, in the units of ``result``; of a calibration of one side."""
+        return {p["name"]: p["value"] for p in self._fitted()}
+
+    @property
+    def cov(self) -> NDArray[np.float64]:
+        """Covariance of :attr:`params`, in their order."""
+        fitted = self._fitted()
+        sigma = np.array([p["standard_error"] for p in fitted], dtype=np.float64)
+        correlation = np.array([[1.0 if p is q else p["correlations"].get(q["name"]) for q in fitted] for p in fitted], dtype=np.float64)
+        return np.asarray(correlation.reshape(len(fitted), len(fitted)) * np.outer(sigma, sigma))
+
     def locator(self, estimator: str | None = None, zero: float | None = None) -> Locator:
         """What answers readings of this whisker; see :class:`vibrissa.Locator`."""
         from ._locate import Locator

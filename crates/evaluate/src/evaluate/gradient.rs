@@ -83,6 +83,14 @@ impl Input {
                     let inner = setup.built.as_ref().and_then(|built| built.inner.as_ref());
                     inner.is_some_and(|inner| (inner.modulus == 0.0) == hollow)
                 }
+                // Which way the contact begins to slide is known of one that rubs.
+                Self::Property(p @ Property::Friction) => p.get(setup) > 0.0,
+                // Next to the tip of a cone no step that its radius needs resolves v ln v.
+                Self::Property(p @ Property::Exponent) => !tabled && p.get(setup) != 1.0,
+                // A contact that rubs is one on a thin edge.
+                Self::Property(Property::PoleRadius) => {
+                    matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0))
+                }
                 Self::Property(p) => p.get(setup).is_finite(),
                 // A profile has its own diameters and length.
                 Self::Tuple(..=2) => !tabled,

@@ -22,6 +22,9 @@ pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 /// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative.
 const NEAR: f64 = 1e-9;
 
+/// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
+const NEARLY: f64 = 1e-7;
+
 /// Steps at most. Kernels tell an equilibrium to some 1e-8, from where one is enough.
 const MOST_STEPS: usize = 6;
 
@@ -98,6 +101,7 @@ impl RodProblem<'_, Traced> {
         let turns = at.azimuth.filter(|_| !at.sticking);
         let count = if turns.is_some() { 3 } else { 2 };
         let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
+        let mut last = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
             let (lack, shown) = held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second)?;
@@ -108,13 +112,14 @@ impl RodProblem<'_, Traced> {
                 _ => 1.0_f64,
             };
             let step = (0..count).map(|k| (steps[k][0] / size(k)).abs()).fold(0.0, f64::max);
-            if step <= NEAR {
+            if step <= NEAR || step <= NEARLY && step >= 0.5 * last {
                 let arc = shown.arc + start;
                 return Ok(Shown { arc, ..shown }.map(|x| follow(&x, &steps)));
             }
             if !step.is_finite() {
                 break;
             }
+            last = step;
             z = from_fn(|k| z[k] + steps[k][0]);
         }
         Err(RodError::NotConverged)
