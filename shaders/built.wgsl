@@ -305,7 +305,10 @@ fn solve(tap: Tap) -> Solution {
     var before = z;
     var shots = 0u;
     var lost = false;
-    var orientation = ZERO;
+    // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
+    var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
+    var by_x = vec2<real>(ZERO, ZERO);
+    var by_y = by_x;
     var remains = ZERO;
     for (var stride = 1u; stride <= strides; stride++) {
         let share = real(stride) / real(strides);
@@ -323,11 +326,11 @@ fn solve(tap: Tap) -> Solution {
         let probe = PROBE * scale(z);
         let moved_x = z.x + probe.x;
         let moved_y = z.y + probe.y;
-        var by_x = (shoot(tap, share, vec2<real>(moved_x, z.y), false).miss - shot.miss) / (moved_x - z.x);
-        var by_y = (shoot(tap, share, vec2<real>(z.x, moved_y), false).miss - shot.miss) / (moved_y - z.y);
+        by_x = (shoot(tap, share, vec2<real>(moved_x, z.y), false).miss - shot.miss) / (moved_x - z.x);
+        by_y = (shoot(tap, share, vec2<real>(z.x, moved_y), false).miss - shot.miss) / (moved_y - z.y);
         shots += 3u;
-        if stride == 1u {
-            orientation = by_x.x * by_y.y - by_y.x * by_x.y;
+        if STICK && stride == 1u {
+            begun = by_x.x * by_y.y - by_y.x * by_x.y;
         }
         for (var k = 0u; k < STEPS; k++) {
             let inverse = -ONE / (by_x.x * by_y.y - by_y.x * by_x.y);
@@ -359,7 +362,7 @@ fn solve(tap: Tap) -> Solution {
             shot = fresh;
         }
         let off = abs(z.x - guess.x);
-        lost = lost || !(remains < CONTRACTED) || !((by_x.x * by_y.y - by_y.x * by_x.y) * orientation > ZERO)
+        lost = lost || !(remains < CONTRACTED) || !((by_x.x * by_y.y - by_y.x * by_x.y) / begun > UPRIGHT)
             || !(off < FORESEEN * max(max(abs(z.x), abs(guess.x)), share));
     }
     let shot = shoot(tap, ONE, z, true);
@@ -367,7 +370,15 @@ fn solve(tap: Tap) -> Solution {
     let measure = max(tap.least * tap.width, abs(bent.w));
     let sizes = max(vec3<real>(abs(bent.x), abs(bent.z), measure), vec3<real>(TINY));
     let parts = shot.bent.errors / sizes;
-    var error = WARY * (parts.x + parts.y + parts.z) + remains + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
+    // What the unknowns owe to errors of the miss (newton.rs).
+    let across = shot.bent.errors.y * sqrt(sqrt(ACROSS * parts.y));
+    let missed = vec2<real>(shot.bent.errors.x * abs(bent.z), shot.bent.errors.x * tap.a + across) / tap.a;
+    let determinant = max(abs(by_x.x * by_y.y - by_y.x * by_x.y), TINY);
+    let owed = vec2<real>(
+        abs(by_y.y) * missed.x + abs(by_y.x) * missed.y,
+        abs(by_x.x) * missed.y + abs(by_x.y) * missed.x,
+    ) / (scale(z) * determinant);
+    var error = WARY * (parts.x + parts.z + owed.x + owed.y) + remains + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
     if lost {
         error = LOST;
     }

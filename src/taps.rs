@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, gradient};
 use crate::kernel::Rung;
 use crate::kernel::frames::{Framed, Framing};
 use crate::plan::CHUNK;
@@ -18,6 +18,9 @@ use crate::scene::{RunOptions, Setup, Tuple};
 
 /// Taps of a block on a CPU: a work item of the kernel.
 const BLOCK: usize = 1024;
+
+/// Taps of a work item of derivatives.
+const FEW: usize = 4;
 
 /// What solves taps of one setup, from any thread.
 pub struct Taps {
@@ -87,7 +90,24 @@ impl Taps {
         read: impl Fn(&Outcome) -> T + Sync,
         out: &mut [T],
     ) -> Result<(), Error> {
-        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), &read, out))
+        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), BLOCK, &|_, _, outcome| read(outcome), out))
+    }
+
+    /// The same with the derivatives of each outcome by `inputs` ([`gradient`]): of each of its numbers by each input.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn gradients<T: Send>(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        inputs: &[Input],
+        read: impl Fn(&Outcome, &[Vec<f64>; OUTPUTS]) -> T + Sync,
+        out: &mut [T],
+    ) -> Result<(), Error> {
+        let one = |design: &Design, task: &Task, outcome: &Outcome| {
+            read(outcome, &gradient(&self.setup, design, task, outcome, inputs))
+        };
+        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
     }
 
     /// Solves as many taps as `out` has places, as [`Self::solve`], and writes their strains.
@@ -155,7 +175,7 @@ impl Taps {
             return Ok(());
         }
         let mut others = vec![f64::NAN; open.len()];
-        self.block(|k| tap(open[k]), &|outcome: &Outcome| outcome.strain, &mut others)?;
+        self.block(|k| tap(open[k]), BLOCK, &|_, _, outcome| outcome.strain, &mut others)?;
         open.iter().zip(others).for_each(|(&i, strain)| out[i] = strain);
         Ok(())
     }
@@ -163,7 +183,8 @@ impl Taps {
     fn block<T: Send>(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
-        read: &(impl Fn(&Outcome) -> T + Sync),
+        item: usize,
+        read: &(impl Fn(&Design, &Task, &Outcome) -> T + Sync),
         out: &mut [T],
     ) -> Result<(), Error> {
         let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
@@ -173,7 +194,9 @@ impl Taps {
         places().map(task).collect_into_vec(&mut tasks);
         let mut evaluator = Evaluator::new(&self.setup, method);
         let outcomes = evaluator.run(&designs, &tasks)?;
-        out.par_iter_mut().with_min_len(BLOCK).zip(&outcomes).for_each(|(place, o)| *place = read(o));
+        let solved = designs.par_iter().zip(&tasks).zip(&outcomes);
+        let told = out.par_iter_mut().with_min_len(item).zip(solved);
+        told.for_each(|(place, ((design, task), outcome))| *place = read(design, task, outcome));
         self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
         Ok(())
     }

@@ -125,14 +125,14 @@ impl<M> Alone<'_, M> {
 /// Threads that do not start; a process that cannot compute.
 pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T> {
     if !fork::is_forked() {
-        return Ok(f());
+        return Ok(py.detach(f));
     }
     fork::check(py)?;
     let pool = own_pool(None).map_err(|e| error::raise(py, e))?;
-    Ok(match pool {
+    Ok(py.detach(|| match pool {
         Some(pool) => pool.install(f),
         None => f(),
-    })
+    }))
 }
 
 /// Threads of their own for whoever says how many (0: all cores), and for forked processes; others share those of the library.

@@ -210,6 +210,42 @@ impl Table {
         self.batch.schema_ref().fields().iter().map(kind).collect()
     }
 
+    /// Columns as numpy arrays, in order.
+    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        slf.get().columns().iter().map(|name| slf.get_item(name)).collect()
+    }
+
+    /// Names and columns, as of a dict.
+    fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        slf.get().columns().into_iter().map(|name| Ok((name.clone(), slf.get_item(name)?))).collect()
+    }
+
+    /// A column, or `default` where there is none of this name.
+    #[pyo3(signature = (name, default = None, /))]
+    fn get<'py>(
+        slf: &Bound<'py, Self>,
+        name: &Bound<'py, PyAny>,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if slf.contains(name)? { slf.get_item(name).map(Some) } else { Ok(default) }
+    }
+
+    /// For notebooks: the first rows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("vibrissa._frames")?.call_method1("html", (slf,))
+    }
+
+    /// Refused: columns differ in type. pandas gets records.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        slf: &Bound<'py, Self>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let _ = (dtype, copy);
+        slf.py().import("vibrissa._frames")?.call_method1("records", (slf,))
+    }
+
     /// A pandas DataFrame over the same memory (read-only; `.copy()` can be written to), words as categories.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("vibrissa._frames")?.call_method1("to_pandas", (slf,))

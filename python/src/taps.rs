@@ -11,12 +11,12 @@ use rayon::prelude::*;
 use vibrissa::api::{Outcome, Tuple};
 use vibrissa::design::{Design, amount};
 use vibrissa::error::{Error, InputError};
-use vibrissa::evaluate::Method;
+use vibrissa::evaluate::{Input, Method, OUTPUTS};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
 use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
-use vibrissa::scene::{BackendChoice, RunOptions, Setup};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
 use vibrissa::status::Status;
 
@@ -30,6 +30,12 @@ const FEW: usize = 256;
 
 /// Taps between two looks at signals.
 const PART: usize = 1 << 17;
+const PART_OF_GRADIENTS: usize = 1 << 12;
+
+/// Names of inputs, in words.
+const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and of what the model has: hub, pole_radius, mu, E, C10, C01, C20, C30, \
+                      nu, clamp, foil.stiffness, foil.length, foil.width, exponent, bore, core.diameter, core.modulus, curvature, curvature_slope, \
+                      root.k_theta, root.k_y, root.k_x";
 
 /// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
 const BITS: [Status; 11] = [
@@ -67,6 +73,8 @@ pub fn counts(words: &str) -> bool {
 pub struct Taps {
     taps: Arc<vibrissa::api::Taps>,
     threads: Option<usize>,
+    /// Whether one tap may take a millisecond.
+    slow: bool,
     /// What should be known of the model.
     warnings: Vec<String>,
 }
@@ -75,7 +83,7 @@ pub struct Taps {
 /// words as bits, and whether it sticks.
 type Told = ([f64; NUMBERS], u16, bool);
 
-const NUMBERS: usize = 9;
+const NUMBERS: usize = OUTPUTS;
 
 fn told(o: &Outcome) -> Told {
     let upright = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
@@ -98,12 +106,12 @@ impl Answers {
         Self { numbers, status: Vec::with_capacity(n), sticking: Vec::with_capacity(n) }
     }
 
-    fn push(&mut self, some: &[Told]) {
-        for (k, column) in self.numbers.iter_mut().enumerate() {
-            column.extend(some.iter().map(|(numbers, ..)| numbers[k]));
+    fn push<'a>(&mut self, some: impl Iterator<Item = &'a Told>) {
+        for (numbers, status, sticking) in some {
+            self.numbers.iter_mut().zip(numbers).for_each(|(column, x)| column.push(*x));
+            self.status.push(*status);
+            self.sticking.push(*sticking);
         }
-        self.status.extend(some.iter().map(|(_, status, _)| *status));
-        self.sticking.extend(some.iter().map(|(.., sticking)| *sticking));
     }
 
     fn into_arrays(self, py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
@@ -117,15 +125,16 @@ impl Answers {
     }
 }
 
-/// Asks `solve` for `n` taps in parts, each from one place on and so many, as long as `go_on` is happy with how many are done.
+/// Asks `solve` for `n` taps in parts of at most `most`, each from one place on and so many, as long as `go_on` is happy with how many are done.
 fn parts(
     n: usize,
+    most: usize,
     mut solve: impl FnMut(usize, usize) -> Result<(), Error>,
     mut go_on: impl FnMut(usize) -> bool,
 ) -> Result<(), Error> {
     let mut done = 0;
     while done < n {
-        let more = PART.min(n - done);
+        let more = most.min(n - done);
         solve(done, more)?;
         done += more;
         if !go_on(done) {
@@ -170,9 +179,13 @@ impl Taps {
             let mut spec = Asked::new(None, text, "strain")?.read(spec::parse_listed)?;
             let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
-            let options = RunOptions { backend: Some(backend), ..spec.run };
+            // Differences, and fits that take them, find no slope in f32.
+            let fine = Some(Precision::F64).filter(|_| backend == BackendChoice::Cpu);
+            let precision = spec.run.precision.or(fine);
+            let options = RunOptions { backend: Some(backend), precision, ..spec.run };
+            let slow = backend == BackendChoice::Reference || spec.study.setup.built.is_some();
             let taps = vibrissa::api::Taps::new(spec.study.setup, &options)?;
-            Ok(Self { taps: Arc::new(taps), threads: options.threads, warnings })
+            Ok(Self { taps: Arc::new(taps), threads: options.threads, slow, warnings })
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
@@ -235,21 +248,21 @@ impl Taps {
                 let one = |from: usize, more: usize| {
                     some.resize(more, Told::default());
                     taps.solve(|i| given.tap(from + i), told, &mut some)?;
-                    answers.push(&some);
+                    answers.push(some.iter());
                     Ok(())
                 };
-                parts(n, one, go_on)?;
+                parts(n, PART, one, go_on)?;
             } else {
                 strains.resize(n, f64::NAN);
                 let one = |from: usize, more: usize| {
                     taps.strains(|i| given.tap(from + i), &mut strains[from..from + more])
                 };
-                parts(n, one, go_on)?;
+                parts(n, PART, one, go_on)?;
             }
             let doubts = doubts(taps.setup(), n, |i| given.tap(i));
             Ok((strains, answers, doubts))
         };
-        let (strains, answers, doubts) = if n <= FEW {
+        let (strains, answers, doubts) = if n <= FEW && !self.slow {
             job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
             let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
@@ -267,6 +280,59 @@ impl Taps {
             false => PyTuple::new(py, [PyArray1::from_vec(py, strains)]),
         };
         Ok((arrays?, doubts))
+    }
+
+    /// As [`Self::many`] with all its numbers, and after them their derivatives by the inputs `by`: for each number `n` times as many as there are
+    /// inputs.
+    ///
+    /// # Errors
+    /// An input that these taps have not; and as [`Self::many`].
+    #[pyo3(signature = (n, columns, by, progress = None))]
+    #[allow(clippy::type_complexity)]
+    fn gradients<'py>(
+        &self,
+        py: Python<'py>,
+        n: usize,
+        columns: Vec<Column<'py>>,
+        by: Vec<String>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyTuple>, Doubts)> {
+        let given = Given::new(py, n, columns)?;
+        self.allowed(py, given.leaning(n))?;
+        let taps = Arc::clone(&self.taps);
+        let input = |name: &String| {
+            let wrong = |why: String| InputError::new(why).key("grad").value(name).allowed(INPUTS);
+            Input::new(taps.setup(), name).map_err(|why| raise(py, wrong(why).into()))
+        };
+        let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;
+        let count = inputs.len();
+        let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+            let mut answers = Answers::new(n);
+            let mut slopes: [Vec<f64>; NUMBERS] = std::array::from_fn(|_| Vec::with_capacity(n * count));
+            let mut some = Vec::new();
+            let one = |from: usize, more: usize| {
+                some.resize(more, (Told::default(), Default::default()));
+                let read = |o: &Outcome, by: &[Vec<f64>; NUMBERS]| (told(o), by.clone());
+                taps.gradients(|i| given.tap(from + i), &inputs, read, &mut some)?;
+                answers.push(some.iter().map(|(told, _)| told));
+                for (_, by) in &some {
+                    slopes.iter_mut().zip(by).for_each(|(column, by)| column.extend(by));
+                }
+                Ok(())
+            };
+            parts(n, PART_OF_GRADIENTS, one, |done| {
+                tell((done as u64, n as u64));
+                !stop.load(Ordering::Relaxed)
+            })?;
+            // Azimuths are told in degrees.
+            slopes[7].iter_mut().for_each(|x| *x = x.to_degrees());
+            let doubts = doubts(taps.setup(), n, |i| given.tap(i));
+            Ok((answers, slopes, doubts))
+        };
+        let ((answers, slopes, doubts), interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
+        interrupt.map_or(Ok(()), Err)?;
+        let slopes = PyTuple::new(py, slopes.map(|column| PyArray1::from_vec(py, column)))?;
+        Ok((answers.into_arrays(py)?, slopes, doubts))
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,

@@ -50,6 +50,14 @@ def test_a_gpu_is_left_to_the_parent():
 taken = vibrissa.sweep(**SECTIONS, run=dict(backend="gpu")).run["backend"]
 print(taken["name"])
 child(lambda: vibrissa.sweep(**SECTIONS).run["backend"])
+def told():
+    import warnings
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for _ in range(2):
+            vibrissa.sweep(**SECTIONS)
+    return [str(w.message) for w in told if "forked" in str(w.message)]
+child(lambda: len(told()))
 def asked():
     try:
         return vibrissa.sweep(**SECTIONS, run=dict(backend="gpu"))
@@ -57,7 +65,7 @@ def asked():
         return e
 child(asked)
 """)
-    assert "'cpu'" in lines[1] and "forked" in lines[1] and "forked" in lines[2] and "spawn" in lines[2], lines
+    assert "'cpu'" in lines[1] and "forked" in lines[1] and lines[2] == "1" and "forked" in lines[3] and "spawn" in lines[3], lines
 
 
 def test_a_child_forked_amid_work_says_so():

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import vibrissa
-from vibrissa import _native, _taps
+from vibrissa import _distance, _native, _taps
 
-COMMANDS = ["calibrate", "chart", "contour", "devices", "optimise", "pareto", "shape", "simulate", "strain", "sweep", "tap", "verify"]
+COMMANDS = ["calibrate", "chart", "contour", "devices", "distance", "optimise", "pareto", "shape", "simulate", "strain", "sweep", "tap", "verify"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -40,8 +40,9 @@ def test_everything_public_is_documented():
 
 
 def test_examples_in_docstrings():
-    failed, tried = doctest.testmod(_taps)
-    assert tried > 0 and not failed
+    for module in (_taps, _distance):
+        failed, tried = doctest.testmod(module)
+        assert tried > 0 and not failed
 
 
 def test_types(tmp_path):
@@ -57,10 +58,14 @@ def test_types(tmp_path):
         "tap: vibrissa.Tap = vibrissa.strain(10, 4, 50, 5, 2, [21.0, 30.0], 4.0, full=True)\n"
         "result: vibrissa.Sweep = vibrissa.sweep('spec.toml', run=dict(backend='cpu'))\n"
         "rows: int = len(result.designs) if result.designs is not None else 0\n"
-        "vibrissa.sweep(whiskers=3)\n")
+        "one: float = vibrissa.strain(10, 4, 50, 5, 2, 30.0, 4.0)\n"
+        "value, slopes = vibrissa.strain(10, 4, 50, 5, 2, [21.0, 30.0], 4.0, grad=('a',))\n"
+        "shape: tuple[int, ...] = slopes.shape\n"
+        "vibrissa.sweep(whiskers=3)\n"
+        "vibrissa.strain(10, 4, 50, 5, 2, 30.0, 4.0, materal={'hooke': 3.2})\n")
     assert not errors("-p", "vibrissa")
-    (line,) = errors(str(use))
-    assert "whiskers" in line
+    lines = errors(str(use))
+    assert "whiskers" in lines[0] and "materal" in "".join(lines[1:]) and {line.split(":")[1] for line in lines} == {"9", "10"}, lines
 
 
 def test_stubs_name_what_is_there():

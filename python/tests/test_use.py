@@ -32,7 +32,7 @@ def test_lines_of_a_page(page, root, monkeypatch):
         exec(compile(block, page, "exec"), {})
 
 
-@pytest.mark.parametrize("name", ["figures", "calibration"])
+@pytest.mark.parametrize("name", ["figures", "calibration", "fit"])
 def test_notebook(name):
     notebook = nbformat.read(HERE / "notebooks" / f"{name}.ipynb", as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells), "notebooks are kept without outputs"

@@ -15,6 +15,7 @@ lock and ends within two seconds of Ctrl-C. Not modelled: dynamics, viscoelastic
 from __future__ import annotations
 
 import os as _os
+from collections.abc import Mapping as _Mapping
 
 # Mesa's device selection complains on stderr where there is no desktop session.
 if "XDG_RUNTIME_DIR" not in _os.environ:
@@ -23,6 +24,7 @@ if "XDG_RUNTIME_DIR" not in _os.environ:
 from . import _native, _taps
 from ._commands import Step, chart, devices, optimise, pareto, spec_text, sweep, tap, verify
 from ._contour import Array, contour
+from ._distance import Distance, distance
 from ._drivers import ask_apart as _ask_apart
 from ._errors import Error, InputError, Interrupted, RunError, VibrissaWarning
 from ._lab import calibrate, simulate
@@ -31,14 +33,15 @@ from ._native import Table, __version__
 from ._results import BestTap, Calibration, Contour, Search, Shapes, Simulation, Sweep, Verification
 from ._shape import shape
 from ._spec import axis, samples
-from ._taps import Status, Tap, status_words, strain
+from ._taps import Jacobian, Status, Tap, status_words, strain
 
 __all__ = [
-    "Array", "BestTap", "Calibration", "Contour", "Error", "InputError", "Interrupted", "Located", "Locator", "RunError", "Search", "Shapes",
+    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "RunError", "Search", "Shapes",
     "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "__version__", "axis", "calibrate", "chart", "contour",
-    "devices", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
+    "devices", "distance", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
 
+_Mapping.register(Table)
 _ask_apart()
 if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=lambda: _native.forked(_taps.forget_solvers()))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _native
 from ._errors import InputError, Interrupted, short, warn
+from ._frames import csv
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
 from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
@@ -19,6 +22,9 @@ from ._taps import ALLOWED, columns as broadcast
 # As `verify --samples`: the reference takes hours for as many.
 _MOST_SAMPLES = 10**6
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
+_PROPERTIES = {
+    "exponent", "scale", "bore_mm", "core_mm", "E_core_MPa", "kappa_base_per_mm", "kappa_slope_per_mm2", "k_theta_Nmm_per_rad", "k_y_N_per_mm", "k_x_N_per_mm",
+    "hub_mm", "E_MPa", "nu", "pole_radius_mm", "mu", "foil_N_per_mm", "noise"}
 _DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
 _OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
 
@@ -27,12 +33,27 @@ def _name(spec: Spec, name: str | None, command: str) -> str:
     return word("name", command if name in (None, "") else name)
 
 
-def _asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> tuple[str | None, str, tuple[int, list[Any]] | None]:
-    """Path and text of a spec with these sections, and taps given one by one."""
+@contextmanager
+def _asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[tuple[str | None, str, tuple[int, list[Any]] | None]]:
+    """Path and text of a spec with these sections, and taps given one by one. Those with a rig of their own go as a tuple file."""
+    if tuples is not None and not (isinstance(tuples, Mapping) and set(tuples) == {"file"}) and _PROPERTIES & set(_columns_of(tuples)):
+        with TemporaryDirectory() as folder:
+            path = os.path.join(folder, "tuples.csv")
+            with open(path, "wb") as file:
+                file.write(csv(tuples, "tuples").bytes)
+            sections["tuples"] = {"file": path}
+            yield *resolve(spec, sections), None
+        return
     listed = _listed(tuples, sections)
     if listed is None:
         sections["tuples"] = tuples
-    return *resolve(spec, sections), listed
+    yield *resolve(spec, sections), listed
+
+
+def _columns_of(tuples: Any) -> list[str]:
+    """Names of the columns of taps given one by one."""
+    names = list(tuples) if isinstance(tuples, Mapping) else list(getattr(tuples, "columns", ()))
+    return [str(name) for name in names]
 
 
 def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
@@ -72,9 +93,8 @@ def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list
 
 def _unread(tuples: Any) -> list[str]:
     """That columns of taps given one by one are none that is known."""
-    names = list(tuples) if isinstance(tuples, Mapping) else list(getattr(tuples, "columns", ()))
-    known = {*_TUPLES, *_DIRECTIONS, "theta_deg", "delta_mm", "file"}
-    ignored = ", ".join(str(name) for name in names if name not in known)
+    known = {*_TUPLES, *_DIRECTIONS, *_PROPERTIES, "theta_deg", "delta_mm", "file"}
+    ignored = ", ".join(name for name in _columns_of(tuples) if name not in known)
     return [f"tuples: ignored columns {ignored}"] if ignored else []
 
 
@@ -120,8 +140,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    path, text, listed = _asked(spec, tuples, sections)
-    with shown(progress) as tell:
+    with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
     warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result

@@ -64,6 +64,37 @@ def to_pandas(table: Table) -> pandas.DataFrame:
     return pd.DataFrame(columns, copy=False, index=None if own is None else own.index)
 
 
+def records(table: Table) -> NDArray[Any]:
+    """The rows as records, for pandas, which makes a frame of them; whoever else asks for one array is told how to get one."""
+    if not sys._getframe(1).f_globals.get("__name__", "").startswith("pandas."):
+        raise TypeError(f'a table is no array: take a column, table["{table.columns[0]}"], or table.to_pandas()')
+    columns = [table[name] for name in table.columns]
+    found = np.empty(len(table), dtype=[(name, column.dtype) for name, column in zip(table.columns, columns)])
+    for name, column in zip(table.columns, columns):
+        found[name] = column
+    return found
+
+
+# Rows that a notebook shows.
+_SHOWN = 10
+
+
+def html(table: Table) -> str:
+    """The first rows as HTML."""
+    from html import escape
+
+    def line(cells: Any, tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{escape(str(cell))}</{tag}>" for cell in cells) + "</tr>"
+
+    def cell(value: Any) -> str:
+        return "" if _is_missing(value) else f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)
+
+    rows = zip(*(map(cell, table[name][:_SHOWN]) for name in table.columns))
+    body = "".join(line(row, "td") for row in rows)
+    more = f"<p>{len(table)} rows × {len(table.columns)} columns</p>"
+    return f"<table><thead>{line(table.columns, 'th')}</thead><tbody>{body}</tbody></table>{more}"
+
+
 def _is_missing(value: Any) -> bool:
     """None, NaN, NaT, NA, a masked value."""
     # NA of pandas is neither equal to itself nor not.
@@ -186,17 +217,28 @@ def _arrow(column: Any) -> Any:
 
 def _named(data: Any, what: str) -> list[tuple[str, Any]]:
     """The columns of a table in memory with their names."""
-    if isinstance(data, Mapping):
+    if isinstance(getattr(data, "dtype", None), np.dtype) and data.dtype.names:
+        return [(str(name), data[name]) for name in data.dtype.names]
+    if isinstance(data, Mapping) and not hasattr(data, "kinds"):
         return [(str(name), column) for name, column in data.items()]
     if hasattr(data, "iloc") and hasattr(data, "columns"):
         return [(str(name), data.iloc[:, place]) for place, name in enumerate(data.columns)]
-    if hasattr(data, "write_csv"):
+    if type(data).__name__ == "LazyFrame" and hasattr(data, "collect"):
+        data = data.collect()
+    if hasattr(data, "write_csv") and hasattr(data, "get_column"):
         return [(name, _polars(data[name])) for name in data.columns]
-    if hasattr(data, "schema") and hasattr(data, "to_pylist"):
+    if hasattr(data, "schema") and hasattr(data, "to_pylist") and hasattr(data, "column"):
         return [(name, _arrow(data.column(place))) for place, name in enumerate(data.schema.names)]
     if hasattr(data, "columns") and hasattr(data, "kinds"):
         return [(name, data[name]) for name in data.columns]
-    raise InputError(f"{type(data).__name__} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, a dict of columns, what simulate gave")
+    if hasattr(data, "__arrow_c_stream__") or hasattr(data, "__arrow_c_array__") or hasattr(data, "fetch_arrow_table"):
+        try:
+            import pyarrow
+        except ImportError:
+            raise ImportError(f"a {type(data).__name__} is read by pyarrow (pip install pyarrow)") from None
+        # DuckDB's relations, record batches and their readers, and whatever else knows the Arrow PyCapsule interface.
+        return _named(data.fetch_arrow_table() if hasattr(data, "fetch_arrow_table") else pyarrow.table(data), what)
+    raise InputError(f"{type(data).__name__} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, whatever knows the Arrow PyCapsule interface, a structured array, a dict of columns, what simulate gave")
 
 
 def _lines(names: list[str], arrays: list[NDArray[Any]]) -> bytes:

@@ -145,7 +145,7 @@ class Locator:
     def _pair(self, readings: Any) -> tuple[Any, Any]:
         """Drives and signals where one thing holds both, or only signals."""
         table = readings.measurements if isinstance(readings, Simulation) else readings
-        if hasattr(table, "iloc") and hasattr(table, "columns") or isinstance(table, Mapping):
+        if not isinstance(table, _native.Table) and (hasattr(table, "iloc") and hasattr(table, "columns") or isinstance(table, Mapping)):
             raise InputError("this is a table", key="reading", value=type(table).__name__, allowed="numbers; Locator.table(…) takes tables")
         if not isinstance(table, _native.Table):
             return self._only(), readings

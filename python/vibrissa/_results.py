@@ -4,18 +4,45 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _native
-from ._errors import InputError, RunError, short
+from ._errors import InputError, RunError, short, warn
 from ._native import Table
 
 if TYPE_CHECKING:
     import matplotlib.axes
 
     from ._locate import Locator
+
+
+def _whole(path: str | os.PathLike[str], mode: str, write: Callable[[Any], object]) -> None:
+    """Writes a file whole, or not at all."""
+    try:
+        path = os.fsdecode(path)
+    except TypeError:
+        raise InputError("this is no path", key="path", value=short(path), allowed="str or os.PathLike") from None
+    part = f"{path}.part"
+    with open(part, mode) as file:
+        write(file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(part, path)
+
+
+_warned_of_fork = False
+
+
+def _warn_of_fork(backend: Any) -> None:
+    """Once in a process that was forked: that its work goes elsewhere than that of its parent."""
+    global _warned_of_fork
+    if not _warned_of_fork and "forked" in str(backend):
+        _warned_of_fork = True
+        warn([f"this process was forked and computes on {backend['name']}, not where its parent does; start it by spawn to use a GPU"])
 
 
 class _Result:
@@ -25,6 +52,7 @@ class _Result:
 
     def __init__(self, run: str) -> None:
         self.run = json.loads(run)
+        _warn_of_fork(self.run.get("backend"))
 
     def _tables(self) -> dict[str, Table]:
         return {name: value for name, value in vars(self).items() if isinstance(value, Table)}
@@ -54,6 +82,40 @@ class Sweep(_Result):
         super().__init__(run)
         named = dict(tables)
         self.tuples, self.designs, self.distances = (named.get(n) for n in ("tuples", "designs", "distances"))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the tables and ``run`` to ``path``, whole or not at all, as an ``.npz`` of numpy that :meth:`load` reads."""
+        held: dict[str, NDArray[Any]] = {"run": np.array(json.dumps(self.run))}
+        for table, found in self._tables().items():
+            held[f"{table}/"] = np.array(found.columns)
+            for k, (name, kind) in enumerate(zip(found.columns, found.kinds())):
+                if kind == "words":
+                    held[f"{table}/{k}"], words = found.codes(name)
+                    held[f"{table}/{k}/words"] = np.array(words, dtype=np.str_)
+                else:
+                    held[f"{table}/{k}"] = found[name]
+        _whole(path, "wb", lambda file: np.savez_compressed(file, **held))  # type: ignore[arg-type,unused-ignore]
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Sweep:
+        """What :meth:`save` wrote.
+
+        Raises:
+            InputError: a file that cannot be read, or holds something else.
+        """
+        try:
+            with np.load(os.fsdecode(path), allow_pickle=False) as held:
+                tables: list[tuple[str, Table | None]] = []
+                for table in ("tuples", "designs", "distances"):
+                    if f"{table}/" not in held:
+                        continue
+                    names = held[f"{table}/"].tolist()
+                    columns = [(held[f"{table}/{k}"], held[f"{table}/{k}/words"].tolist()) if f"{table}/{k}/words" in held else held[f"{table}/{k}"]
+                               for k in range(len(names))]
+                    tables.append((table, Table._of_columns(names, columns)))
+                return cls(tables, str(held["run"]))
+        except (OSError, ValueError, KeyError, TypeError) as e:
+            raise InputError(f"this is no saved sweep: {e}", key="path", value=short(path), allowed="what Sweep.save wrote") from None
 
     def best(self, by: str = "K_sd") -> dict[str, Any]:
         """The row of ``designs`` with the smallest ``by``, among those of which every tap counts; the first of equals.
@@ -192,16 +254,14 @@ class Calibration(_Result):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes ``text`` to ``path``, whole or not at all."""
-        try:
-            path = os.fsdecode(path)
-        except TypeError:
-            raise InputError("this is no path", key="path", value=short(path), allowed="str or os.PathLike") from None
-        part = f"{path}.part"
-        with open(part, "w", encoding="utf-8", newline="\n") as file:
-            file.write(self.text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
+        _whole(path, "wb", lambda file: file.write(self.text.encode()))
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Locator:
+        """What answers readings by the calibration that :meth:`save`, or the program, wrote to ``path``."""
+        from ._locate import Locator
+
+        return Locator(path)
 
     def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
         """Measured signals over what the winner expects, suspects marked; needs matplotlib."""

@@ -36,9 +36,8 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    path, text, listed = _asked(spec, tuples, sections)
     least, most = _NODES
-    with shown(progress) as tell:
+    with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
         result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
     warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result

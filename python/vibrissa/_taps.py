@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import numbers as numbers_
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Union, overload
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,13 @@ from ._progress import Progress, shown
 from ._spec import document, flag
 from ._units import UNITS, bare, filled, has_flags
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._sections import TapModel
+
 Number = Union[float, NDArray[np.float64]]
+Grad = Union[str, "list[str]", "tuple[str, ...]"]
 
 
 class Status(enum.IntFlag):
@@ -34,6 +40,11 @@ class Status(enum.IntFlag):
     ambiguous = 128
     outside_calibration = 256
     bad_input = 512
+
+    @classmethod
+    def _missing_(cls, value: object) -> Any:
+        """Whole numbers of numpy are bits, too."""
+        return super()._missing_(int(value) if isinstance(value, np.integer) else value)
 
     @property
     def words(self) -> str:
@@ -84,6 +95,35 @@ class Tap(NamedTuple):
         return 1.0 + self.K_deviation
 
 
+class Jacobian(NamedTuple):
+    """Derivatives of what taps give, each by the inputs that ``grad`` names: an array of the taps' common shape with one more axis, per mm, per degree,
+    or per unit of the key. NaN where the number has no value."""
+
+    strain: Any
+    """Of the strain."""
+    strain_linear: Any
+    """Of the strain of the estimate's theory."""
+    K_deviation: Any
+    """Of K − 1, hence of K."""
+    normal_force_N: Any
+    """Of P, N."""
+    tangential_force_N: Any
+    """Of T, N."""
+    contact_arc_mm: Any
+    """Of c, mm."""
+    strain_2: Any
+    """Of the strain of the second gauge."""
+    bending_azimuth_deg: Any
+    """Of φ, degrees."""
+    slide_mm: Any
+    """Of λ, mm."""
+
+    @property
+    def K(self) -> Any:
+        """Of K: that of K − 1."""
+        return self.K_deviation
+
+
 _SECTION = {
     "hub": "whisker", "side": "gauge", "strain_limit": "gauge", "second": "gauge", "foil": "gauge", "theory": "estimate",
     "exponent": "whisker", "bore": "whisker", "core": "whisker", "curvature": "whisker", "curvature_slope": "whisker", "root": "whisker",
@@ -120,6 +160,14 @@ def forget_solvers() -> object:
     global _solvers
     old, _solvers = _solvers, {}
     return old
+
+
+def _inputs(grad: Any) -> list[str]:
+    """Names of inputs."""
+    names = [grad] if isinstance(grad, str) else grad
+    if not isinstance(names, (list, tuple)) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise InputError("these are no names of inputs", key="grad", value=short(grad), allowed='different names, ("d", "a", "theta")')
+    return list(names)
 
 
 def number_array(name: str, value: Any, allowed: str, unit: str | None) -> NDArray[np.float64]:
@@ -181,13 +229,27 @@ _OF_TAPS = {name: UNITS[key] for name in ALLOWED for key in (f"whisker.{name}", 
 
 
 @overload
-def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
-           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[False] = False, progress: Progress = None, **model: Any) -> Any: ...
+def strain(D: float, d: float, L_a: float, x_ss: float, l: float, a: float, theta: float | None = None, *,
+           delta: float | None = None, tilt: float = 0.0, lean: float = 0.0, full: Literal[False] = False, grad: None = None, progress: Progress = None,
+           **model: Unpack[TapModel]) -> float: ...
 @overload
 def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
-           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[True], progress: Progress = None, **model: Any) -> Tap: ...
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[False] = False, grad: None = None, progress: Progress = None,
+           **model: Unpack[TapModel]) -> Number: ...
+@overload
+def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[True], grad: None = None, progress: Progress = None,
+           **model: Unpack[TapModel]) -> Tap: ...
+@overload
+def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[False] = False, grad: Grad, progress: Progress = None,
+           **model: Unpack[TapModel]) -> tuple[Number, NDArray[np.float64]]: ...
+@overload
+def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
+           delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[True], grad: Grad, progress: Progress = None,
+           **model: Unpack[TapModel]) -> tuple[Tap, Jacobian]: ...
 def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *,
-           delta: Any = None, tilt: Any = 0.0, lean: Any = 0.0, full: bool = False, progress: Progress = None, **model: Any) -> Any:
+           delta: Any = None, tilt: Any = 0.0, lean: Any = 0.0, full: bool = False, grad: Any = None, progress: Progress = None, **model: Any) -> Any:
     """Mean strain of the gauge when a whisker taps an object.
 
     Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape. Quantities with units
@@ -203,17 +265,24 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         tilt: turns the object's edge, and the contact, round the whisker's axis, degrees, between −90 and 90.
         lean: leans the edge along the whisker, degrees, between −90 and 90.
         full: return a :class:`Tap` with forces, contact, K and ``status`` beside the strain.
+        grad: names of inputs, ``("d", "a", "theta")``: derivatives by them, too. Any of D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and of what
+            the model has: hub, pole_radius, mu, E, C10, C01, C20, C30, nu, clamp, foil.stiffness, foil.length, foil.width, exponent, scale, bore,
+            core.diameter, core.modulus, curvature, curvature_slope, root.k_theta, root.k_y, root.k_x.
         progress: True (a bar, if tqdm is installed) or a function of (taps done, taps).
         **model: keys of a spec's [model] (``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``,
             ``contact``, ``material={"neo-hookean": 3.2}``, ``clamp``, ``indentation``, ``section``, ``solid``), and ``hub``, ``side``, ``second``,
             ``foil={"stiffness": 100, "length": 6.3, "width": 2.8}`` (N/mm, mm), ``strain_limit``, ``theory``, those of [whisker]
             (``exponent``, ``bore``, ``core={"diameter": 0.5, "modulus": 60000}``, ``curvature``, ``curvature_slope``, ``root={"k_theta": 500}``),
             ``signal`` ("moment": N mm, or "force": N, is then told in place of the strain),
-            ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f32"), ``tolerance`` (1e-5 in f32), ``threads``.
+            ``backend`` ("cpu" by default), ``adapter``, ``precision`` ("f64" on the CPU, where the program has "f32": differences find no slope in f32),
+            ``tolerance`` (1e-8 in f64, 1e-5 in f32), ``threads``.
 
     Returns:
         float, ndarray of float64, or :class:`Tap`. A tap that has no value (outside the domain, slipped off with ``status``,
-        not converged; a NaN or a masked value in any argument) is NaN; ``full=True`` says why.
+        not converged; a NaN or a masked value in any argument) is NaN; ``full=True`` says why. With ``grad`` a pair: that, and its derivatives, an
+        array of the common shape with one more axis, in the order asked, per mm, per degree, or per unit of the key (``full=True``: a
+        :class:`Jacobian` of such arrays). They follow from the equations of the tap, not from differences. At a kink (``sticks`` changes, the
+        contact leaves the gauge) they are those of the side on which the tap lies.
 
     Raises:
         InputError: what is no number, a quantity that does not convert to the unit above, shapes that do not broadcast, a key or value
@@ -227,6 +296,9 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
 
     >>> round(strain(10, 4, 50, 5, 2, 30, 4.0), 5)
     0.02233
+    >>> value, slopes = strain(10, 4, 50, 5, 2, 30, 4.0, grad=("a", "theta"))
+    >>> slopes.round(6)
+    array([-0.000962,  0.005655])
     """
     if theta is None:
         if delta is None:
@@ -240,8 +312,9 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     solver, doubts = _solver(model, name == "delta")
     if doubts:
         warn(doubts)
+    by = None if grad is None else _inputs(grad)
     upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
-    if {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
+    if by is None and {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
         try:
             one = solver.one(D, d, L_a, x_ss, l, a, drive, tilt, lean)
         except OverflowError as e:
@@ -255,9 +328,19 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     shape, n, flat = columns(given, ALLOWED)
     if n == 0:
         empty = np.empty(shape)
-        words, sticks = np.empty(shape, np.uint16), np.empty(shape, bool)
-        return Tap(empty, empty, empty, empty, empty, empty, words, sticks, empty, empty, empty) if full else empty
+        nothing = Tap(empty, empty, empty, empty, empty, empty, np.empty(shape, np.uint16), np.empty(shape, bool), empty, empty, empty)
+        if by is not None:
+            none = np.empty((*shape, len(by)))
+            return (nothing, Jacobian(*[none] * 9)) if full else (empty, none)
+        return nothing if full else empty
     with shown(progress) as tell:
+        if by is not None:
+            values, slopes, doubts_ = solver.gradients(n, flat, by, tell)
+            if doubts_:
+                warn(doubts_)
+            taps = Tap(*(x.reshape(shape) if shape else x.reshape(shape)[()] for x in values))
+            jacobian = Jacobian(*(x.reshape(*shape, len(by)) for x in slopes))
+            return (taps, jacobian) if full else (taps.strain, jacobian.strain)
         found, doubts_ = solver.many(n, flat, full, tell)
     if doubts_:
         warn(doubts_)

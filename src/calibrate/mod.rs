@@ -222,6 +222,7 @@ pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
 
 /// Refuses data and options that do not belong together.
 fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
+    rig.of_one_signal()?;
     if let Some(signal) = data.unit.signal().filter(|signal| rig.known && *signal != rig.setup.signal) {
         let message = format!("the whisker's spec has signal = \"{}\"", rig.setup.signal.word());
         let error = InputError::new(message).at(&data.file, Some(1)).key(data.unit.column());

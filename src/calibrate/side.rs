@@ -101,7 +101,7 @@ impl KTable {
         let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, ends, n);
         let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
-            reduced.count((c.i, c.j), o);
+            reduced.count((c.i, c.j), (c.a, c.drive), o);
         }
         reduced.calibrate();
         let estimate = |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o);

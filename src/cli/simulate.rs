@@ -85,6 +85,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
 }
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
+    rig.of_one_signal()?;
     let unit = match &args.signal {
         None => Unit::of_signal(rig.setup.signal),
         Some(name) => Unit::of_column(name).ok_or_else(|| {

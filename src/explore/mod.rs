@@ -87,8 +87,11 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
             allowed,
         );
     }
-    if setup.signal != Signal::Strain {
-        let value = setup.signal.word().into();
+    if setup.signal != Signal::Strain || setup.channels.is_some() {
+        let value = setup
+            .channels
+            .as_ref()
+            .map_or(setup.signal.word().into(), |all| format!("{} channels", all.len()));
         return refuse("a page shows the strain of a gauge", "sensor.signal", value, "\"strain\"");
     }
     if let Some(foil) = setup.gauge.foil {

@@ -138,6 +138,7 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
         foil: None,
         body: None,
         start: Held::new(&setup.model).start(&taper),
+        contact: None,
     };
     let drive = match setup.drive {
         Drive::Angle => q[DRIVE].to_degrees(),

@@ -95,6 +95,17 @@ impl Rig {
         Ok(Self { warnings: spec.warnings.clone(), ..rig })
     }
 
+    /// Refuses a sensor of several channels, whose readings no table of measured taps has.
+    ///
+    /// # Errors
+    /// The key at fault.
+    pub fn of_one_signal(&self) -> Result<(), InputError> {
+        let Some(channels) = &self.setup.channels else { return Ok(()) };
+        let error = InputError::new("calibrate, locate and simulate read one signal of a whisker");
+        let error = error.key("sensor").value(format!("{} channels", channels.len()));
+        Err(error.allowed("signal = \"strain\", \"moment\" or \"force\" in [sensor] of the spec"))
+    }
+
     /// Closed form of a theory for this whisker, with another hub if `hub` says so.
     pub fn curve(&self, theory: Theory, hub: f64) -> StrainCurve {
         let shared = self.shared();

@@ -255,7 +255,8 @@ impl Judge<'_> {
             Some(other) => Reduction::with(self.setup, design, Some(other.estimator), n),
             None => Reduction::new(self.setup, design, self.reach, n),
         };
-        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        let at = |i: usize| (self.distances[i], design.tuple.drive);
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), at(i), tap));
         let told = given.and_then(|other| other.curve).map_or(own, Told::Other);
         let told = told.towards(design.tuple.direction());
         let drive = match given {

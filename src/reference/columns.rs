@@ -94,10 +94,19 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
     let name = |name: Name| match name {
         Name::Is(name) => name.to_owned(),
         Name::Drive => [Drive::Angle, Drive::Displacement].map(Drive::column).join(" or "),
+        Name::Channel(_, which) => {
+            ["signal_moment … or channel_1 …", "K_moment … or K_1 …"][which].to_owned()
+        }
         Name::Read(strain, other) => format!("{strain} or {other}"),
         Name::K(plain, mm) => format!("{plain} or {mm}"),
     };
-    columns.iter().map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only }).collect()
+    // The first channel stands for all.
+    let first = |c: &&Column<R>| !matches!(c.only, Only::Channel(1..));
+    columns
+        .iter()
+        .filter(first)
+        .map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only })
+        .collect()
 }
 
 /// `columns` with `more` before the last of them, the status.

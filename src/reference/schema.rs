@@ -125,6 +125,12 @@ fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
         Form::Ends(range) => array(number(range), 2, Some(2)),
         Form::Numbers(n) => array(json!({ "type": "number" }), *n, Some(*n)),
         Form::Words(words) => json!({ "type": "string", "enum": words }),
+        Form::Several(words) => {
+            let mut value = array(json!({ "type": "string", "enum": words }), 2, None);
+            value["uniqueItems"] = json!(true);
+            value
+        }
+        Form::Matrix(least, most) => array(array(json!({ "type": "number" }), 2, None), *least, Some(*most)),
         Form::Pairs => array(array(number(&spec::keys::form::from(0.0)), 2, Some(2)), 2, None),
         Form::Table(section, least, most) => {
             let mut value = table(section, defs);

@@ -88,7 +88,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     }
     let body = shared.body.as_deref();
     let tilt = match body {
-        Some(body) => body.tilt(arc, task.a, model.surface),
+        Some(body) => body.tilt(arc, task.a, model.surface).into(),
         None if model.surface => DVec2::new(taper.sin_alpha(), taper.cos_alpha()),
         None => DVec2::Y,
     };
@@ -174,7 +174,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
                 None => (DVec2::new(s - arc, 0.0), 0.0),
                 Some(body) => {
                     let at = body.rest_angle(arc);
-                    let way = DVec2::from_angle(-at).rotate(body.rest(s) - body.rest(arc));
+                    let way = DVec2::from_angle(-at).rotate((body.rest(s) - body.rest(arc)).into());
                     (way, body.rest_angle(s) - at)
                 }
             };

@@ -1,10 +1,12 @@
 //! What a whisker is beyond a cone clamped at its base, in `[whisker]`, and `[sensor]` (model §7).
 
 use std::path::Path;
+use std::sync::Arc;
 
 use toml::de::DeTable;
 
 use super::axis::AxisItem;
+use super::channels;
 use super::check::{Domain, MOST, domain};
 use super::keys;
 use super::part::Section;
@@ -13,7 +15,9 @@ use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::table::{self, Columns};
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{Clamp, Convention, Gauge, Material, Model, Property, Setup, Signal, TERMS, Term};
+use crate::scene::{
+    Channels, Clamp, Convention, Gauge, Material, Model, Property, Setup, Signal, TERMS, Term,
+};
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
@@ -163,7 +167,7 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
             last[0]
         );
     }
-    let strain = find("sensor", "signal").is_none_or(|signal| signal.value.as_str() == Some("strain"));
+    let strain = channels::read_strain(find("sensor", "signal"), find("sensor", "matrix"));
     if !strain && user.get("tuples").is_none() {
         text += "[gauge]\nx_ss = 0.0\nl = 0.001\n";
     }
@@ -269,7 +273,20 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled:
 }
 
 /// `[sensor]`: the signal; its noise stands in `gauge`, whose limit is that of a strain.
-pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal> {
+pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal, Option<Arc<Channels>>)> {
+    if let Some((signal, channels)) = channels::read(section)? {
+        if let Some(noise) = gauge.noise_strain.filter(|noise| *noise != 0.0) {
+            let message = format!("noise_strain = {noise} of [gauge] is that of one signal");
+            let error = section.written("signal").or_else(|| section.written("matrix"));
+            let error = error.map_or_else(|| section.get("signal"), Ok)?.error(message);
+            return Err(error.allowed("noise or covariance in [sensor], and no noise_strain"));
+        }
+        // Only of the strain there is a limit.
+        if signal != Signal::Strain {
+            gauge.strain_limit = f64::INFINITY;
+        }
+        return Ok((signal, Some(channels)));
+    }
     let signal = section.get("signal")?.word(&Signal::WORDS)?;
     let noise = section.written("noise");
     if signal == Signal::Strain {
@@ -277,11 +294,11 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<Signal>
             let error = item.error("the noise of a strain is noise_strain in [gauge]");
             return Err(error.allowed("noise with signal = \"moment\" or \"force\""));
         }
-        return Ok(signal);
+        return Ok((signal, None));
     }
     gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, &NOISE, 0)?.axis.at(0))).transpose()?;
     gauge.strain_limit = f64::INFINITY;
-    Ok(signal)
+    Ok((signal, None))
 }
 
 /// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.
@@ -292,8 +309,14 @@ pub(super) fn allowed(
     at: Option<&Item<'_>>,
 ) -> Result<()> {
     let of = |section, key| sections.section(section).get(key);
-    if setup.signal != Signal::Strain || setup.wrench {
+    if setup.asks_wrench() {
         let (item, what) = match setup.signal {
+            _ if setup.channels.is_some() => {
+                let sensor = sections.section("sensor");
+                let item = sensor.written("matrix").map_or_else(|| sensor.get("signal"), Ok)?;
+                channels::allowed(sections, setup, &item)?;
+                (item, "a sensor of several channels")
+            }
             Signal::Strain => (of("output", "wrench")?, "the wrench on the base"),
             _ => (of("sensor", "signal")?, "a signal other than strain"),
         };

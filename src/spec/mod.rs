@@ -6,6 +6,7 @@
 
 mod axis;
 mod built;
+mod channels;
 mod check;
 mod curve;
 mod direction;
@@ -125,14 +126,15 @@ fn of_sections<'a>(
         sections::rankable(sections, &estimate, &output)?;
     }
     warnings.extend(sections::idle(&estimate));
-    let sensor = built::sensor(&sections.section("sensor"), &mut gauge)?;
+    let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
     let scaled = properties::searched(sections, Property::Scale);
     let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let built = built.built.map(Arc::new);
     let (model, fit) = (model.model, model.fit);
-    let setup = Setup { hub, drive, gauge, model, estimate, directions, built, signal: sensor, wrench, rigs };
+    let setup =
+        Setup { hub, drive, gauge, model, estimate, directions, built, signal, channels, wrench, rigs };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)

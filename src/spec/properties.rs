@@ -17,6 +17,8 @@ pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option
     let section = sections.section(section);
     let mut path = key.split('.');
     let item = match property {
+        // Several channels have a noise each.
+        Property::Noise if super::channels::several(&sections.section("sensor")) => return None,
         Property::Noise if of_strain(sections) => section.written(key)?,
         Property::Noise => sections.section("sensor").written("noise")?,
         Property::Modulus => {

@@ -285,10 +285,11 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             let (direction, drive) = (stroke.direction(), stroke.drive);
             let taps = &outcomes[at * n..(at + 1) * n];
             let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
-            taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+            let place = |i: usize| (layout.distance(i as u64), drive);
+            taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), place(i), tap));
             reduced.calibrate();
             for (i, tap) in taps.iter().enumerate() {
-                reduced.estimate((i, 0), (layout.distance(i as u64), drive), tap);
+                reduced.estimate((i, 0), place(i), tap);
             }
             let (row, unit) = (reduced.drives[0], reduced.unit());
             let rank = reduced.rank(0, study.listed_by())?;

@@ -65,8 +65,8 @@ pub(super) fn render(
     let none = || Rows::new(wanted.form);
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
     let elongation = reduced.elongation;
-    taps(&mut |place, tap, _| {
-        reduced.count(place, tap);
+    taps(&mut |(i, j), tap, _| {
+        reduced.count((i, j), ((axes.distance)(i).0, (axes.stroke)(j).drive), tap);
         Ok(())
     })?;
     reduced.calibrate();
@@ -87,8 +87,10 @@ pub(super) fn render(
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
+            let channels = reduced.of_channels((a, drive), tap);
+            let estimated = &estimated;
             let row =
-                TapRow { design: &design.tuple, a, direction, drive, tap, estimated: &estimated, elongation };
+                TapRow { design: &design.tuple, a, direction, drive, tap, estimated, elongation, channels };
             fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
             text.row(&mut values)?;
             out.rows[0] += 1;

@@ -105,7 +105,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         let n = (group.distances.values.len(), group.drives.values.len());
         let mut reduced = Reduction::new(&study.setup, design, reach(&group.distances.values), n);
         for &(row, i, j) in &group.rows {
-            reduced.count((i, j), &outcomes[row]);
+            reduced.count((i, j), (tuples[row].a, tuples[row].drive), &outcomes[row]);
         }
         reduced.calibrate();
         for &(row, i, j) in &group.rows {
@@ -236,6 +236,7 @@ fn write_tuples(
                     tap: &outcomes[r],
                     estimated: &estimates[r],
                     elongation: reduced[d].elongation,
+                    channels: reduced[d].of_channels((t.a, t.drive), &outcomes[r]),
                 };
                 fields(&TapRow::COLUMNS, &run.study.setup, &row, &mut values);
                 text.row(&mut values)?;

@@ -122,11 +122,11 @@ fn solved(run: &mut Run<'_>, layout: &Layout, tuples: &[Tuple]) -> Result<Vec<Dr
     let one = |at: usize| {
         let (taps, mut counts) = (&outcomes[at * n..(at + 1) * n], Counts::default());
         let mut reduced = Reduction::new(setup, &designs[at], layout.reach(), (n, 1));
-        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), tap));
+        let place = |i: usize| (layout.distance(i as u64), designs[at].tuple.drive);
+        taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), place(i), tap));
         reduced.calibrate();
         for (i, tap) in taps.iter().enumerate() {
-            let at = (layout.distance(i as u64), designs[at].tuple.drive);
-            counts.note(tap.status | reduced.estimate((i, 0), at, tap).status, 1);
+            counts.note(tap.status | reduced.estimate((i, 0), place(i), tap).status, 1);
         }
         (reduced.drives[0], counts)
     };

@@ -8,10 +8,10 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep
 use vibrissa::measure::Rig;
 use vibrissa::spec;
 
-type Row = HashMap<String, String>;
+pub type Row = HashMap<String, String>;
 
 /// Rows of tests/data/general_cases.csv, good to 1e-10: by shooting and by collocation, checked by energy and virtual work.
-fn cases() -> Vec<Row> {
+pub fn cases() -> Vec<Row> {
     let path = format!("{}/tests/data/general_cases.csv", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed");
@@ -26,7 +26,7 @@ fn pairs(text: &str) -> String {
 }
 
 /// The spec of a case, its gauge on `side`.
-fn case(row: &Row, side: &str) -> String {
+pub fn case(row: &Row, side: &str) -> String {
     let get = |key: &str| row[key].as_str();
     let mut whisker = String::new();
     let mut say = |key: &str, value: &str| {

@@ -31,7 +31,7 @@ fn probes(form: &Form) -> Vec<Value> {
         [Value::Boolean(true), "no such word".into(), Value::Array(vec![]), toml::Table::new().into()];
     let own: Vec<Value> = match form {
         Form::Flag => vec![false.into()],
-        Form::Text | Form::Pairs | Form::Table(..) | Form::Numbers(_) => vec![1.5.into()],
+        Form::Text | Form::Pairs | Form::Matrix(..) | Form::Table(..) | Form::Numbers(_) => vec![1.5.into()],
         Form::Whole(min, max) => {
             let (min, max) = (*min as i64, *max as i64);
             let over = max.checked_add(1);
@@ -51,6 +51,11 @@ fn probes(form: &Form) -> Vec<Value> {
             let middle = 0.5 * (range.ends[0] + range.ends[1].min(range.ends[0] + 2.0));
             let low = numbers(ends(range)[..3].to_vec());
             low.map(|x| Value::Array(vec![x, middle.into()])).chain([1.5.into()]).collect()
+        }
+        Form::Several(words) => {
+            let list = |n: usize| Value::Array(words.iter().take(n).map(|word| (*word).into()).collect());
+            let twice = Value::Array(vec![words[0].into(), words[0].into()]);
+            vec![list(1), list(2), list(words.len()), twice]
         }
         Form::Words(words) => words.iter().map(|word| (*word).into()).collect(),
         Form::Any(forms) => forms.iter().flat_map(probes).collect(),

@@ -100,6 +100,8 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("LONGEST", newton::LONGEST),
         ("PROBE", rounding.powf(newton::PROBE)),
         ("FORESEEN", newton::FORESEEN),
+        ("UPRIGHT", newton::UPRIGHT),
+        ("ACROSS", newton::ACROSS),
         ("CONTRACTED", newton::contracted(job.tolerance, rounding)),
         ("LEAST_ARC", newton::ARCS[0]),
         ("MOST_ARC", newton::ARCS[1]),

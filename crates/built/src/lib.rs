@@ -120,7 +120,7 @@ impl Solution {
 }
 
 /// Steps between contact and base on each rung, at least.
-const RUNGS: [usize; 3] = [3, 6, 14];
+const RUNGS: [usize; 4] = [3, 6, 14, 30];
 
 /// Taps of one work item.
 const GRAIN: usize = 64;

@@ -80,7 +80,7 @@ impl DistanceChart {
         sweeps: &mut Sweeps,
     ) -> Result<Option<Self>, SolveError> {
         let spatial = setup.gauge.second || !direction.is_upright();
-        if setup.signal != Signal::Strain || spatial && setup.built.is_some() {
+        if setup.signal != Signal::Strain || setup.channels.is_some() || spatial && setup.built.is_some() {
             return Ok(None);
         }
         let served = |mut chart: Self| {

@@ -145,6 +145,7 @@ pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) 
                 ..Bonded::new(&foil, &taper, gauge, setup.model.material.e0())
             }),
             body: body.clone(),
+            contact: None,
             start: Held::new(&setup.model).start(&taper),
         }),
         ..Design::nothing(tuple)

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::contact::Contact;
 use crate::physics::{
     body::Body,
     inverse::Inverse,
@@ -9,7 +10,9 @@ use crate::physics::{
     solid::{Bonded, Held},
     taper::Taper,
 };
-use crate::scene::{Built, Convention, Direction, Drive, Gauge, Geometry, Setup, Signal, Theory, Tuple};
+use crate::scene::{
+    Built, Convention, Direction, Drive, Gauge, Geometry, Setup, Side, Signal, Theory, Tuple,
+};
 
 /// Relative slack of L_a when a sum of decimal numbers is compared with it.
 const ROUNDING: f64 = 1e-12;
@@ -48,6 +51,8 @@ pub struct Shared {
     pub start: f64,
     /// The whisker as it is built, where it is no cone clamped at its base, or where its wrench is read.
     pub body: Option<Arc<Body>>,
+    /// Several channels of the sensor.
+    pub contact: Option<Contact>,
 }
 
 impl Shared {
@@ -140,7 +145,12 @@ impl Design {
                 let peak = of_model.peak().1;
                 let theory = if theory == model { of_model } else { Inverse::new(theory) };
                 let start = Held::new(&setup.model).start(&taper);
-                Shared { taper, gauge, model, peak, theory, foil, start, body: body.clone() }
+                let contact = setup.channels.as_ref().map(|channels| {
+                    let sign = if setup.gauge.side == Side::Far { -1.0 } else { 1.0 };
+                    let ends = [gauge[0], L_a];
+                    Contact::new(Arc::clone(channels), theory.curve(), ends, setup.model.material.e0(), sign)
+                });
+                Shared { taper, gauge, model, peak, theory, foil, start, body: body.clone(), contact }
             });
         Self { tuple, shared, own: None }
     }

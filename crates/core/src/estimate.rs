@@ -1,6 +1,8 @@
 //! The paper's distance estimate, f(â) = K̄ |ε|/θ, its error and its noise (model §4), and what it shares with other estimates.
 
+use crate::contact::Contact;
 use crate::design::Shared;
+use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -14,13 +16,16 @@ pub struct Estimated {
     pub distance: f64,
     /// σ_a = K̄ σ_ε/(θ |f′(â)|), mm.
     pub sigma: f64,
+    /// Contact force, N; NaN where only one channel is read.
+    pub force: f64,
     /// `no_root`; `ambiguous` also where only the near side of the peak gives the reading; or nothing.
     pub status: Status,
 }
 
 impl Estimated {
     /// No distance, and nothing to say about it.
-    pub const NOTHING: Self = Self { distance: f64::NAN, sigma: f64::NAN, status: Status::OK };
+    pub const NOTHING: Self =
+        Self { distance: f64::NAN, sigma: f64::NAN, force: f64::NAN, status: Status::OK };
 }
 
 /// What the estimates of one design share.
@@ -71,7 +76,28 @@ impl<'a> Estimator<'a> {
         let twice = roots.only_near || roots.near.is_some_and(|a| self.interesting(a));
         let status = if twice { Status::AMBIGUOUS } else { Status::OK };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
-        Estimated { distance: roots.far, sigma, status }
+        Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
+    }
+
+    /// The several channels of the sensor.
+    pub fn channels(&self) -> Option<&'a Contact> {
+        self.shared.contact.as_ref()
+    }
+
+    /// What the channels show at `a` mm per unit of drive, by the estimator's theory.
+    pub fn linear(&self, contact: &Contact, a: f64) -> [f64; MOST_CHANNELS] {
+        contact.linear(self.shared.theory.curve(), a)
+    }
+
+    /// Distance and force from the readings of several channels at a drive of `amount`, with the calibration `k` of each.
+    pub fn together(
+        &self,
+        contact: &Contact,
+        k: &[f64; MOST_CHANNELS],
+        readings: &[f64; MOST_CHANNELS],
+        amount: f64,
+    ) -> Estimated {
+        contact.estimate(self.shared.theory.curve(), k, readings, amount, |a| self.interesting(a))
     }
 
     /// Whether `a` mm lies in the range of interest.
@@ -83,6 +109,7 @@ impl<'a> Estimator<'a> {
     pub fn told(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
         let sigma = if self.noise == 0.0 { 0.0 } else { self.noise / slope.abs() };
         let twice = second.is_some_and(|a| self.interesting(a));
-        Estimated { distance: a, sigma, status: if twice { Status::AMBIGUOUS } else { Status::OK } }
+        let status = if twice { Status::AMBIGUOUS } else { Status::OK };
+        Estimated { distance: a, sigma, status, ..Estimated::NOTHING }
     }
 }

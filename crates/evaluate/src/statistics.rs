@@ -9,6 +9,7 @@ use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
 use crate::reduce::{Errors, Largest, Spread};
+use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Direction, Drive, RankBy, Setup};
 use crate::status::Status;
 
@@ -217,6 +218,8 @@ pub struct Reduction<'a> {
     pub drives: Vec<DriveRow>,
     /// One per distance.
     pub distances: Vec<DistanceRow>,
+    /// K − 1 of each channel, per drive; of several channels only.
+    channels: Vec<[Spread; MOST_CHANNELS]>,
 }
 
 impl<'a> Reduction<'a> {
@@ -233,12 +236,14 @@ impl<'a> Reduction<'a> {
         estimator: Option<Estimator<'a>>,
         (distances, drives): (usize, usize),
     ) -> Self {
+        let several = estimator.as_ref().is_some_and(|e| e.channels().is_some());
         Self {
             estimator,
             kind: setup.drive,
             elongation: design.elongation(setup),
             drives: vec![DriveRow::default(); drives],
             distances: vec![DistanceRow::default(); distances],
+            channels: vec![<[Spread; MOST_CHANNELS]>::default(); if several { drives } else { 0 }],
         }
     }
 
@@ -247,8 +252,20 @@ impl<'a> Reduction<'a> {
         self.elongation.unwrap_or(1.0)
     }
 
-    /// First pass: the tap at distance `i`, drive `j`.
-    pub fn count(&mut self, (i, j): (usize, usize), tap: &Outcome) {
+    /// Reading and K of each channel of the `tap` at `a` mm, `drive` in degrees or mm; nothing of one signal.
+    pub fn of_channels(&self, (a, drive): (f64, f64), tap: &Outcome) -> Option<[[f64; 2]; MOST_CHANNELS]> {
+        let estimator = self.estimator.as_ref()?;
+        let contact = estimator.channels()?;
+        let readings = contact.channels.read(tap.wrench, tap.strain);
+        let linear = estimator.linear(contact, a).map(|s| amount(self.kind, drive) * s);
+        Some(std::array::from_fn(|k| [readings[k], linear[k] / readings[k]]))
+    }
+
+    /// First pass: the tap at distance `i` (`a` mm), drive `j` (`drive` in degrees or mm).
+    pub fn count(&mut self, (i, j): (usize, usize), at: (f64, f64), tap: &Outcome) {
+        if let Some(all) = self.of_channels(at, tap).filter(|_| tap.status.counts()) {
+            self.channels[j].iter_mut().zip(all).for_each(|(spread, [_, k])| spread.push(k - 1.0));
+        }
         let (row, distance) = (&mut self.drives[j], &mut self.distances[i]);
         row.asked += 1;
         row.status |= tap.status;
@@ -288,11 +305,20 @@ impl<'a> Reduction<'a> {
         told: Told<'_>,
     ) -> Estimated {
         let row = &mut self.drives[j];
-        let readable = tap.strain != 0.0 && tap.strain.is_finite() && !tap.status.has(Status::NO_STRAIN);
+        let several = !self.channels.is_empty();
+        let readable =
+            tap.strain.is_finite() && (several || tap.strain != 0.0 && !tap.status.has(Status::NO_STRAIN));
         let (strain, cos) = (tap.magnitude(), tap.cosine());
         let estimator = self.estimator.as_ref().filter(|_| readable);
         let estimated = estimator.and_then(|e| match told {
             // f(â) = K̄ √(ε₁² + ε₂²)/(θ cos β̂), and σ_a is that of one gauge over cos²β̂.
+            Told::Formula if e.channels().is_some() => row.k.and_then(|_| {
+                let contact = e.channels()?;
+                let spreads = self.channels.get(j)?;
+                let k = spreads.map(|spread| e.fixed.or(spread.mean().map(|m| 1.0 + m)).unwrap_or(1.0));
+                let readings = contact.channels.read(tap.wrench, tap.strain);
+                Some(e.together(contact, &k, &readings, amount(self.kind, drive)))
+            }),
             Told::Formula => row.k.map(|k| {
                 let told = e.estimate(k, strain / cos, amount(self.kind, drive));
                 Estimated { sigma: told.sigma / (cos * cos), ..told }

@@ -40,9 +40,9 @@ impl<T: Number> Pose<'_, T> {
         let taper = self.taper.tau * a;
         let [near, far, width] = [(a - x1) / a, (a - x2) / a, (x2 - x1) / a];
         let radius = half * self.taper.D / a;
-        let shear = model
-            .shear
-            .then(|| shear_length2(&self.taper, model.nu) / (T::of(3.0 * Held::new(model).shear) * a * a));
+        let shear = model.shear.then(|| {
+            shear_length2(&self.taper, T::of(model.nu)) / (T::of(3.0 * Held::new(model).shear) * a * a)
+        });
         // Of a length that all taps have and that is mostly 0.
         let over_a = |length: f64| if length == 0.0 { zero } else { T::of(length) / a };
         let mut groups = Groups {
@@ -65,7 +65,7 @@ impl<T: Number> Pose<'_, T> {
             // The object's path seen from the clamp: an angle and a growing distance.
             let delta = self.amount / a;
             let (across, along) = (pole_x * delta, pole_x * pole_x + pole_y * (pole_y - delta));
-            groups.angle = across.each(along, f64::atan2);
+            groups.angle = across.atan2(along);
             groups.pull = half * delta * delta - pole_y * delta;
         }
         let onset = groups.onset(&touch, self.grip);

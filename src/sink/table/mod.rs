@@ -78,6 +78,8 @@ pub enum Name {
     Drive,
     /// What is read: its names of a strain, and of another signal.
     Read(&'static str, &'static str),
+    /// Of a channel its reading (0), or its K (1).
+    Channel(usize, usize),
     /// A figure of K: its names without unit, and with the convention `elongation` in mm.
     K(&'static str, &'static str),
 }
@@ -94,6 +96,9 @@ impl Name {
                 } else {
                     other
                 }
+            }
+            Self::Channel(k, which) => {
+                setup.channels.as_ref().and_then(|all| all.names.get(k)).map_or("", |names| names[which])
             }
             Self::K(plain, mm) => match setup.estimate.convention {
                 Convention::Mean => plain,
@@ -131,6 +136,10 @@ pub enum Only {
     Second,
     /// Where the spec asks for the wrench.
     Wrench,
+    /// With several channels.
+    Several,
+    /// With more channels than this.
+    Channel(usize),
     /// Of whiskers that are more than a cone clamped at its base.
     Built,
     /// Where this property differs from design to design.
@@ -147,6 +156,8 @@ impl Only {
             Self::Direction => setup.directions.tilt || setup.directions.lean,
             Self::Second => setup.gauge.second,
             Self::Wrench => setup.wrench,
+            Self::Several => setup.channels.is_some(),
+            Self::Channel(k) => setup.channels.as_ref().is_some_and(|all| all.len() > k),
             Self::Built => setup.built.is_some(),
             Self::Varies(property) => setup.varies(property),
         }
@@ -161,6 +172,8 @@ impl Only {
             Self::Direction => "if the spec has tilt or lean",
             Self::Second => "with a second gauge",
             Self::Wrench => "with wrench = true",
+            Self::Several => "with several channels",
+            Self::Channel(_) => "one for each channel",
             Self::Built => "unless the whisker is a plain cone",
             Self::Varies(_) => "if varied",
         }

@@ -5,6 +5,7 @@ use super::Name::{Drive as DriveName, Is, K, Read};
 use super::{Column, Name, Only, column, only, with_properties};
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
+use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Direction, PROPERTIES, Tuple};
 use crate::statistics::{DistanceRow, Figures};
 
@@ -25,6 +26,8 @@ pub struct TapRow<'a> {
     pub estimated: &'a Estimated,
     /// Length by which K is multiplied, where it has a unit, mm.
     pub elongation: Option<f64>,
+    /// Reading and K of each channel; nothing of one signal.
+    pub channels: Option<[[f64; 2]; MOST_CHANNELS]>,
 }
 
 /// A row of designs.csv: a design at one stroke (direction of the pole and drive), over its distances.
@@ -85,9 +88,22 @@ fn sd(sd: Option<f64>, unit: f64) -> Field {
     sd.map(|s| s * unit).into()
 }
 
+/// The column of channel `k` that is its reading (0), or its K (1).
+const fn channel<R>(k: usize, which: usize, meaning: &'static str, read: fn(&R) -> Field) -> Column<R> {
+    Column { name: Name::Channel(k, which), meaning, only: Only::Channel(k), read }
+}
+
+fn reading<const K: usize>(r: &TapRow<'_>) -> Field {
+    r.channels.map(|all| all[K][0]).into()
+}
+
+fn factor<const K: usize>(r: &TapRow<'_>) -> Field {
+    r.channels.map(|all| all[K][1]).into()
+}
+
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub const COLUMNS: [Column<Self>; 27 + PROPERTIES] = with_properties(
+    pub const COLUMNS: [Column<Self>; 40 + PROPERTIES] = with_properties(
         [
             column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
             column(Is("d_mm"), TIP, |r| Number(r.design.d)),
@@ -155,6 +171,24 @@ impl TapRow<'_> {
             only(Only::Wrench, "base_fy_N", "the same across it, towards the object, F_y (§7)", |r| {
                 Number(r.tap.wrench[2])
             }),
+            channel(0, 0, "reading of a channel (§7)", reading::<0>),
+            channel(0, 1, "K of this channel: linear theory over the reading", factor::<0>),
+            channel(1, 0, "reading of a channel (§7)", reading::<1>),
+            channel(1, 1, "K of this channel: linear theory over the reading", factor::<1>),
+            channel(2, 0, "reading of a channel (§7)", reading::<2>),
+            channel(2, 1, "K of this channel: linear theory over the reading", factor::<2>),
+            channel(3, 0, "reading of a channel (§7)", reading::<3>),
+            channel(3, 1, "K of this channel: linear theory over the reading", factor::<3>),
+            channel(4, 0, "reading of a channel (§7)", reading::<4>),
+            channel(4, 1, "K of this channel: linear theory over the reading", factor::<4>),
+            channel(5, 0, "reading of a channel (§7)", reading::<5>),
+            channel(5, 1, "K of this channel: linear theory over the reading", factor::<5>),
+            only(
+                Only::Several,
+                "estimated_force_N",
+                "contact force P told by all channels together (§7)",
+                |r| Number(r.estimated.force),
+            ),
             column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
         ],
         |r| Count(r.design.rig),

@@ -32,6 +32,10 @@ pub enum Form {
     Numbers(usize),
     /// One of these words.
     Words(&'static [&'static str]),
+    /// Two or more different ones of these words.
+    Several(&'static [&'static str]),
+    /// From … to so many rows of numbers.
+    Matrix(usize, usize),
     /// [[s, diameter], …].
     Pairs,
     /// An inline table, with at least and at most as many keys.

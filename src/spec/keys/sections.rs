@@ -53,14 +53,20 @@ pub const GAUGE: Section = section(
     ],
 );
 
+/// What can be read.
+const SIGNALS: &[&str] = &["strain", "moment", "force"];
+
 /// `[sensor]`.
 pub const SENSOR: Section = section(
     "sensor",
     "The signal that is measured (model §7). K, errors and distances belong to it.",
     &[
-        key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"").holds(Form::Words(&["strain", "moment", "force"]))
-            .note("\"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
-        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").holds(PLACES).absent("none"),
+        key("signal", "", "the strain under the gauge, or the moment M₀ or the force F_y on the base", "\"moment\"").holds(Form::Any(&[Form::Words(SIGNALS), Form::Several(SIGNALS)]))
+            .note("A list reads several at once, such as [\"moment\", \"force\"]. \"moment\" and \"force\" need no gauge; the columns of tuples.csv are then signal (N mm, or N) and signal_linear"),
+        key("matrix", "", "channels of the sensor, each a sum of the moment M₀, the forces F_x and F_y, and perhaps the strain", "[[1, 0, 0], [0, 0, 1]]").holds(Form::Matrix(2, 6)).absent("none: signal says what is read")
+            .note("A row [M₀, F_x, F_y] or [M₀, F_x, F_y, strain] for each channel. Distance and contact force are then the most likely given all channels"),
+        key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").holds(PLACES).absent("none").note("Of several channels one number for each, in its unit"),
+        key("covariance", "", "covariance of the noise of several channels, in their units", "[[4e-4, 1e-5], [1e-5, 1e-6]]").holds(Form::Matrix(2, 6)).absent("none: noise, or no noise"),
     ],
 );
 

@@ -11,7 +11,7 @@ use super::select::Kept;
 use super::{KEEP, Run};
 use crate::curve::Curve;
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::scene::Setup;
 use crate::scene::listed::{Groups, Listed};
 use crate::sink::pack::{Packed, Packer, Unpacker};
@@ -28,6 +28,13 @@ pub(super) fn run(run: &mut Run<'_>, file: &Listed) -> Result<(), Error> {
     let order = order(groups, study.output.top.is_some(), &run.designs);
     let in_file_order = order.as_ref().is_none_or(|rows| rows.is_sorted());
     let once = in_file_order && study.output.top.is_none() && longest(&groups.drives) <= KEEP;
+    if study.setup.channels.is_some() && !once && run.writers.wants(Table::Tuples) {
+        let message = "of several channels tuples.csv needs the rows of each whisker and drive together in a file of this size";
+        let error = InputError::new(message).key("tuples.file");
+        return Err(error
+            .allowed("rows sorted by whisker and drive and no top, or tuples = false in [output]")
+            .into());
+    }
     let rows = if distances { file.len() } else { 0 };
     let (from, mut all, kept) = match run.resumed::<At>()? {
         Some(At::Reduced(from, all)) => (from, all, None),

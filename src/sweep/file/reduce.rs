@@ -218,7 +218,7 @@ impl Part {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
         let number = groups.designs[first.row as usize];
         let mut reduced = reduction(&study.setup, groups, design, number);
-        taps.iter().for_each(|tap| reduced.count((0, 0), &tap.outcome));
+        taps.iter().for_each(|tap| reduced.count((0, 0), (tap.a, tap.drive), &tap.outcome));
         reduced.calibrate();
         let mut values = Vec::new();
         for Tap { row, a, direction, drive, outcome, both, .. } in taps {
@@ -237,6 +237,7 @@ impl Part {
                     tap: outcome,
                     estimated: &estimated,
                     elongation,
+                    channels: reduced.of_channels((*a, *drive), outcome),
                 };
                 fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 self.tuples.row(&mut values)?;

@@ -69,6 +69,7 @@ pub(super) fn write_tuples(
                     tap: outcome,
                     estimated: &estimated,
                     elongation,
+                    channels: reduced.of_channels((*a, *drive), outcome),
                 };
                 fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 text.row(&mut values)?;

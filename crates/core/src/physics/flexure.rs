@@ -5,194 +5,198 @@
 
 use std::sync::Arc;
 
-use glam::DVec2;
-
 use super::body::{Body, Place};
+use super::real::{Real, Vector};
 use crate::scene::model::Drive;
 use crate::scene::signal::Signal;
 
 /// A whisker, its sensor and its drive.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Flexure {
+pub struct Flexure<T = f64> {
     /// The whisker.
-    pub body: Arc<Body>,
+    pub body: Arc<Body<T>>,
     /// What is read.
     pub signal: Signal,
     /// [x1, x2], mm.
-    gauge: [f64; 2],
+    gauge: [T; 2],
     /// r₀, mm; 0 for a displacement drive.
-    hub: f64,
+    hub: T,
     /// What is turned or moved.
     drive: Drive,
     /// Whether shear counts.
     shear: bool,
     /// What of the integrals does not depend on the contact: from the base to the tip, and over the gauge.
-    parts: Arc<[Vec<Part>; 2]>,
+    parts: Arc<[Vec<Part<T>>; 2]>,
 }
 
 /// A place of the quadrature.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Part {
+struct Part<T> {
     /// Far end of its panel, mm.
-    end: f64,
+    end: T,
     /// r₀, mm.
-    place: DVec2,
+    place: Vector<T>,
     /// d2.
-    square: DVec2,
+    square: Vector<T>,
     /// w/EI, w R/EI and w/kGA, w the weight of the place.
-    shares: [f64; 3],
+    shares: [T; 3],
 }
 
 /// A value and its derivative by a.
-type Sloped = [f64; 2];
+type Sloped<T = f64> = [T; 2];
 
-fn times([p, dp]: Sloped, [q, dq]: Sloped) -> Sloped {
+fn times<T: Real>([p, dp]: Sloped<T>, [q, dq]: Sloped<T>) -> Sloped<T> {
     [p * q, dp * q + p * dq]
 }
 
-fn over([p, dp]: Sloped, [q, dq]: Sloped) -> Sloped {
+fn over<T: Real>([p, dp]: Sloped<T>, [q, dq]: Sloped<T>) -> Sloped<T> {
     [p / q, (dp - p * dq / q) / q]
 }
 
 /// The contact of the resting whisker: h, n, d1 and κ₀.
 #[derive(Clone, Copy)]
-struct Contact {
-    h: DVec2,
-    n: DVec2,
-    along: DVec2,
-    bend: f64,
+struct Contact<T> {
+    h: Vector<T>,
+    n: Vector<T>,
+    along: Vector<T>,
+    bend: T,
 }
 
-impl Contact {
+impl<T: Real> Contact<T> {
     /// m at r₀(s) of a unit force.
-    fn moment(&self, place: DVec2) -> Sloped {
+    fn moment(&self, place: Vector<T>) -> Sloped<T> {
         let arm = self.h - place;
-        [arm.perp_dot(self.n), 1.0 + self.bend * arm.perp_dot(self.along)]
+        [arm.perp_dot(self.n), self.bend * arm.perp_dot(self.along) + 1.0]
     }
 }
 
-impl Part {
-    fn new(body: &Body, Place { s, within, end }: Place, weight: f64) -> Self {
+impl<T: Real> Part<T> {
+    fn new(body: &Body<T>, Place { s, within, end }: Place<T>, weight: T) -> Self {
         let section = body.section(s, within);
-        let shares = [1.0 / section.bending, section.radius / section.bending, 1.0 / section.shear];
-        let square = if body.is_straight() { DVec2::Y } else { DVec2::from_angle(body.rest_angle(s)).perp() };
+        let one = T::of(1.0);
+        let shares = [one / section.bending, section.radius / section.bending, one / section.shear];
+        let square = match body.is_straight() {
+            true => Vector::of(0.0, 1.0),
+            false => Vector::from_angle(body.rest_angle(s)).perp(),
+        };
         Self { end, place: body.rest(s), square, shares: shares.map(|share| weight * share) }
     }
 }
 
 /// What a unit force at a contact does.
-struct Unit {
+struct Unit<T> {
     /// w.
-    lever: Sloped,
+    lever: Sloped<T>,
     /// C.
-    work: Sloped,
+    work: Sloped<T>,
     /// m(0).
-    moment: Sloped,
+    moment: Sloped<T>,
     /// n_y.
-    across: Sloped,
+    across: Sloped<T>,
 }
 
-impl Flexure {
+impl<T: Real> Flexure<T> {
     /// Of the whisker `body`; lengths in mm.
     pub fn new(
-        body: Arc<Body>,
+        body: Arc<Body<T>>,
         signal: Signal,
-        gauge: [f64; 2],
-        (hub, drive): (f64, Drive),
+        gauge: [T; 2],
+        (hub, drive): (T, Drive),
         shear: bool,
     ) -> Self {
-        let over = |from: f64, to: f64| {
+        let over = |from: T, to: T| {
             let mut parts = Vec::new();
             body.quadrature(from, to, |place, weight| parts.push(Part::new(&body, place, weight)));
             parts
         };
         let strained = if signal == Signal::Strain { over(gauge[0], gauge[1]) } else { Vec::new() };
-        let parts = Arc::new([over(0.0, body.reach()), strained]);
+        let parts = Arc::new([over(T::of(0.0), body.reach()), strained]);
         Self { body, signal, gauge, hub, drive, shear, parts }
     }
 
     /// h, n, d1 and κ₀ of the contact at `a`.
-    fn contact(&self, a: f64) -> Contact {
-        let along = DVec2::from_angle(self.body.rest_angle(a));
+    fn contact(&self, a: T) -> Contact<T> {
+        let along = Vector::from_angle(self.body.rest_angle(a));
         Contact { h: self.body.rest(a), n: along.perp(), along, bend: self.body.curvature(a) }
     }
 
     /// Calls `add` with the parts from `from` to the contact at `a`, of those that begin there.
-    fn each(&self, parts: &[Part], from: f64, a: f64, mut add: impl FnMut(&Part)) {
-        let whole = parts.partition_point(|part| part.end <= a);
+    fn each(&self, parts: &[Part<T>], from: T, a: T, mut add: impl FnMut(&Part<T>)) {
+        let whole = parts.partition_point(|part| part.end.value() <= a.value());
         parts[..whole].iter().for_each(&mut add);
         let near = whole.checked_sub(1).map_or(from, |last| parts[last].end);
-        if near < a && whole < parts.len() {
+        if near.value() < a.value() && whole < parts.len() {
             self.body.panel(near, a, |place, weight| add(&Part::new(&self.body, place, weight)));
         }
     }
 
-    fn unit(&self, a: f64) -> Unit {
+    fn unit(&self, a: T) -> Unit<T> {
         let contact = self.contact(a);
         let Contact { h, n, along, bend } = contact;
+        let (zero, one) = (T::of(0.0), T::of(1.0));
         let lever = match self.drive {
             Drive::Angle => {
-                let arm = h + DVec2::new(self.hub, 0.0);
-                [arm.perp_dot(n), 1.0 + bend * arm.perp_dot(along)]
+                let arm = h + Vector::new(self.hub, zero);
+                [arm.perp_dot(n), bend * arm.perp_dot(along) + 1.0]
             }
             Drive::Displacement => [n.y, bend * along.y],
         };
-        let moment = contact.moment(DVec2::ZERO);
+        let moment = contact.moment(Vector::of(0.0, 0.0));
         let (across, length) = ([n.y, bend * along.y], [n.x, bend * along.x]);
-        let mut work = [0.0; 2];
-        let mut add = |share: f64, of: Sloped| {
-            work[0] += share * of[0] * of[0];
-            work[1] += 2.0 * share * of[0] * of[1];
+        let mut work = [zero; 2];
+        let mut add = |share: T, of: Sloped<T>| {
+            work[0] = work[0] + share * of[0] * of[0];
+            work[1] = work[1] + share * 2.0 * of[0] * of[1];
         };
         let root = self.body.root;
-        add(1.0 / root.k_theta, moment);
-        add(1.0 / root.k_y, across);
-        add(1.0 / root.k_x, length);
-        self.each(&self.parts[0], 0.0, a, |part| {
+        add(one / root.k_theta, moment);
+        add(one / root.k_y, across);
+        add(one / root.k_x, length);
+        self.each(&self.parts[0], zero, a, |part| {
             add(part.shares[0], contact.moment(part.place));
             if self.shear {
                 add(part.shares[2], [n.dot(part.square), bend * along.dot(part.square)]);
             }
         });
         if self.shear {
-            work[1] += 1.0 / self.body.section(a, a * (1.0 - 1e-12)).shear;
+            work[1] = work[1] + one / self.body.section(a, a.value() * (1.0 - 1e-12)).shear;
         }
         Unit { lever, work, moment, across }
     }
 
     /// f, positive, and df/da, per rad (or mm) and mm: strain, N·mm or N.
-    pub fn value(&self, a: f64) -> Sloped {
+    pub fn value(&self, a: T) -> Sloped<T> {
         let reads = match self.signal {
             Signal::Strain => {
                 let [x1, x2] = self.gauge;
-                if a <= x1 {
-                    return [0.0; 2];
+                let mut mean = [T::of(0.0); 2];
+                if a.value() <= x1.value() {
+                    return mean;
                 }
                 let contact = self.contact(a);
-                let mut mean = [0.0; 2];
-                self.each(&self.parts[1], x1, a.min(x2), |part| {
+                self.each(&self.parts[1], x1, Real::min(a, x2), |part| {
                     let (share, moment) = (part.shares[1] / (x2 - x1), contact.moment(part.place));
                     mean = [mean[0] + share * moment[0], mean[1] + share * moment[1]];
                 });
                 let unit = self.unit(a);
                 return over(times(unit.lever, mean), unit.work);
             }
-            Signal::Moment => |unit: &Unit| unit.moment,
-            Signal::Force => |unit: &Unit| unit.across,
+            Signal::Moment => |unit: &Unit<T>| unit.moment,
+            Signal::Force => |unit: &Unit<T>| unit.across,
         };
         let unit = self.unit(a);
         over(times(unit.lever, reads(&unit)), unit.work)
     }
 
     /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
-    pub fn wrench(&self, a: f64) -> [f64; 3] {
+    pub fn wrench(&self, a: T) -> [T; 3] {
         let (unit, Contact { n, .. }) = (self.unit(a), self.contact(a));
         let force = -unit.lever[0] / unit.work[0];
         [force * unit.moment[0], force * n.x, force * n.y]
     }
 
     /// Contact force per unit of drive, N/rad or N/mm.
-    pub fn force(&self, a: f64) -> f64 {
+    pub fn force(&self, a: T) -> T {
         let unit = self.unit(a);
         unit.lever[0] / unit.work[0]
     }

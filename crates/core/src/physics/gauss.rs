@@ -1,5 +1,7 @@
 //! Gauss's rule of twelve points on one panel.
 
+use super::real::Real;
+
 /// Points of Gauss's rule on [−1, 1] and their weights: twelve, of which half are written.
 const GAUSS: [[f64; 2]; 6] = [
     [0.125_233_408_511_468_9, 0.249_147_045_813_402_8],
@@ -11,8 +13,8 @@ const GAUSS: [[f64; 2]; 6] = [
 ];
 
 /// Calls `f` with the places between `from` and `to`, and their weights.
-pub fn each(from: f64, to: f64, mut f: impl FnMut(f64, f64)) {
-    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+pub fn each<T: Real>(from: T, to: T, mut f: impl FnMut(T, T)) {
+    let (middle, half) = ((from + to) * 0.5, (to - from) * 0.5);
     for [x, w] in GAUSS {
         f(middle - half * x, half * w);
         f(middle + half * x, half * w);

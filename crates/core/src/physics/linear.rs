@@ -13,6 +13,7 @@ use std::sync::Arc;
 use super::body::Body;
 use super::flexure::Flexure;
 use super::number::Number;
+use super::real::Real;
 use super::taper::Taper;
 use crate::scene::model::Drive;
 use crate::scene::signal::Signal;
@@ -34,53 +35,53 @@ pub fn deflection(taper: &Taper, e: f64, force: f64, a: f64, x: f64) -> f64 {
 
 /// Shear length² S = 3 E D²/(16 k G), mm², with k = 6(1+ν)/(7+6ν), G = E/(2(1+ν)); E cancels.
 #[inline(always)]
-pub fn shear_length2<T: Number>(taper: &Taper<T>, nu: f64) -> T {
+pub fn shear_length2<T: Number>(taper: &Taper<T>, nu: T) -> T {
     let k = shear_coefficient(nu);
-    T::of(3.0) * taper.D * taper.D * T::of(2.0) * T::of(1.0 + nu) / T::of(16.0 * k)
+    T::of(3.0) * taper.D * taper.D * T::of(2.0) * (T::of(1.0) + nu) / (T::of(16.0) * k)
 }
 
 /// k of a round section, 6 (1 + ν)/(7 + 6 ν).
 #[inline(always)]
-pub fn shear_coefficient(nu: f64) -> f64 {
-    6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
+pub fn shear_coefficient<T: Number>(nu: T) -> T {
+    T::of(6.0) * (T::of(1.0) + nu) / (T::of(7.0) + T::of(6.0) * nu)
 }
 
 /// Strain of a gauge per unit of drive as a function of the contact distance a: f (1/rad), or g = f/a (1/mm) for a
 /// displacement drive, with or without shear.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StrainCurve {
+pub struct StrainCurve<T = f64> {
     /// The whisker.
-    pub taper: Taper,
+    pub taper: Taper<T>,
     /// Gauge span x1 < x2, mm.
-    pub gauge: [f64; 2],
+    pub gauge: [T; 2],
     /// r₀, mm; 0 for a displacement drive, where the hub plays no part.
-    pub hub: f64,
+    pub hub: T,
     /// What is turned or moved.
     pub drive: Drive,
     /// S, mm²; 0 for Euler–Bernoulli.
-    pub shear: f64,
-    b: [f64; 2],
+    pub shear: T,
+    b: [T; 2],
     /// What is no cone clamped at its base, or no strain.
-    built: Option<Flexure>,
+    built: Option<Flexure<T>>,
 }
 
-impl StrainCurve {
+impl<T: Real> StrainCurve<T> {
     /// `shear` is S of [`shear_length2`], or 0 for Euler–Bernoulli theory; lengths in mm.
-    pub fn new(taper: Taper, gauge: [f64; 2], hub: f64, drive: Drive, shear: f64) -> Self {
-        let hub = if drive == Drive::Displacement { 0.0 } else { hub };
-        let b = gauge.map(|x| 1.0 / (1.0 - taper.tau * x));
+    pub fn new(taper: Taper<T>, gauge: [T; 2], hub: T, drive: Drive, shear: T) -> Self {
+        let hub = if drive == Drive::Displacement { T::of(0.0) } else { hub };
+        let b = gauge.map(|x| T::of(1.0) / (T::of(1.0) - taper.tau * x));
         Self { taper, gauge, hub, drive, shear, b, built: None }
     }
 
     /// What `signal` shows of the whisker `body`, in place of the strain of a clamped cone.
-    pub fn built(self, body: &Arc<Body>, signal: Signal) -> Self {
+    pub fn built(self, body: &Arc<Body<T>>, signal: Signal) -> Self {
         let Self { gauge, hub, drive, shear, .. } = self;
-        let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear != 0.0);
+        let built = Flexure::new(Arc::clone(body), signal, gauge, (hub, drive), shear.value() != 0.0);
         Self { built: Some(built), ..self }
     }
 
     /// The farthest contact that it knows of, mm; none of a clamped cone, which goes on beyond its tip.
-    pub fn end(&self) -> Option<f64> {
+    pub fn end(&self) -> Option<T> {
         self.built.as_ref().map(|built| built.body.reach())
     }
 
@@ -95,76 +96,77 @@ impl StrainCurve {
     }
 
     /// b1 = 1/(1 − τ x1), b2 = 1/(1 − τ x2).
-    pub fn b(&self) -> [f64; 2] {
+    pub fn b(&self) -> [T; 2] {
         self.b
     }
 
     /// The factor w(u) that the drive puts on the strain: 1 + r₀u for a tap angle, u for a displacement.
-    fn drive_factor(&self, u: f64) -> (f64, f64) {
+    fn drive_factor(&self, u: T) -> (T, T) {
         match self.drive {
-            Drive::Angle => (1.0 + self.hub * u, self.hub),
-            Drive::Displacement => (u, 1.0),
+            Drive::Angle => (self.hub * u + 1.0, self.hub),
+            Drive::Displacement => (u, T::of(1.0)),
         }
     }
 
     /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
-    pub fn at_inverse(&self, u: f64) -> (f64, f64) {
+    pub fn at_inverse(&self, u: T) -> (T, T) {
+        let one = T::of(1.0);
         if let Some(built) = &self.built {
-            let a = 1.0 / u;
+            let a = one / u;
             let [f, slope] = built.value(a);
             return (f, -slope * a * a);
         }
         let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
-        if x1 * u >= 1.0 {
-            return (0.0, 0.0);
+        if (x1 * u).value() >= 1.0 {
+            return (T::of(0.0), T::of(0.0));
         }
-        let quarter = 0.75 * self.taper.D;
-        let (p, dp) = if x2 * u <= 1.0 {
+        let quarter = self.taper.D * 0.75;
+        let (p, dp) = if (x2 * u).value() <= 1.0 {
             // C (u − τ)(A − B u)
             let c = quarter * b1 * b2;
             let t = x1 * b1 + x2 * b2;
-            let (m, n) = (u - self.taper.tau, b1 * (1.0 - x1 * u) + b2 * (1.0 - x2 * u));
+            let (m, n) = (u - self.taper.tau, b1 * (one - x1 * u) + b2 * (one - x2 * u));
             (c * m * n, c * (n - t * m))
         } else {
             // The contact is on the gauge: no moment beyond it. C₁ (1 − x1 u)²
             let c = quarter * b1 * b1 / (x2 - x1);
-            let m = 1.0 - x1 * u;
-            (c * m * m, -2.0 * c * x1 * m)
+            let m = one - x1 * u;
+            (c * m * m, c * -2.0 * x1 * m)
         };
         let (w, dw) = self.drive_factor(u);
         let (q, dq) = (p * w, dp * w + p * dw);
-        let s = 1.0 + self.shear * u * u;
+        let s = self.shear * u * u + 1.0;
         (q / s, (dq - q * 2.0 * self.shear * u / s) / s)
     }
 
     /// Mean strain per radian (or per mm) for a contact at `a` mm; 0 at or inside the gauge's near end.
-    pub fn value(&self, a: f64) -> f64 {
-        self.at_inverse(1.0 / a).0
+    pub fn value(&self, a: T) -> T {
+        self.at_inverse(T::of(1.0) / a).0
     }
 
     /// df/da, per radian (or mm) and mm.
-    pub fn slope(&self, a: f64) -> f64 {
-        -self.at_inverse(1.0 / a).1 / (a * a)
+    pub fn slope(&self, a: T) -> T {
+        -self.at_inverse(T::of(1.0) / a).1 / (a * a)
     }
 
     /// Contact force per unit of drive, N/rad (or N/mm), modulus `e` in MPa. Eq. 4 with shear.
-    pub fn force(&self, e: f64, a: f64) -> f64 {
+    pub fn force(&self, e: T, a: T) -> T {
         if let Some(built) = &self.built {
             return built.force(a);
         }
-        let v = 1.0 - self.taper.tau * a;
+        let v = T::of(1.0) - self.taper.tau * a;
         let reach = match self.drive {
             Drive::Angle => a + self.hub,
-            Drive::Displacement => 1.0,
+            Drive::Displacement => T::of(1.0),
         };
-        3.0 * PI * e * self.taper.D.powi(4) * v * reach / (64.0 * a.powi(3)) / (1.0 + self.shear / (a * a))
+        e * (3.0 * PI) * self.taper.D.powi(4) * v * reach / (a.powi(3) * 64.0) / (self.shear / (a * a) + 1.0)
     }
 
     /// What the whisker exerts on its root per unit of drive: M₀, N mm, F_x and F_y, N.
-    pub fn wrench(&self, e: f64, a: f64) -> [f64; 3] {
+    pub fn wrench(&self, e: T, a: T) -> [T; 3] {
         match &self.built {
             Some(built) => built.wrench(a),
-            None => [-a, 0.0, -1.0].map(|x| x * self.force(e, a)),
+            None => [-a, T::of(0.0), T::of(-1.0)].map(|x| x * self.force(e, a)),
         }
     }
 }

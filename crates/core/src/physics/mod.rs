@@ -10,6 +10,7 @@ pub mod linear;
 pub mod number;
 pub mod onset;
 pub mod pole;
+pub mod real;
 pub mod rod;
 pub mod root;
 pub mod section;

@@ -10,8 +10,10 @@ pub trait Number:
     fn of(x: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// `f` of each and its like in `o`.
-    fn each(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self;
+    /// √(self² + o²).
+    fn hypot(self, o: Self) -> Self;
+    /// Angle of the point (o, self), rad.
+    fn atan2(self, o: Self) -> Self;
     /// `yes` of those less than their like in `o`, else `no`.
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self;
     /// Whether all are at most their like in `o`.
@@ -28,8 +30,12 @@ impl Number for f64 {
         Self::sqrt(self)
     }
     #[inline(always)]
-    fn each(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        f(self, o)
+    fn hypot(self, o: Self) -> Self {
+        Self::hypot(self, o)
+    }
+    #[inline(always)]
+    fn atan2(self, o: Self) -> Self {
+        Self::atan2(self, o)
     }
     #[inline(always)]
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self {

@@ -81,7 +81,7 @@ pub struct Onset<T = f64> {
 /// cos α and sin α of a slope.
 #[inline(always)]
 pub fn direction<T: Number>(slope: T) -> (T, T) {
-    let c = T::of(1.0) / slope.each(T::of(1.0), f64::hypot);
+    let c = T::of(1.0) / slope.hypot(T::of(1.0));
     (c, slope * c)
 }
 

@@ -4,78 +4,85 @@
 //! motor's axis. Its origin is what the base turns about: the motor's axis, or the clamp where the object moves. The bent rod lies in
 //! the plane of t₀ and m = cos φ y₁ + sin φ z. There it is a planar tap, with another distance and another tap angle.
 
-use glam::{DVec2, DVec3};
-
+use super::real::{Real, Vector};
 use super::taper::Taper;
 use crate::scene::model::{Drive, Model};
 
 /// What a pole of any direction is seen from.
 #[derive(Debug, Clone, Copy)]
-pub struct Rig<'a> {
+pub struct Rig<'a, T = f64> {
     /// The whisker.
-    pub taper: Taper,
+    pub taper: Taper<T>,
     /// r₀, mm; [`Drive::Displacement`] ignores it.
-    pub hub: f64,
+    pub hub: T,
     /// What moves.
     pub drive: Drive,
     /// Whether the contact is on the surface, and ρ.
-    pub model: &'a Model,
+    pub model: &'a Model<T>,
+}
+
+/// A vector of space: along t₀, y₁ and z.
+type Space<T> = [T; 3];
+
+fn dot<T: Real>([a, b, c]: Space<T>, [x, y, z]: Space<T>) -> T {
+    a * x + b * y + c * z
 }
 
 /// A pole after the base has turned, or after it has moved itself, in the base frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Pole {
+pub struct Pole<T = f64> {
     /// A, a point of its axis, mm.
-    point: DVec3,
+    point: Space<T>,
     /// u, the direction of its axis.
-    along: DVec3,
+    along: Space<T>,
     /// |A|² less what it was at first touch, mm².
-    farther: f64,
+    farther: T,
     /// a, mm.
-    distance: f64,
+    distance: T,
     /// Its axis from the origin at first touch, along the whisker and towards the object, mm.
-    touched: DVec2,
+    touched: Vector<T>,
     /// tan α of the contact.
-    slope: f64,
+    slope: T,
 }
 
 /// The planar tap in a plane of bending.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Planar {
+pub struct Planar<T = f64> {
     /// Distance a′ at which the undeflected whisker would touch, mm.
-    pub distance: f64,
+    pub distance: T,
     /// Tap angle, rad.
-    pub angle: f64,
+    pub angle: T,
     /// λ: how far the plane's point of the pole is along its axis from that of first touch, mm.
-    pub slide: f64,
+    pub slide: T,
 }
 
-impl Pole {
+impl<T: Real> Pole<T> {
     /// The pole of `tilt` β and `lean` γ, rad, at the distance `a`, mm, for an `amount` of the drive: θ, rad, or δ, mm.
-    pub fn new(rig: &Rig<'_>, [tilt, lean]: [f64; 2], a: f64, amount: f64) -> Self {
+    pub fn new(rig: &Rig<'_, T>, [tilt, lean]: [T; 2], a: T, amount: T) -> Self {
         let Rig { taper, hub, drive, model } = *rig;
+        let (zero, one) = (T::of(0.0), T::of(1.0));
         let (height, sin, cos, slope) = match model.surface {
             true => (taper.radius(a), taper.sin_alpha(), taper.cos_alpha(), taper.tan_alpha),
-            false => (0.0, 0.0, 1.0, 0.0),
+            false => (zero, zero, one, zero),
         };
         let (hub, turn, moved) = match drive {
-            Drive::Angle => (hub, amount, 0.0),
-            Drive::Displacement => (0.0, 0.0, amount),
+            Drive::Angle => (hub, amount, zero),
+            Drive::Displacement => (zero, zero, amount),
         };
-        let touched = DVec2::new(a + hub + model.pole_radius * sin, height + model.pole_radius * cos);
-        let (tilt, lean) = (DVec2::from_angle(tilt), DVec2::from_angle(lean));
+        let touched = Vector::new(a + hub + model.pole_radius * sin, height + model.pole_radius * cos);
+        let (tilt, lean) = (Vector::from_angle(tilt), Vector::from_angle(lean));
         // Towards the object (cos β y + sin β z), and across it.
-        let (out, across) = (DVec3::new(0.0, tilt.x, tilt.y), DVec3::new(0.0, -tilt.y, tilt.x));
-        let along = lean.x * across + lean.y * (cos * DVec3::X - sin * out);
-        let start = touched.x * DVec3::X + touched.y * out;
-        let turned = |v: DVec3| {
-            let (sin, cos) = turn.sin_cos();
-            DVec3::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x, v.z)
-        };
+        let (out, across) = ([zero, tilt.x, tilt.y], [zero, -tilt.y, tilt.x]);
+        let along = |k: usize, x: T| lean.x * across[k] + lean.y * (cos * x - sin * out[k]);
+        let start = |k: usize, x: T| touched.x * x + touched.y * out[k];
+        let (sin_t, cos_t) = turn.sin_cos();
+        let turned = |[x, y, z]: Space<T>| [cos_t * x + sin_t * y, cos_t * y - sin_t * x, z];
+        let begun = [start(0, one), start(1, zero), start(2, zero)];
+        let [x, y, z] = turned(begun);
         Self {
-            point: turned(start) - moved * DVec3::Y,
-            along: turned(along),
-            farther: moved * (moved - 2.0 * start.y),
+            point: [x, y - moved, z],
+            along: turned([along(0, one), along(1, zero), along(2, zero)]),
+            farther: moved * (moved - begun[1] * 2.0),
             distance: a,
             touched,
             slope,
@@ -83,34 +90,38 @@ impl Pole {
     }
 
     /// The planar tap in the plane of azimuth `phi`, rad; `None` where the pole lies along that plane, or too near to be touched.
-    pub fn planar(&self, phi: f64) -> Option<Planar> {
+    pub fn planar(&self, phi: T) -> Option<Planar<T>> {
+        let zero = T::of(0.0);
         let (sin, cos) = phi.sin_cos();
-        let (m, normal) = (DVec3::new(0.0, cos, sin), DVec3::new(0.0, -sin, cos));
-        let slide = -self.point.dot(normal) / self.along.dot(normal);
-        let seen = self.point + slide * self.along;
-        let (x, y) = (seen.x, seen.dot(m));
+        let (m, normal) = ([zero, cos, sin], [zero, -sin, cos]);
+        let slide = -dot(self.point, normal) / dot(self.along, normal);
+        let seen = std::array::from_fn(|k| self.point[k] + slide * self.along[k]);
+        let (x, y) = (seen[0], dot(seen, m));
         // |q(a + step)|² = |C|²: the whisker's radius falls with the slope.
-        let grown = self.farther + slide * (2.0 * self.point.dot(self.along) + slide);
-        let (square, half) = (1.0 + self.slope * self.slope, self.touched.x - self.slope * self.touched.y);
+        let grown = self.farther + slide * (dot(self.point, self.along) * 2.0 + slide);
+        let (square, half) = (self.slope * self.slope + 1.0, self.touched.x - self.slope * self.touched.y);
         let step = grown / (half + (half * half + square * grown).sqrt());
-        let touched = self.touched + step * DVec2::new(1.0, -self.slope);
-        let angle = DVec2::new(x, y).perp_dot(touched).atan2(DVec2::new(x, y).dot(touched));
+        let touched = self.touched + Vector::new(T::of(1.0), -self.slope) * step;
+        let at = Vector::new(x, y);
+        let angle = at.perp_dot(touched).atan2(at.dot(touched));
         let planar = Planar { distance: self.distance + step, angle, slide };
-        (planar.distance > 0.0 && planar.angle > 0.0 && slide.is_finite()).then_some(planar)
+        let sound = planar.distance.value() > 0.0 && planar.angle.value() > 0.0;
+        (sound && slide.value().is_finite()).then_some(planar)
     }
 
     /// The azimuth at which a contact whose normal stands at `psi`, rad, from y₁ pushes square to the pole:
     /// (n_x t₀ + n_y m)·u = 0 with n = (sin ψ, cos ψ). `None` where there is none.
-    pub fn azimuth(&self, psi: f64) -> Option<f64> {
-        let DVec3 { x, y, z } = self.along;
+    pub fn azimuth(&self, psi: T) -> Option<T> {
+        let [x, y, z] = self.along;
         let sine = -psi.tan() * x / y.hypot(z);
-        (sine.abs() <= 1.0).then(|| sine.asin() - y.atan2(z))
+        (sine.value().abs() <= 1.0).then(|| sine.asin() - y.atan2(z))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{DVec2, DVec3};
 
     fn pole(tilt: f64, lean: f64, drive: Drive, amount: f64) -> Pole {
         let model = Model { surface: true, pole_radius: 3.0, ..Model::PLAIN };
@@ -140,7 +151,7 @@ mod tests {
             let touched = DVec2::new(distance + hub + 3.0 * sin, taper.radius(distance) + 3.0 * cos);
             let (s, c) = 0.42f64.sin_cos();
             let slide = one.planar(0.42).unwrap().slide;
-            let seen = one.point + slide * one.along;
+            let seen = DVec3::from(one.point) + slide * DVec3::from(one.along);
             assert!(seen.dot(DVec3::new(0.0, -s, c)).abs() < 1e-13);
             let turned = DVec2::from_angle(-angle).rotate(touched);
             assert!((turned - DVec2::new(seen.x, seen.dot(DVec3::new(0.0, c, s)))).length() < 1e-12);
@@ -152,6 +163,6 @@ mod tests {
         let one = pole(-0.7, 0.3, Drive::Angle, 0.15);
         let (sin, cos) = one.azimuth(0.25).unwrap().sin_cos();
         let push = DVec3::new(0.25f64.sin(), 0.25f64.cos() * cos, 0.25f64.cos() * sin);
-        assert!(push.dot(one.along).abs() < 1e-15);
+        assert!(push.dot(one.along.into()).abs() < 1e-15);
     }
 }

@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use super::real::Real;
 use crate::scene::Material;
 
 /// Quadrature points over the diameter; inside [`STRAIN_RANGE`] they leave an error below 1e-15.
@@ -32,11 +33,11 @@ const LAST_STEP: f64 = 1e-9;
 
 /// Deformation of a section, dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SectionStrain {
+pub struct SectionStrain<T = f64> {
     /// Strain e₀ of the centreline.
-    pub axial: f64,
+    pub axial: T,
     /// k = κR: bending strain of the outer fibre.
-    pub bending: f64,
+    pub bending: T,
 }
 
 impl SectionStrain {
@@ -49,34 +50,35 @@ impl SectionStrain {
 
 /// Uniaxial law of one material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SectionLaw {
+pub enum SectionLaw<T = f64> {
     /// Linear elasticity with Young's modulus E, MPa: e₀ = N/(EA), κ = M/(EI).
-    Linear(f64),
+    Linear(T),
     /// An incompressible hyperelastic solid.
-    Hyperelastic(Hyperelastic),
+    Hyperelastic(Hyperelastic<T>),
 }
 
 /// s = 2 (λ − λ⁻²)(C10 + C01/λ + 2 C20 (I₁ − 3) + 3 C30 (I₁ − 3)²), I₁ = λ² + 2/λ, λ = 1 + e; C10, C01, C20, C30 in MPa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hyperelastic([f64; 4]);
+pub struct Hyperelastic<T = f64>([T; 4]);
 
 /// Scaled resultants and their derivatives with respect to (e₀, k).
-struct Resultants {
-    n: f64,
-    m: f64,
-    n_axial: f64,
-    n_bending: f64,
-    m_bending: f64,
+struct Resultants<T> {
+    n: T,
+    m: T,
+    n_axial: T,
+    n_bending: T,
+    m_bending: T,
 }
 
-impl SectionLaw {
+impl<T: Real> SectionLaw<T> {
     /// The law of `material`.
-    pub fn new(material: &Material) -> Self {
+    pub fn new(material: &Material<T>) -> Self {
+        let zero = T::of(0.0);
         let coefficients = match *material {
             Material::Hooke(e) => return Self::Linear(e),
-            Material::NeoHookean(e) => [e / 6.0, 0.0, 0.0, 0.0],
-            Material::MooneyRivlin([c10, c01]) => [c10, c01, 0.0, 0.0],
-            Material::Yeoh([c10, c20, c30]) => [c10, 0.0, c20, c30],
+            Material::NeoHookean(e) => [e / 6.0, zero, zero, zero],
+            Material::MooneyRivlin([c10, c01]) => [c10, c01, zero, zero],
+            Material::Yeoh([c10, c20, c30]) => [c10, zero, c20, c30],
         };
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
@@ -88,40 +90,64 @@ impl SectionLaw {
 
     /// The deformation under n = N/R² and m = M/R³, MPa, on the branch that starts unloaded; `None` where that
     /// branch has no such load, its tangent having vanished before. Strains outside [`STRAIN_RANGE`] are returned.
-    pub fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
+    pub fn deform(&self, n: T, m: T) -> Option<SectionStrain<T>> {
         match self {
-            Self::Linear(e) => Some(SectionStrain { axial: n / (PI * e), bending: 4.0 * m / (PI * e) }),
-            Self::Hyperelastic(law) => law.deform(n, m),
+            Self::Linear(e) => {
+                let pi_e = *e * PI;
+                Some(SectionStrain { axial: n / pi_e, bending: m * 4.0 / pi_e })
+            }
+            Self::Hyperelastic(law) => {
+                let bare = Hyperelastic(law.0.map(T::value)).deform(n.value(), m.value())?;
+                Some(law.follow(bare, n, m))
+            }
+        }
+    }
+}
+
+impl<T: Real> Hyperelastic<T> {
+    /// Nominal uniaxial stress and its slope, MPa, at the strain `e` > −1; free of cancellation at e = 0.
+    pub fn stress(&self, e: T) -> (T, T) {
+        let [c10, c01, c20, c30] = self.0;
+        let inverse = T::of(1.0) / (e + 1.0);
+        let g = e * (e * (e + 3.0) + 3.0) * inverse * inverse;
+        let j = e * e * (e + 3.0) * inverse;
+        let w = c10 + c01 * inverse + j * (c20 * 2.0 + c30 * 3.0 * j);
+        let slope = -c01 * inverse * inverse + g * 2.0 * (c20 * 2.0 + c30 * 6.0 * j);
+        (g * 2.0 * w, ((inverse.powi(3) * 2.0 + 1.0) * w + g * slope) * 2.0)
+    }
+
+    fn resultants(&self, at: SectionStrain<T>) -> Resultants<T> {
+        let zero = T::of(0.0);
+        let mut sum = Resultants { n: zero, m: zero, n_axial: zero, n_bending: zero, m_bending: zero };
+        for &[y, weight] in NODES.iter() {
+            let (s, slope) = self.stress(at.axial + at.bending * y);
+            let (s, slope) = (s * weight, slope * weight);
+            sum.n = sum.n + s;
+            sum.m = sum.m + s * y;
+            sum.n_axial = sum.n_axial + slope;
+            sum.n_bending = sum.n_bending + slope * y;
+            sum.m_bending = sum.m_bending + slope * y * y;
+        }
+        sum
+    }
+
+    /// The deformation under n and m, MPa, that has the value `bare`, with its derivatives: one step of Newton's method.
+    fn follow(&self, bare: SectionStrain, n: T, m: T) -> SectionStrain<T> {
+        let at = SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) };
+        if T::BARE {
+            return at;
+        }
+        let r = self.resultants(at);
+        let (dn, dm) = (n - r.n, m - r.m);
+        let tangent = r.n_axial * r.m_bending - r.n_bending * r.n_bending;
+        SectionStrain {
+            axial: at.axial + (dn * r.m_bending - dm * r.n_bending) / tangent,
+            bending: at.bending + (dm * r.n_axial - dn * r.n_bending) / tangent,
         }
     }
 }
 
 impl Hyperelastic {
-    /// Nominal uniaxial stress and its slope, MPa, at the strain `e` > −1; free of cancellation at e = 0.
-    pub fn stress(&self, e: f64) -> (f64, f64) {
-        let [c10, c01, c20, c30] = self.0;
-        let inverse = 1.0 / (1.0 + e);
-        let g = e * (3.0 + e * (3.0 + e)) * inverse * inverse;
-        let j = e * e * (3.0 + e) * inverse;
-        let w = c10 + c01 * inverse + j * (2.0 * c20 + 3.0 * c30 * j);
-        let slope = -c01 * inverse * inverse + 2.0 * g * (2.0 * c20 + 6.0 * c30 * j);
-        (2.0 * g * w, 2.0 * ((1.0 + 2.0 * inverse.powi(3)) * w + g * slope))
-    }
-
-    fn resultants(&self, at: SectionStrain) -> Resultants {
-        let mut sum = Resultants { n: 0.0, m: 0.0, n_axial: 0.0, n_bending: 0.0, m_bending: 0.0 };
-        for &[y, weight] in NODES.iter() {
-            let (s, slope) = self.stress(at.axial + at.bending * y);
-            let (s, slope) = (weight * s, weight * slope);
-            sum.n += s;
-            sum.m += s * y;
-            sum.n_axial += slope;
-            sum.n_bending += slope * y;
-            sum.m_bending += slope * y * y;
-        }
-        sum
-    }
-
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
         for _ in 0..60 {

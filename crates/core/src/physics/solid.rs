@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use super::real::{Dual, Real};
 use super::root::bracketed;
 use super::taper::Taper;
 use crate::scene::{Clamp, Contact, Foil, Model};
@@ -32,29 +33,30 @@ const STIFFER: f64 = 0.185;
 
 /// How a clamp holds the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held {
+pub struct Held<T = f64> {
     /// The section that does not turn, from the face of the clamp, in D.
-    pub c0: f64,
+    pub c0: T,
     /// k over that of model §3.
     pub shear: f64,
     /// b and c of four numbers.
     rest: Option<[f64; 2]>,
 }
 
-impl Held {
+impl<T: Real> Held<T> {
     /// The clamp of `model`. Four numbers need shear, and a contact without friction; without shear they keep c₀ alone.
-    pub fn new(model: &Model) -> Self {
+    pub fn new(model: &Model<T>) -> Self {
         let one = |c0| Self { c0, shear: ONE / TIMOSHENKO, rest: None };
-        let free = model.contact == Contact::Frictionless;
-        let n = 0.5 - model.nu;
-        let moved = |c0: f64, clamp: usize| c0 + n * (VOLUME[clamp][0] + n * VOLUME[clamp][1]);
+        let free = matches!(model.contact, Contact::Frictionless);
+        let n = T::of(0.5) - model.nu;
+        let moved = |c0: f64, clamp: usize| n * (n * VOLUME[clamp][1] + VOLUME[clamp][0]) + c0;
         let four = |clamp: usize, [c0, k, b, c]: [f64; 4]| match (model.shear, free) {
             (true, true) => Self { c0: moved(c0, clamp), shear: k / TIMOSHENKO, rest: Some([b, c]) },
             (true, false) => one(moved(ONES[clamp], clamp)),
             (false, _) => Self { c0: moved(c0, clamp), shear: 1.0, rest: None },
         };
         match model.clamp {
-            Clamp::Rigid | Clamp::At(0.0) => Self { c0: 0.0, shear: 1.0, rest: None },
+            Clamp::Rigid => Self { c0: T::of(0.0), shear: 1.0, rest: None },
+            Clamp::At(c0) if c0.value() == 0.0 => Self { c0, shear: 1.0, rest: None },
             Clamp::Bonded => four(0, BONDED),
             Clamp::Glued => four(1, GLUED),
             Clamp::Socket => one(moved(ONES[2], 2)),
@@ -63,25 +65,29 @@ impl Held {
     }
 
     /// Where the rod begins, mm from the face of the clamp.
-    pub fn start(&self, taper: &Taper) -> f64 {
+    pub fn start(&self, taper: &Taper<T>) -> T {
         self.c0 * taper.D
     }
 
     /// 1/(kG) of `model`, 1/MPa; 0 without shear. k is that of model §3 in proportion.
-    pub fn shear_compliance(&self, model: &Model) -> f64 {
-        let k = self.shear * 6.0 * (1.0 + model.nu) / (7.0 + 6.0 * model.nu);
-        if model.shear { 2.0 * (1.0 + model.nu) / (k * model.material.e0()) } else { 0.0 }
+    pub fn shear_compliance(&self, model: &Model<T>) -> T {
+        if !model.shear {
+            return T::of(0.0);
+        }
+        let nu = model.nu;
+        let k = (nu + 1.0) * (self.shear * 6.0) / (nu * 6.0 + 7.0);
+        (nu + 1.0) * 2.0 / (k * model.material.e0())
     }
 
     /// How far the contact at `a` gives way along its normal, mm/N, beside what the rod does.
-    fn compliance(&self, taper: &Taper, model: &Model, a: f64) -> f64 {
-        let Some([b, c]) = self.rest else { return 0.0 };
+    fn compliance(&self, taper: &Taper<T>, model: &Model<T>, a: T) -> T {
+        let Some([b, c]) = self.rest else { return T::of(0.0) };
         let e = model.material.e0();
-        let [from, to] = [b, self.c0].map(|x| x * taper.D);
+        let [from, to] = [T::of(b), self.c0].map(|x| x * taper.D);
         // ∫ ds/(π R²) of a cone.
-        let slack = (to - from) / (PI * taper.radius(from) * taper.radius(to));
+        let slack = (to - from) / (taper.radius(from) * PI * taper.radius(to));
         let cos = taper.cos_alpha();
-        cos * cos * slack * self.shear_compliance(model) + c / (e * taper.radius(a))
+        cos * cos * slack * self.shear_compliance(model) + T::of(c) / (e * taper.radius(a))
     }
 }
 
@@ -92,37 +98,40 @@ pub fn is_solid(model: &Model) -> bool {
 
 /// A contact that gives way along its normal: δ(P), mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Soft {
+pub struct Soft<T = f64> {
     /// Of Hertz, mm/N^⅔.
-    hertz: f64,
+    hertz: T,
     /// mm/N.
-    linear: f64,
+    linear: T,
 }
 
-impl Soft {
+impl<T: Real> Soft<T> {
     /// The contact at `a` of the whisker `taper`, measured from the face of its clamp; `None` where it does not give way.
-    pub fn new(model: &Model, taper: &Taper, a: f64) -> Option<Self> {
+    pub fn new(model: &Model<T>, taper: &Taper<T>, a: T) -> Option<Self> {
         let mut linear = Held::new(model).compliance(taper, model, a);
-        let mut hertz = 0.0;
+        let mut hertz = T::of(0.0);
         if model.indentation {
             let (e, radius) = (model.material.e0(), taper.radius(a));
-            hertz = crossed(radius, model.pole_radius) * (e / (1.0 - model.nu * model.nu)).powf(-2.0 / 3.0);
-            linear -= STIFFER / (e * radius);
+            let plane = e / (T::of(1.0) - model.nu * model.nu);
+            hertz = crossed(radius, model.pole_radius) * plane.powf(T::of(-2.0 / 3.0));
+            linear = linear - T::of(STIFFER) / (e * radius);
         }
-        (hertz != 0.0 || linear != 0.0).then_some(Self { hertz, linear })
+        (hertz.value() != 0.0 || linear.value() != 0.0).then_some(Self { hertz, linear })
     }
 
     /// δ under a force P, N; that of a force that pulls is its mirror image.
-    pub fn depth(&self, force: f64) -> f64 {
+    pub fn depth(&self, force: T) -> T {
         // Hertz's δ less a linear one would fall beyond this, far from what either stands for.
-        let most = match self.hertz > 0.0 && self.linear < 0.0 {
-            true => (-2.0 * self.hertz / (3.0 * self.linear)).powi(3),
-            false => f64::INFINITY,
+        let most = match self.hertz.value() > 0.0 && self.linear.value() < 0.0 {
+            true => (self.hertz * -2.0 / (self.linear * 3.0)).powi(3),
+            false => T::of(f64::INFINITY),
         };
-        let size = force.abs().min(most);
-        force.signum() * (self.hertz * (size * size).cbrt() + self.linear * size)
+        let size = Real::min(force.abs(), most);
+        (self.hertz * (size * size).cbrt() + self.linear * size) * force.value().signum()
     }
+}
 
+impl Soft {
     /// The force at which `stiffness`⁻¹ P + δ(P) = `way`; `stiffness` in N/mm, `way` > 0 in mm.
     pub fn force(&self, stiffness: f64, way: f64) -> f64 {
         // In the cube root of the force, in which δ has no steep end.
@@ -143,36 +152,42 @@ impl Soft {
 
 /// δ/(P/E*)^⅔ of crossed cylinders of radii r and q, mm^(-⅓): Hertz's ellipse, by complete elliptic integrals (Johnson, *Contact Mechanics*,
 /// §4.2).
-fn crossed(r: f64, q: f64) -> f64 {
-    let ratio = (r / q).max(q / r);
+fn crossed<T: Real>(r: T, q: T) -> T {
+    let ratio = Real::max(r / q, q / r);
     let mean = (r * q).sqrt();
-    // B/A as a function of b/a = s ≤ 1 is decreasing; it is 1 at s = 1.
-    let of = |s: f64| {
-        let e2 = (1.0 - s * s).max(0.0);
-        let (k, e) = elliptic(e2);
-        ((e / (s * s) - k) / (k - e), k, e, e2)
-    };
-    let unit = (9.0 / (16.0 * mean)).cbrt();
-    if ratio < 1.0 + 1e-6 {
+    let unit = (T::of(9.0) / (mean * 16.0)).cbrt();
+    if ratio.value() < 1.0 + 1e-6 {
         return unit;
     }
-    let s = bracketed(|s| (of(s).0 / ratio).ln(), ratio.powf(-0.75).min(0.999) * 0.5, 1.0 - 1e-8);
-    let (_, k, e, e2) = of(s);
-    let f1 = (4.0 / (PI * e2) * s * s.sqrt() * ((e / (s * s) - k) * (k - e)).sqrt()).cbrt();
+    let whole = ratio.value();
+    let lowest = whole.powf(-0.75).min(0.999) * 0.5;
+    let s = bracketed(|s| (ellipse(s).0 / whole).ln(), lowest, 1.0 - 1e-8);
+    // Its derivative is that of the inverse function.
+    let Dual { slope: [slope], .. } = ellipse(Dual::<1>::seed(s, 0, 1.0)).0;
+    let s = ratio.chain(s, || 1.0 / slope);
+    let (_, k, e, e2) = ellipse(s);
+    let f1 = (T::of(4.0) / (e2 * PI) * s * s.sqrt() * ((e / (s * s) - k) * (k - e)).sqrt()).cbrt();
     unit * 2.0 / PI * s.sqrt() / f1 * k
 }
 
+/// B/A of Hertz's ellipse with b/a = `s` ≤ 1, a decreasing function that is 1 at s = 1; K, E and their parameter.
+fn ellipse<T: Real>(s: T) -> (T, T, T, T) {
+    let e2 = Real::max(T::of(1.0) - s * s, T::of(0.0));
+    let (k, e) = elliptic(e2);
+    ((e / (s * s) - k) / (k - e), k, e, e2)
+}
+
 /// Complete elliptic integrals K and E of the parameter m = e², by the arithmetic–geometric mean.
-fn elliptic(m: f64) -> (f64, f64) {
-    let (mut a, mut b, mut sum, mut power) = (1.0, (1.0 - m).sqrt(), 0.5 * m, 0.5);
+fn elliptic<T: Real>(m: T) -> (T, T) {
+    let (mut a, mut b, mut sum, mut power) = (T::of(1.0), (T::of(1.0) - m).sqrt(), m * 0.5, 0.5);
     for _ in 0..8 {
-        let c = 0.5 * (a - b);
-        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        let c = (a - b) * 0.5;
+        (a, b) = ((a + b) * 0.5, (a * b).sqrt());
         power *= 2.0;
-        sum += power * c * c;
+        sum = sum + c * power * c;
     }
-    let k = 0.5 * PI / a;
-    (k, k * (1.0 - sum))
+    let k = T::of(0.5 * PI) / a;
+    (k, k * (T::of(1.0) - sum))
 }
 
 /// Strain of the skin next to the clamp against that of the rod: A, p, B, c₁, c₂ of model §8 b). Within 0.33 % for x ≥ 0.24 D, a − x ≥ 1.2 D.
@@ -186,28 +201,28 @@ pub const HALVED: f64 = 0.55 / 4.0;
 
 /// How the strain of the skin at x differs from the rod's: the factor of its bending strain, and what it shows of the shear force, per N. `e`: the
 /// modulus, MPa.
-pub fn distorted(taper: &Taper, e: f64, x: f64) -> [f64; 2] {
+pub fn distorted<T: Real>(taper: &Taper<T>, e: T, x: T) -> [T; 2] {
     let [bending, lever] = distorted_linear(taper, x);
-    [bending, 4.0 * lever / (PI * e * taper.radius(x).powi(3))]
+    [bending, lever * 4.0 / (e * PI * taper.radius(x).powi(3))]
 }
 
 /// The same at the linear limit: of a contact at a the strain of the skin at x is that of the rod times s₀ + s₁/(a − x); s₁ in the unit of length.
-pub fn distorted_linear(taper: &Taper, x: f64) -> [f64; 2] {
+pub fn distorted_linear<T: Real>(taper: &Taper<T>, x: T) -> [T; 2] {
     let [a, p, b, c1, c2] = SKIN;
     let t = taper.tan_alpha;
-    let near = (-p * x / taper.D).exp();
-    [1.0 - a * near + c2 * t * t, b * taper.D * near + c1 * t * taper.radius(x)]
+    let near = (x * -p / taper.D).exp();
+    [T::of(1.0) - near * a + t * c2 * t, taper.D * b * near + t * c1 * taper.radius(x)]
 }
 
 /// A foil on a whisker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bonded {
+pub struct Bonded<T = f64> {
     /// From where to where it stiffens the rod, mm from the face of the clamp.
-    pub span: [f64; 2],
+    pub span: [T; 2],
     /// T: its reading over the strain of the bare skin at the same force.
-    pub transfer: f64,
+    pub transfer: T,
     /// χ: the rod under it bends 1 − χ times as much.
-    pub stiffening: f64,
+    pub stiffening: T,
 }
 
 /// ln(λ/L) in 1, y, y², y³, y⁴, q, q², qy, qy², u, uy, uq: model §8 e). ±1.6 % for D 10, widths of 0.28 D, L 0.4 … 1 D.
@@ -224,25 +239,28 @@ const STIFFER_WIDER: [f64; 3] = [0.5, -0.29, 0.06];
 /// D and L of the whisker and the foil of that fit; another whisker is the same in units of D.
 const FITTED: [f64; 2] = [10.0, 6.3];
 
-impl Bonded {
+impl<T: Real> Bonded<T> {
     /// `foil` centred on the grid `gauge`, mm, of a whisker with the modulus `e`, MPa.
-    pub fn new(foil: &Foil, taper: &Taper, gauge: [f64; 2], e: f64) -> Self {
-        let middle = 0.5 * (gauge[0] + gauge[1]);
-        let half = 0.5 * foil.length * taper.cos_alpha();
+    pub fn new(foil: &Foil<T>, taper: &Taper<T>, gauge: [T; 2], e: T) -> Self {
+        let one = T::of(1.0);
+        let middle = (gauge[0] + gauge[1]) * 0.5;
+        let half = foil.length * 0.5 * taper.cos_alpha();
         let (l, radius) = (foil.length, taper.radius(middle));
         let y = (foil.stiffness / (e * l)).log10();
-        let q = (l / FITTED[1] * (FITTED[0] / taper.D)).ln();
+        let q = (l / FITTED[1] * (T::of(FITTED[0]) / taper.D)).ln();
         let u = taper.tan_alpha * l / radius;
-        let terms = [1.0, y, y * y, y.powi(3), y.powi(4), q, q * q, q * y, q * y * y, u, u * y, u * q];
-        let lambda = l * TRANSFER.iter().zip(terms).map(|(c, x)| c * x).sum::<f64>().exp();
-        let width = foil.width / (WIDTH * taper.D);
-        let transfer = 1.0 / (1.0 + foil.stiffness / (e * lambda) * width.powf(WIDER));
+        let terms = [one, y, y * y, y.powi(3), y.powi(4), q, q * q, q * y, q * y * y, u, u * y, u * q];
+        let sum = TRANSFER.iter().zip(terms).fold(T::of(0.0), |sum, (c, x)| sum + x * *c);
+        let lambda = l * sum.exp();
+        let width = foil.width / (taper.D * WIDTH);
+        let transfer = one / (foil.stiffness / (e * lambda) * width.powf(T::of(WIDER)) + 1.0);
         let (z, [own, by_length, by_width]) = (l / radius, STIFFER_WIDER);
-        let stiffening = (-0.008 + 0.229 * z - 0.0216 * z * z)
-            * (1.0 - transfer)
-            * (1.0 - 0.065 * transfer + 0.393 * transfer * transfer)
-            * (1.0 + 1.446 * taper.tan_alpha)
-            * width.powf((own + by_length * q + by_width * width.ln()).clamp(0.0, 1.0));
+        let power = q * by_length + own + width.ln() * by_width;
+        let stiffening = (z * 0.229 - 0.008 - z * 0.0216 * z)
+            * (one - transfer)
+            * (one - transfer * 0.065 + transfer * 0.393 * transfer)
+            * (taper.tan_alpha * 1.446 + 1.0)
+            * width.powf(Real::min(Real::max(power, T::of(0.0)), one));
         Self { span: [middle - half, middle + half], transfer, stiffening }
     }
 }

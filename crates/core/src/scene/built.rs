@@ -2,44 +2,44 @@
 
 /// What a built whisker has that a cone clamped at its base has not.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Built {
+pub struct Built<T = f64> {
     /// D(s).
-    pub profile: Profile,
+    pub profile: Profile<T>,
     /// What is inside.
-    pub inner: Option<Inner>,
+    pub inner: Option<Inner<T>>,
     /// Rest curvature κ₀(s) = κ_base + κ_slope s: 1/mm, 1/mm²; positive where the resting whisker bends away from the object.
-    pub curvature: [f64; 2],
+    pub curvature: [T; 2],
     /// What holds the base.
-    pub root: Root,
+    pub root: Root<T>,
 }
 
 /// Diameter along the whisker.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Profile {
+pub enum Profile<T = f64> {
     /// D(s) = d + (D − d)(1 − s/L_a)ⁿ; n = 1 is the cone.
-    Power(f64),
+    Power(T),
     /// (s, D) in mm, s rising from 0 to L_a; linear between.
-    Table(Vec<[f64; 2]>),
+    Table(Vec<[T; 2]>),
 }
 
 /// A concentric bore or core.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Inner {
+pub struct Inner<T = f64> {
     /// Modulus, MPa; 0 of a bore.
-    pub modulus: f64,
+    pub modulus: T,
     /// (s, diameter) in mm, s rising; linear between, nothing outside.
-    pub diameter: Vec<[f64; 2]>,
+    pub diameter: Vec<[T; 2]>,
 }
 
 /// Springs between the motor and the base section, unloaded at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Root {
+pub struct Root<T = f64> {
     /// N·mm/rad.
-    pub k_theta: f64,
+    pub k_theta: T,
     /// Across the whisker, N/mm.
-    pub k_y: f64,
+    pub k_y: T,
     /// Along the whisker, N/mm.
-    pub k_x: f64,
+    pub k_x: T,
 }
 
 impl Root {
@@ -68,6 +68,26 @@ impl Built {
                 Some("contact on the surface of a profile has been computed for upright edges only")
             }
             () => None,
+        }
+    }
+}
+
+impl Built {
+    /// With each number as a `T`.
+    pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Built<T> {
+        let pairs = |table: &Vec<[f64; 2]>| table.iter().map(|pair| pair.map(&f)).collect();
+        let Root { k_theta, k_y, k_x } = self.root;
+        Built {
+            profile: match &self.profile {
+                Profile::Power(n) => Profile::Power(f(*n)),
+                Profile::Table(table) => Profile::Table(pairs(table)),
+            },
+            inner: self
+                .inner
+                .as_ref()
+                .map(|inner| Inner { modulus: f(inner.modulus), diameter: pairs(&inner.diameter) }),
+            curvature: self.curvature.map(&f),
+            root: Root { k_theta: f(k_theta), k_y: f(k_y), k_x: f(k_x) },
         }
     }
 }

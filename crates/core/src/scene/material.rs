@@ -1,16 +1,18 @@
 //! The material of a whisker.
 
+use crate::physics::real::Real;
+
 /// Constitutive law of an incompressible rubber; moduli in MPa.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Material {
+pub enum Material<T = f64> {
     /// Linear in the section strain; Young's modulus E.
-    Hooke(f64),
+    Hooke(T),
     /// Initial modulus E; C10 = E/6.
-    NeoHookean(f64),
+    NeoHookean(T),
     /// C10, C01.
-    MooneyRivlin([f64; 2]),
+    MooneyRivlin([T; 2]),
     /// C10, C20, C30.
-    Yeoh([f64; 3]),
+    Yeoh([T; 3]),
 }
 
 impl Default for Material {
@@ -20,13 +22,32 @@ impl Default for Material {
     }
 }
 
-impl Material {
+impl<T: Real> Material<T> {
     /// Initial Young's modulus E₀, MPa: E, or 6 (C10 + C01).
-    pub fn e0(&self) -> f64 {
+    pub fn e0(&self) -> T {
+        match *self {
+            Self::Hooke(e) | Self::NeoHookean(e) => e,
+            Self::MooneyRivlin([c10, c01]) => (c10 + c01) * 6.0,
+            Self::Yeoh([c10, ..]) => c10 * 6.0,
+        }
+    }
+
+    /// Its moduli, in order.
+    pub fn moduli(&mut self) -> &mut [T] {
         match self {
-            Self::Hooke(e) | Self::NeoHookean(e) => *e,
-            Self::MooneyRivlin([c10, c01]) => 6.0 * (c10 + c01),
-            Self::Yeoh([c10, ..]) => 6.0 * c10,
+            Self::Hooke(e) | Self::NeoHookean(e) => std::slice::from_mut(e),
+            Self::MooneyRivlin(c) => c,
+            Self::Yeoh(c) => c,
+        }
+    }
+
+    /// With each modulus as a `T`.
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Material<U> {
+        match *self {
+            Self::Hooke(e) => Material::Hooke(f(e)),
+            Self::NeoHookean(e) => Material::NeoHookean(f(e)),
+            Self::MooneyRivlin(c) => Material::MooneyRivlin(c.map(f)),
+            Self::Yeoh(c) => Material::Yeoh(c.map(f)),
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::error::InputError;
 
 pub mod axis;
 pub mod built;
+pub mod channels;
 pub mod even;
 mod layout;
 pub mod listed;
@@ -26,6 +27,7 @@ pub mod term;
 
 pub use axis::Axis;
 pub use built::Built;
+pub use channels::Channels;
 pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
@@ -58,8 +60,10 @@ pub struct Setup {
     pub directions: DirectionColumns,
     /// What the whisker is beyond its diameters and its length; none of a cone clamped at its base.
     pub built: Option<Arc<Built>>,
-    /// What the sensor reads.
+    /// What the sensor reads; of several channels the strain, where one of them shows it, else the moment.
     pub signal: Signal,
+    /// Several channels of it.
+    pub channels: Option<Arc<Channels>>,
     /// Whether tables have the wrench on the base.
     pub wrench: bool,
     /// Properties that differ from tuple to tuple; none where all taps have the same rig.
@@ -92,7 +96,7 @@ impl Setup {
 
     /// Whether the wrench on the base is asked for.
     pub fn asks_wrench(&self) -> bool {
-        self.wrench || self.signal != Signal::Strain
+        self.wrench || self.signal != Signal::Strain || self.channels.is_some()
     }
 
     /// With this law of the material; moduli in MPa.

@@ -46,19 +46,19 @@ impl Drive {
 
 /// Tangential behaviour of the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Contact {
+pub enum Contact<T = f64> {
     #[default]
     /// No tangential force; the contact slides along the whisker.
     Frictionless,
     /// The contact point stays at its arc length.
     Stick,
     /// Coulomb friction with coefficient μ ≥ 0, monotone loading.
-    Coulomb(f64),
+    Coulomb(T),
 }
 
 /// How the base of the whisker is held (model §8).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Clamp {
+pub enum Clamp<T = f64> {
     /// At its face, as a rod theory has it.
     #[default]
     Rigid,
@@ -69,7 +69,7 @@ pub enum Clamp {
     /// In a smooth socket, not glued.
     Socket,
     /// So many base diameters outside of its face, or where that is negative behind it.
-    At(f64),
+    At(T),
 }
 
 impl Clamp {
@@ -88,7 +88,7 @@ impl Clamp {
 
 /// Which effects are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Model {
+pub struct Model<T = f64> {
     /// Linear theory or exact rod.
     pub geometry: Geometry,
     /// Timoshenko shear deformation.
@@ -98,15 +98,15 @@ pub struct Model {
     /// Contact on the whisker's surface instead of its centreline.
     pub surface: bool,
     /// Radius ρ ≥ 0 of the object, mm.
-    pub pole_radius: f64,
+    pub pole_radius: T,
     /// Poisson's ratio ν, 0…0.5; enters shear, and how a solid gives way.
-    pub nu: f64,
+    pub nu: T,
     /// Friction.
-    pub contact: Contact,
+    pub contact: Contact<T>,
     /// Constitutive law.
-    pub material: Material,
+    pub material: Material<T>,
     /// How the base is held.
-    pub clamp: Clamp,
+    pub clamp: Clamp<T>,
     /// The skin gives way under the contact (Hertz); needs a pole radius.
     pub indentation: bool,
     /// Sections distort: the strain of the skin next to the clamp, and of both sides.
@@ -216,6 +216,34 @@ pub const TERMS: [Term; 7] = [
 ];
 
 impl Model {
+    /// With each number as a `T`.
+    pub fn map<T>(&self, f: impl Fn(f64) -> T) -> Model<T> {
+        let Self { geometry, shear, extension, surface, indentation, distorting, .. } = *self;
+        Model {
+            geometry,
+            shear,
+            extension,
+            surface,
+            indentation,
+            distorting,
+            pole_radius: f(self.pole_radius),
+            nu: f(self.nu),
+            contact: match self.contact {
+                Contact::Frictionless => Contact::Frictionless,
+                Contact::Stick => Contact::Stick,
+                Contact::Coulomb(mu) => Contact::Coulomb(f(mu)),
+            },
+            clamp: match self.clamp {
+                Clamp::Rigid => Clamp::Rigid,
+                Clamp::Bonded => Clamp::Bonded,
+                Clamp::Glued => Clamp::Glued,
+                Clamp::Socket => Clamp::Socket,
+                Clamp::At(c0) => Clamp::At(f(c0)),
+            },
+            material: self.material.map(f),
+        }
+    }
+
     /// With the effect of `key` at its trial value, and what it needs.
     pub fn with(mut self, key: &str) -> Self {
         for term in TERMS.iter().filter(|term| term.key == key) {
@@ -274,13 +302,13 @@ pub struct Gauge {
 
 /// A foil that is stiffer than the skin it is bonded to (model §8).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foil {
+pub struct Foil<T = f64> {
     /// Modulus times thickness, N/mm.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// Length of the base along the whisker, mm, centred on the grid.
-    pub length: f64,
+    pub length: T,
     /// Width of the base, mm.
-    pub width: f64,
+    pub width: T,
     /// Largest |strain| that it bears itself: of its reading.
     pub strain_limit: Option<f64>,
 }

@@ -200,6 +200,10 @@ fn told(setup: &Setup, design: &Design, task: &Task, s: &Solution, tolerance: f6
         return Err(Open::Ended(Status::MATERIAL_LIMIT));
     }
     if s.arc > body.length {
+        // Beyond the tip of a power the diameter stays what it is there: the path may have ended before.
+        if body.power().is_some() {
+            return Err(Open::Unsure);
+        }
         return Err(Open::Ended(Status::SLIPPED_OFF));
     }
     if setup.model.surface {

@@ -1,6 +1,7 @@
 //! From designs and taps to outcomes, on whichever backend: the one place where statuses of the physics are decided.
 
 mod built;
+mod gradient;
 mod guard;
 mod outcome;
 mod over_drives;
@@ -25,6 +26,7 @@ use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Geometry, Layout, Material, Setup, Tuple};
 use crate::status::Status;
+pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
 pub use outcome::told;
 use outcome::{fast, linear_share, reference};

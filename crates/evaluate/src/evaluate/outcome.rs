@@ -286,7 +286,7 @@ pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
 }
 
 /// Sign of what the sensor reads: a tap turns and pushes the root back.
-fn sign(setup: &Setup) -> f64 {
+pub(super) fn sign(setup: &Setup) -> f64 {
     match (setup.signal, setup.gauge.side) {
         (Signal::Strain, Side::Contact) => 1.0,
         _ => -1.0,

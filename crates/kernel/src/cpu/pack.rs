@@ -197,8 +197,12 @@ impl<const L: usize> Number for Pack<f64, L, false> {
         self.sqrt()
     }
     #[inline(always)]
-    fn each(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        self.map2(o, f)
+    fn hypot(self, o: Self) -> Self {
+        self.map2(o, f64::hypot)
+    }
+    #[inline(always)]
+    fn atan2(self, o: Self) -> Self {
+        self.map2(o, f64::atan2)
     }
     #[inline(always)]
     fn if_less(self, o: Self, yes: Self, no: Self) -> Self {

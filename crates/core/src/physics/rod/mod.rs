@@ -5,6 +5,7 @@
 //! 1e-13; Newton's method shoots for the two unknowns of the contact until the object is where it must be. Errors
 //! of the answers are of the order of 1e-12 to 1e-11, relative.
 
+mod gradient;
 mod ode;
 mod shoot;
 mod statics;
@@ -14,9 +15,11 @@ use glam::DVec2;
 use thiserror::Error;
 
 use crate::physics::body::Body;
+use crate::physics::real::{Real, Vector};
 use crate::physics::solid::{Bonded, Held};
 use crate::physics::taper::Taper;
 use crate::scene::model::{Contact, Drive, Model, Side};
+pub use gradient::{Equilibrium, INPUTS, Shown, Traced, UNKNOWNS};
 use ode::Ended;
 use shoot::{Shooter, Shot, Stopped, Unknowns};
 use statics::{Bending, EndLoad};
@@ -66,45 +69,36 @@ pub enum RodError {
 
 /// One tap, or one displacement of the object. Lengths in mm.
 #[derive(Debug, Clone, Copy)]
-pub struct RodProblem<'a> {
+pub struct RodProblem<'a, T = f64> {
     /// The whisker; it goes on beyond its tip.
-    pub taper: Taper,
+    pub taper: Taper<T>,
     /// Span [x1, x2] of the gauge, 0 ≤ x1 < x2.
-    pub gauge: [f64; 2],
+    pub gauge: [T; 2],
     /// Side of the whisker that carries the gauge.
     pub side: Side,
     /// Distance a > 0 of the object along the undeformed whisker.
-    pub distance: f64,
+    pub distance: T,
     /// Distance r₀ of the motor's axis behind the clamp; [`Drive::Displacement`] ignores it.
-    pub hub: f64,
+    pub hub: T,
     /// What moves.
     pub drive: Drive,
     /// How far it moves, ≥ 0: θ in radians, or δ in mm.
-    pub amount: f64,
+    pub amount: T,
     /// A foil that stiffens the rod under the gauge.
-    pub foil: Option<Bonded>,
+    pub foil: Option<Bonded<T>>,
     /// What is no cone clamped at its base; `taper` then has its D, d and L_a only.
-    pub body: Option<&'a Body>,
+    pub body: Option<&'a Body<T>>,
     /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
     /// [`Contact::Coulomb`] need `extension` and no `pole_radius`.
-    pub model: &'a Model,
+    pub model: &'a Model<T>,
 }
 
-impl RodProblem<'_> {
-    /// The tap at equilibrium, on the path that starts unloaded.
-    ///
-    /// # Errors
-    /// [`RodError`] says when there is none.
-    pub fn solve(&self) -> Result<RodTap, RodError> {
-        let (held, start) = self.held();
-        held.tap().map(|tap| RodTap { contact_arc: tap.contact_arc + start, ..tap })
-    }
-
+impl<T: Real> RodProblem<'_, T> {
     /// The rod from where its clamp holds it, and that place, mm from the face of the clamp.
-    fn held(&self) -> (Self, f64) {
+    fn held(&self) -> (Self, T) {
         let start = Held::new(self.model).start(&self.taper);
-        if start == 0.0 {
-            return (*self, 0.0);
+        if start == T::of(0.0) {
+            return (*self, start);
         }
         let foil = self.foil.map(|foil| Bonded { span: foil.span.map(|x| x - start), ..foil });
         let held = Self {
@@ -116,6 +110,17 @@ impl RodProblem<'_> {
             ..*self
         };
         (held, start)
+    }
+}
+
+impl RodProblem<'_> {
+    /// The tap at equilibrium, on the path that starts unloaded.
+    ///
+    /// # Errors
+    /// [`RodError`] says when there is none.
+    pub fn solve(&self) -> Result<RodTap, RodError> {
+        let (held, start) = self.held();
+        held.tap().map(|tap| RodTap { contact_arc: tap.contact_arc + start, ..tap })
     }
 
     /// The same of a rod that begins at its clamp.
@@ -199,6 +204,7 @@ pub struct BentRod {
 ///
 /// `None` when the integration fails.
 pub fn bend(length: f64, stiffness: impl Fn(f64) -> f64, force: DVec2) -> Option<BentRod> {
-    let bent = EndLoad { arc: length, force, point: DVec2::ZERO }.bend(&Bending(stiffness), [0.0; 2]).ok()?;
-    Some(BentRod { angle: bent.angle, clamp: bent.offset - DVec2::new(length, 0.0) })
+    let (force, point) = (Vector::new(force.x, force.y), Vector::of(0.0, 0.0));
+    let bent = EndLoad { arc: length, force, point }.bend(&Bending(stiffness), [0.0; 2]).ok()?;
+    Some(BentRod { angle: bent.angle, clamp: DVec2::from(bent.offset) - DVec2::new(length, 0.0) })
 }

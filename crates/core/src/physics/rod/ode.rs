@@ -4,6 +4,8 @@
 
 use std::array::from_fn;
 
+use crate::physics::real::Real;
+
 /// Columns of the extrapolation table; column j takes 2 (j + 1) substeps of the midpoint rule.
 const COLUMNS: usize = 9;
 
@@ -18,8 +20,8 @@ const SMALLEST: f64 = 1e-4;
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
 /// y′ at one place.
-pub(super) struct Slope<const N: usize> {
-    pub rate: [f64; N],
+pub(super) struct Slope<T, const N: usize> {
+    pub rate: [T; N],
     /// Sizes of the numbers whose sum or difference each rate is: they bear its rounding, however small the rate is itself.
     pub size: [f64; N],
 }
@@ -34,17 +36,17 @@ pub(super) enum Ended {
 }
 
 /// Carries `y` from `start` over `length` ≥ 0 along y′ = `rhs`(x, y). Errors are relative to `scale` of y or of its
-/// increment over the step, whichever is larger, but need not be less than rounding leaves.
-pub(super) fn integrate<const N: usize>(
-    rhs: impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
-    scale: impl Fn(&[f64; N]) -> [f64; N],
-    mut y: [f64; N],
-    start: f64,
-    length: f64,
-) -> Result<[f64; N], Ended> {
-    let (mut done, mut step) = (0.0, length);
-    while done < length {
-        let last = step >= length - done;
+/// increment over the step, whichever is larger, but need not be less than rounding leaves. Derivatives are those of the steps that are taken.
+pub(super) fn integrate<T: Real, const N: usize>(
+    rhs: impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
+    scale: impl Fn(&[T; N]) -> [f64; N],
+    mut y: [T; N],
+    start: T,
+    length: T,
+) -> Result<[T; N], Ended> {
+    let (mut done, mut step) = (T::of(0.0), length);
+    while done.value() < length.value() {
+        let last = step.value() >= (length - done).value();
         let h = if last { length - done } else { step };
         let slope = rhs(start + done, &y).ok_or(Ended::NoValue)?;
         let (increment, factor) = extrapolate(&rhs, &scale, start + done, &y, &slope, h);
@@ -53,7 +55,7 @@ pub(super) fn integrate<const N: usize>(
                 y = from_fn(|i| y[i] + increment[i]);
                 done = if last { length } else { done + h };
             }
-            Err(why) if h < SMALLEST * length => return Err(why),
+            Err(why) if h.value() < SMALLEST * length.value() => return Err(why),
             Err(_) => {}
         }
         step = h * factor;
@@ -62,15 +64,15 @@ pub(super) fn integrate<const N: usize>(
 }
 
 /// Increment of y over the step `h`, or why it is refused, and the factor for the next step.
-fn extrapolate<const N: usize>(
-    rhs: &impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
-    scale: &impl Fn(&[f64; N]) -> [f64; N],
-    x: f64,
-    y: &[f64; N],
-    slope: &Slope<N>,
-    h: f64,
-) -> (Result<[f64; N], Ended>, f64) {
-    let mut row = [[0.0; N]; COLUMNS];
+fn extrapolate<T: Real, const N: usize>(
+    rhs: &impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
+    scale: &impl Fn(&[T; N]) -> [f64; N],
+    x: T,
+    y: &[T; N],
+    slope: &Slope<T, N>,
+    h: T,
+) -> (Result<[T; N], Ended>, f64) {
+    let mut row = [[T::of(0.0); N]; COLUMNS];
     // The largest on the way: where the rod is loaded at its end, all are 0 there.
     let mut size = slope.size;
     let mut factor = 0.25;
@@ -81,13 +83,14 @@ fn extrapolate<const N: usize>(
         let mut change = [f64::INFINITY; N];
         for (j, above) in row.iter_mut().enumerate().take(k) {
             let ratio = ((k + 1) as f64 / (k - j) as f64).powi(2) - 1.0;
-            change = from_fn(|i| (entry[i] - above[i]) / ratio);
-            (*above, entry) = (entry, from_fn(|i| entry[i] + change[i]));
+            let step: [T; N] = from_fn(|i| (entry[i] - above[i]) / ratio);
+            change = step.map(T::value);
+            (*above, entry) = (entry, from_fn(|i| entry[i] + step[i]));
         }
         row[k] = entry;
         let (here, there) = (scale(y), scale(&entry));
         let error = (0..N)
-            .filter(|&i| change[i].abs() > ROUNDINGS * h * size[i])
+            .filter(|&i| change[i].abs() > ROUNDINGS * h.value() * size[i])
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
@@ -101,19 +104,19 @@ fn extrapolate<const N: usize>(
 
 /// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h. `size` becomes the largest
 /// that is met.
-fn midpoint<const N: usize>(
-    rhs: &impl Fn(f64, &[f64; N]) -> Option<Slope<N>>,
-    (x, y): (f64, &[f64; N]),
-    (rate, size): (&[f64; N], &mut [f64; N]),
-    h: f64,
+fn midpoint<T: Real, const N: usize>(
+    rhs: &impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
+    (x, y): (T, &[T; N]),
+    (rate, size): (&[T; N], &mut [f64; N]),
+    h: T,
     n: usize,
-) -> Option<[f64; N]> {
+) -> Option<[T; N]> {
     let sub = h / n as f64;
-    let mut before = [0.0; N];
-    let mut now: [f64; N] = from_fn(|i| sub * rate[i]);
+    let mut before = [T::of(0.0); N];
+    let mut now: [T; N] = from_fn(|i| sub * rate[i]);
     for m in 1..n {
         let f = rhs(x + sub * m as f64, &from_fn(|i| y[i] + now[i]))?;
-        let next = from_fn(|i| before[i] + 2.0 * sub * f.rate[i]);
+        let next = from_fn(|i| before[i] + sub * 2.0 * f.rate[i]);
         before = std::mem::replace(&mut now, next);
         *size = from_fn(|i| size[i].max(f.size[i]));
     }

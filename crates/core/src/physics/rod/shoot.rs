@@ -1,5 +1,7 @@
 //! Shooting: the closure of a tap and Newton's method for the force and the place of the contact (model §3).
 
+mod closure;
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -7,12 +9,11 @@ use glam::{DMat2, DVec2};
 
 use super::ode::Ended;
 use super::statics::{Bent, EndLoad, Skin, Whisker};
-use super::{RANGE_PARTS, RodError, RodProblem, RodTap};
+use super::{RANGE_PARTS, RodError, RodProblem};
 use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
-use crate::physics::section::SectionLaw;
-use crate::physics::solid::{Held, Soft};
-use crate::scene::model::Drive;
+use crate::physics::real::{Real, Vector};
+use crate::physics::solid::Soft;
 use crate::scene::signal::Signal;
 
 /// Size of the Newton step, relative to the unknowns, at which a shot hits.
@@ -37,6 +38,12 @@ const MOST_STRIDES: u32 = 120;
 /// theory's. Past it a stride may have landed on another branch: a displaced tip of 0.5 mm against a pole of 5 mm did.
 const FORESEEN: f64 = 0.5;
 
+/// Determinant of the Jacobian, over that of a whisker that is hardly touched, below which it is computed again to tell its sign.
+const UPRIGHT: f64 = 0.5;
+
+/// Amount, rad or δ/a, at which a whisker is hardly touched.
+const BEGUN: f64 = 1e-4;
+
 /// Contact arcs over L_a from which on a whisker that ends there has slipped off.
 const BEYOND: f64 = 1.0 + 1e-12;
 
@@ -47,21 +54,21 @@ const MOST_HALVINGS: i32 = 2;
 
 /// What the contact leaves open, beside the force P.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Unknowns {
+pub(super) enum Unknowns<T = f64> {
     /// The arc length c; T is this multiple of P.
-    Slide(f64),
+    Slide(T),
     /// The friction T; c is the distance a.
     Stick,
 }
 
 /// A rod under the load that was tried, and by how much it misses the object.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shot {
-    pub normal: f64,
-    pub tangential: f64,
-    pub load: EndLoad,
-    pub bent: Bent,
-    miss: DVec2,
+pub(super) struct Shot<T = f64> {
+    pub normal: T,
+    pub tangential: T,
+    pub load: EndLoad<T>,
+    pub bent: Bent<T>,
+    pub miss: Vector<T>,
 }
 
 /// Where a path ended before its amount.
@@ -73,7 +80,7 @@ pub(super) struct Stopped {
 
 /// Why a Newton iteration ended without a hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Missed {
+pub(super) enum Missed {
     /// The law has no state under a load on the way.
     NoState,
     /// The iteration does not contract, leaves the whisker, or asks for a rod whose integration misses its accuracy.
@@ -90,73 +97,43 @@ impl From<Ended> for Missed {
 }
 
 /// A tap of any amount; its unknowns are P/`force` and (c − a)/a or T/`force`.
-pub(super) struct Shooter<'a> {
-    problem: &'a RodProblem<'a>,
-    pub unknowns: Unknowns,
-    pub whisker: Whisker<'a>,
+pub(super) struct Shooter<'a, T = f64> {
+    problem: &'a RodProblem<'a, T>,
+    pub unknowns: Unknowns<T>,
+    pub whisker: Whisker<'a, T>,
     /// The contact before the tap.
-    touched: Touched,
-    hub: f64,
+    touched: Touched<T>,
+    hub: T,
     /// The amount that counts as one: a radian, or a.
     unit: f64,
-    /// P of linear theory at that amount, N.
+    /// What forces are measured by, N.
     force: f64,
     /// A contact that gives way.
-    soft: Option<Soft>,
+    soft: Option<Soft<T>>,
     /// From what the base turns about, or the clamp where the object moves, to the object, mm.
     lever: f64,
 }
 
 /// The contact of `problem`, whose rod begins where its clamp holds it.
-fn soft(problem: &RodProblem<'_>) -> Option<Soft> {
+fn soft<T: Real>(problem: &RodProblem<'_, T>) -> Option<Soft<T>> {
     let whole = Skin::whisker(problem);
     Soft::new(problem.model, &whole.0, problem.distance + whole.1)
 }
 
 impl<'a> Shooter<'a> {
+    /// Of forces over that of linear theory at an amount of one.
     pub fn new(problem: &'a RodProblem<'a>, unknowns: Unknowns) -> Self {
         let RodProblem { taper, model, distance: a, body, .. } = *problem;
-        let e0 = model.material.e0();
-        let shear_compliance = Held::new(model).shear_compliance(model);
-        let (hub, unit, deflection) = match problem.drive {
-            Drive::Angle => (problem.hub, 1.0, a + problem.hub),
-            Drive::Displacement => (0.0, a, a),
-        };
+        let shooter = Self::with(problem, unknowns, 1.0);
+        let (e0, compliance) = (model.material.e0(), shooter.whisker.shear_compliance);
         let bending = 64.0 * a.powi(3) / (3.0 * PI * e0 * taper.D.powi(4) * (1.0 - taper.tau * a));
-        let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * shear_compliance / (16.0 * a * a);
+        let shear = 1.0 + 3.0 * e0 * taper.D * taper.D * compliance / (16.0 * a * a);
         let linear = body.map(|body| {
-            let drive = (hub, problem.drive);
+            let drive = (shooter.hub, problem.drive);
             Flexure::new(Arc::new(body.clone()), Signal::Force, problem.gauge, drive, model.shear)
         });
-        let touched = match body {
-            Some(body) => body.touched(a, model.surface),
-            None => Touched {
-                height: if model.surface { taper.radius(a) } else { 0.0 },
-                tilt: if model.surface { DVec2::new(taper.sin_alpha(), taper.cos_alpha()) } else { DVec2::Y },
-                angle: 0.0,
-                place: DVec2::new(a, 0.0),
-            },
-        };
-        Self {
-            problem,
-            unknowns,
-            whisker: Whisker {
-                taper,
-                body,
-                law: SectionLaw::new(&model.material),
-                extension: model.extension,
-                shear_compliance,
-                side: problem.side,
-                foil: problem.foil,
-                skin: Skin::new(problem),
-            },
-            soft: soft(problem),
-            lever: deflection,
-            touched,
-            hub,
-            unit,
-            force: linear.map_or(deflection / (bending * shear), |linear| linear.force(a) * unit),
-        }
+        let cone = shooter.lever / (bending * shear);
+        Self { force: linear.map_or(cone, |linear| linear.force(a) * shooter.unit), ..shooter }
     }
 
     /// Follows the equilibrium from the unloaded whisker to `amount`, in one stride if that is short.
@@ -167,8 +144,8 @@ impl<'a> Shooter<'a> {
         let (mut tried, mut growth, mut farthest, mut unseen) = (0, 2.0, None, None);
         // The end of a first stride that linear theory does not foresee: it counts where a shorter one ends in proportion.
         let mut doubtful: Option<(f64, DVec2)> = None;
-        // Sign of the Jacobian's determinant on the path.
-        let mut orientation: Option<f64> = None;
+        // Determinant of the Jacobian where the path begins, once it is asked for.
+        let mut first: Option<f64> = None;
         loop {
             tried += 1;
             let next = amount.min(at.0 + stride);
@@ -187,12 +164,16 @@ impl<'a> Shooter<'a> {
                 if !foreseen {
                     return Err(Missed::Stalled);
                 }
-                // Where the path folds back its other half has a Jacobian of the other sign.
-                let turned = |j: DMat2| orientation.is_some_and(|first| first * j.determinant() < 0.0);
-                if turned(jacobian) && turned(self.jacobian(next, z, &shot)?) {
+                // Where the path folds back its other half has a Jacobian of the other sign. An updated one may be off by much where it is small.
+                let determinant = jacobian.determinant();
+                let begun = match first {
+                    Some(begun) => begun,
+                    None => *first.insert(self.begun()?),
+                };
+                let close = determinant * begun.signum() < UPRIGHT * begun.abs();
+                if close && self.jacobian(next, z, &shot)?.determinant() * begun < 0.0 {
                     return Err(Missed::Stalled);
                 }
-                orientation.get_or_insert(jacobian.determinant().signum());
                 Ok((z, shot))
             });
             match hit {
@@ -223,6 +204,13 @@ impl<'a> Shooter<'a> {
         }
     }
 
+    /// Determinant of the Jacobian of a whisker that is hardly touched.
+    fn begun(&self) -> Result<f64, Missed> {
+        let amount = BEGUN * self.unit;
+        let z = DVec2::new(self.first(BEGUN), 0.0);
+        Ok(self.jacobian(amount, z, &self.shoot(amount, z.to_array())?)?.determinant())
+    }
+
     /// P of linear theory over [`Self::force`] at an amount in units.
     fn first(&self, amount: f64) -> f64 {
         let stiffness = self.force / self.lever;
@@ -233,9 +221,9 @@ impl<'a> Shooter<'a> {
     /// The unknowns, their rod, and the Jacobian, perhaps updated, there.
     fn newton(&self, amount: f64, guess: DVec2) -> Result<(DVec2, Shot, DMat2), Missed> {
         let mut z = guess;
-        let mut shot = self.shoot(amount, z)?;
+        let mut shot = self.shoot(amount, z.to_array())?;
         let mut jacobian = self.jacobian(amount, z, &shot)?;
-        let mut step = -(jacobian.inverse() * shot.miss);
+        let mut step = -(jacobian.inverse() * DVec2::from(shot.miss));
         for _ in 0..MOST_STEPS {
             if self.size(z, step) <= HIT {
                 return Ok((z, shot, jacobian));
@@ -243,10 +231,10 @@ impl<'a> Shooter<'a> {
             let mut missed = Missed::Stalled;
             let Some((fraction, trial, next)) =
                 (0..=MOST_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|fraction| {
-                    let trial = self.shoot(amount, z + fraction * step);
+                    let trial = self.shoot(amount, (z + fraction * step).to_array());
                     missed = trial.as_ref().err().copied().unwrap_or(Missed::Stalled);
                     let trial = trial.ok()?;
-                    let next = -(jacobian.inverse() * trial.miss);
+                    let next = -(jacobian.inverse() * DVec2::from(trial.miss));
                     (self.size(z, next) < self.size(z, step)).then_some((fraction, trial, next))
                 })
             else {
@@ -256,13 +244,13 @@ impl<'a> Shooter<'a> {
             let contracts = fraction == 1.0 && self.size(z, next) < 0.1 * self.size(z, step);
             z += fraction * step;
             jacobian = if contracts {
-                let lack = trial.miss - shot.miss - jacobian * step;
+                let lack = DVec2::from(trial.miss - shot.miss) - jacobian * step;
                 jacobian + DMat2::from_cols(lack * step.x, lack * step.y) * step.length_squared().recip()
             } else {
                 self.jacobian(amount, z, &trial)?
             };
             shot = trial;
-            step = -(jacobian.inverse() * shot.miss);
+            step = -(jacobian.inverse() * DVec2::from(shot.miss));
         }
         if self.size(z, step) <= NEARLY { Ok((z, shot, jacobian)) } else { Err(Missed::Stalled) }
     }
@@ -282,46 +270,10 @@ impl<'a> Shooter<'a> {
     fn jacobian(&self, amount: f64, z: DVec2, shot: &Shot) -> Result<DMat2, Missed> {
         let change = PROBE * self.scale(z);
         let column = |axis: DVec2| {
-            let moved = self.shoot(amount, z + change * axis)?;
-            Ok::<_, Missed>((moved.miss - shot.miss) / change.dot(axis))
+            let moved = self.shoot(amount, (z + change * axis).to_array())?;
+            Ok::<_, Missed>(DVec2::from(moved.miss - shot.miss) / change.dot(axis))
         };
         Ok(DMat2::from_cols(column(DVec2::X)?, column(DVec2::Y)?))
-    }
-
-    /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
-    fn shoot(&self, amount: f64, z: DVec2) -> Result<Shot, Missed> {
-        let RodProblem { gauge, distance: a, .. } = *self.problem;
-        let normal = self.force * z.x;
-        let (slid, tangential) = match self.unknowns {
-            Unknowns::Slide(ratio) => (a * z.y, ratio * normal),
-            Unknowns::Stick => (0.0, self.force * z.y),
-        };
-        let arc = a + slid;
-        if !(arc > 0.0 && self.radius(arc) > 0.0) {
-            return Err(Missed::Stalled);
-        }
-        let load = self.load(arc, [normal, tangential]);
-        let bent = load.bend(&self.whisker, gauge)?;
-        let depth = self.soft.map_or(0.0, |soft| soft.depth(normal));
-        let miss = self.miss(amount, slid, &load, &bent) - depth * self.touched.tilt;
-        let shot = Shot { normal, tangential, load, bent, miss };
-        if miss.is_finite() { Ok(shot) } else { Err(Missed::Stalled) }
-    }
-
-    /// R of the whisker at the arc `arc`, by the piece that holds the contact before the tap.
-    fn radius(&self, arc: f64) -> f64 {
-        let RodProblem { taper, body, distance, .. } = *self.problem;
-        match body {
-            Some(body) if self.problem.model.surface => body.radius(arc, distance),
-            Some(body) => body.radius(arc, arc),
-            None => taper.radius(arc),
-        }
-    }
-
-    /// sin α and cos α of a contact at the arc `arc`.
-    fn tilt(&self, arc: f64) -> DVec2 {
-        let RodProblem { body, distance, model, .. } = *self.problem;
-        body.map_or(self.touched.tilt, |body| body.tilt(arc, distance, model.surface))
     }
 
     /// Whether the material bears `shot`: no fibre is outside the range of the law.
@@ -331,79 +283,4 @@ impl<'a> Shooter<'a> {
         }
         shot.load.is_in_range(&self.whisker, RANGE_PARTS)
     }
-
-    /// P and T, N, on the whisker at the arc `arc`.
-    fn load(&self, arc: f64, [normal, tangential]: [f64; 2]) -> EndLoad {
-        let tilt = self.tilt(arc);
-        let force = -normal * tilt + tangential * DVec2::new(tilt.y, -tilt.x);
-        let height = if self.problem.model.surface { self.radius(arc) } else { 0.0 };
-        EndLoad { arc, force, point: DVec2::new(0.0, height) }
-    }
-
-    /// ∫ of the gauge fibre's strain over the gauge, mm, in the equilibrium `tap`.
-    pub fn elongation(&self, tap: &RodTap) -> Option<f64> {
-        let load = self.load(tap.contact_arc, [tap.normal_force, tap.tangential_force]);
-        load.bend(&self.whisker, self.problem.gauge).ok().map(|bent| bent.elongation)
-    }
-
-    /// M₀, N mm, about the base section, of a rod bent by `load`.
-    fn moment(load: &EndLoad, bent: &Bent) -> f64 {
-        (load.point + DVec2::new(load.arc, 0.0) - bent.offset).perp_dot(load.force)
-    }
-
-    /// How far the base section has moved, mm, and the angle from the contact's frame to the motor's.
-    fn base(&self, load: &EndLoad, bent: &Bent) -> (DVec2, f64) {
-        let Some(root) = self.problem.body.map(|body| body.root) else { return (DVec2::ZERO, -bent.angle) };
-        let turned = Self::moment(load, bent) / root.k_theta - bent.angle;
-        let force = DVec2::from_angle(turned).rotate(load.force);
-        (force / DVec2::new(root.k_x, root.k_y), turned)
-    }
-
-    /// What the whisker exerts on its root: M₀, F_x and F_y in the motor's frame, N mm and N.
-    pub fn wrench(&self, load: &EndLoad, bent: &Bent) -> [f64; 3] {
-        let force = DVec2::from_angle(self.base(load, bent).1).rotate(load.force);
-        [Self::moment(load, bent), force.x, force.y]
-    }
-
-    /// The object's centre from the motor's axis, less where the drive has put it; mm, in the contact frame. The
-    /// lengths that cancel are left out, so that a small tap keeps its digits.
-    fn miss(&self, amount: f64, slid: f64, load: &EndLoad, bent: &Bent) -> DVec2 {
-        let RodProblem { taper, body, distance, model, drive, .. } = *self.problem;
-        let (turn, lift) = match drive {
-            Drive::Angle => (amount, 0.0),
-            Drive::Displacement => (0.0, amount),
-        };
-        let (moved, angle) = self.base(load, bent);
-        let angle = -angle;
-        let moved = DVec2::from_angle(angle).rotate(moved) - bent.offset;
-        if body.is_some_and(|body| !body.is_straight()) {
-            let centre = load.point + model.pole_radius * self.tilt(load.arc) + DVec2::new(load.arc, 0.0);
-            let hub = self.hub * DVec2::X;
-            let begun = self.touched.pole(model.pole_radius) + hub - DVec2::new(0.0, lift);
-            return DVec2::from_angle(angle).rotate(hub) + centre + moved
-                - DVec2::from_angle(angle - turn).rotate(begun);
-        }
-        // What the radius grows from a to c. As a difference of radii it would lose its digits where a is small.
-        let widening = match (model.surface, body) {
-            (false, _) => 0.0,
-            (true, None) => -taper.tan_alpha * slid,
-            (true, Some(body)) => body.widening(distance, slid),
-        };
-        let leaned = if body.is_some() { self.tilt(load.arc) - self.touched.tilt } else { DVec2::ZERO };
-        let centre = model.pole_radius * self.touched.tilt;
-        let reach = distance + centre.x + self.hub;
-        let across = self.touched.height + centre.y - lift;
-        let turned = angle - turn;
-        DVec2::new(
-            slid - self.hub * versine(angle) + reach * versine(turned) + across * turned.sin(),
-            widening + lift + self.hub * angle.sin() + across * versine(turned) - reach * turned.sin(),
-        ) + model.pole_radius * leaned
-            + moved
-    }
-}
-
-/// 1 − cos x.
-fn versine(x: f64) -> f64 {
-    let half = (0.5 * x).sin();
-    2.0 * half * half
 }

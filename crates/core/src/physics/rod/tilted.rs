@@ -3,6 +3,7 @@
 use super::shoot::Shooter;
 use super::{RodError, RodProblem, RodTap, Unknowns};
 use crate::physics::pole::{Planar, Pole, Rig};
+use crate::physics::real::Real;
 use crate::scene::model::{Contact, Drive, Side};
 
 /// Change of the azimuth, rad, at which its equation is solved.
@@ -77,12 +78,6 @@ impl RodProblem<'_> {
         Err(RodError::NotConverged)
     }
 
-    /// The tap in a plane of bending: the base turns about where the pole was seen from.
-    fn in_plane(&self, planar: &Planar) -> Self {
-        let hub = if self.drive == Drive::Angle { self.hub } else { 0.0 };
-        Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }
-    }
-
     /// Both gauges of the planar tap `tap` of this problem, whose plane stands at the azimuth `phi`.
     fn beside(&self, tap: RodTap, phi: f64, slide: f64) -> TiltedTap {
         let axial = self.axial(&tap);
@@ -104,7 +99,16 @@ impl RodProblem<'_> {
         let mirrored = Self { side: other, ..*self };
         let unknowns = if tap.sticking { Unknowns::Stick } else { Unknowns::Slide(0.0) };
         let [x1, x2] = self.gauge;
-        let elongation = Shooter::new(&mirrored, unknowns).elongation(tap);
+        let force = [tap.normal_force, tap.tangential_force];
+        let elongation = Shooter::with(&mirrored, unknowns, 1.0).elongation(tap.contact_arc, force);
         elongation.map_or(f64::NAN, |beyond| 0.5 * (tap.strain + beyond / (x2 - x1)))
+    }
+}
+
+impl<T: Real> RodProblem<'_, T> {
+    /// The tap in a plane of bending: the base turns about where the pole was seen from.
+    pub(super) fn in_plane(&self, planar: &Planar<T>) -> Self {
+        let hub = if self.drive == Drive::Angle { self.hub } else { T::of(0.0) };
+        Self { distance: planar.distance, hub, drive: Drive::Angle, amount: planar.angle, ..*self }
     }
 }

@@ -1,0 +1,230 @@
+//! Distance and force of a contact from several channels (model §7): the most likely of both, and what noise leaves of the distance.
+//!
+//! The readings y of a contact at a with a force of g times that of linear theory are g v(a), v_j = θ s_j(a)/K̄_j, s_j linear theory's. Of normal noise
+//! with covariance C, (a, g) minimise (y − g v)ᵀ C⁻¹ (y − g v). The drive is not needed: with a moment and a force â is their lever.
+
+use std::sync::{Arc, OnceLock};
+
+use crate::estimate::Estimated;
+use crate::physics::linear::StrainCurve;
+use crate::scene::channels::{Channels, MOST_CHANNELS};
+use crate::status::Status;
+
+/// Distances at which the search begins.
+const GRID: usize = 64;
+
+/// Nearest of them over the farthest.
+const NEAREST: f64 = 1.0 / 64.0;
+
+/// How far past the tip a contact is looked for, over L_a: errors of calibration end there.
+const PAST: f64 = 1.2;
+
+/// Step of the difference quotients of v, relative to a.
+const STEP: f64 = 1e-4;
+
+/// Steps of the search at most, and the change relative to a at which it ends.
+const ROUNDS: usize = 40;
+const STILL: f64 = 1e-12;
+
+/// Excess of the squared misfit, in units of noise, below which another distance fits as well: one standard deviation.
+const ALIKE: f64 = 1.0;
+
+/// What channels show of a whisker, by linear theory.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// The sensor.
+    pub channels: Arc<Channels>,
+    /// 1 of a gauge on the contact side, −1 on the far side.
+    sign: f64,
+    /// E, MPa.
+    modulus: f64,
+    /// Smallest and largest distance that is looked for, mm.
+    reach: [f64; 2],
+    /// s at the distances of the search, made when it is first asked for.
+    grid: OnceLock<Vec<[f64; MOST_CHANNELS]>>,
+}
+
+impl Contact {
+    /// Of a whisker of this length, mm, whose gauge begins at `near`; `sign`: of its strain.
+    pub fn new(
+        channels: Arc<Channels>,
+        curve: &StrainCurve,
+        [near, length]: [f64; 2],
+        modulus: f64,
+        sign: f64,
+    ) -> Self {
+        let apex = if curve.taper.tau > 0.0 { 0.99 / curve.taper.tau } else { f64::INFINITY };
+        let far = if curve.is_plain() { apex.min(PAST * length) } else { PAST * length };
+        // A contact before the gauge has no strain, and any distance fits it.
+        let near = if channels.read_strain() { near.max(NEAREST * far) } else { NEAREST * far };
+        Self { channels, sign, modulus, reach: [near, far], grid: OnceLock::new() }
+    }
+
+    /// s(a): what the channels show per unit of drive.
+    pub fn linear(&self, curve: &StrainCurve, a: f64) -> [f64; MOST_CHANNELS] {
+        let strain = if self.channels.read_strain() { self.sign * curve.value(a) } else { 0.0 };
+        self.channels.read(curve.wrench(self.modulus, a), strain)
+    }
+
+    fn place(&self, k: usize) -> f64 {
+        let [near, far] = self.reach;
+        near * (far / near).powf(k as f64 / (GRID - 1) as f64)
+    }
+
+    /// Distance and force of `readings` at a drive of `amount`, rad or mm, with the calibration `k` of each channel; `interesting`: whether another
+    /// distance would matter.
+    pub fn estimate(
+        &self,
+        curve: &StrainCurve,
+        k: &[f64; MOST_CHANNELS],
+        readings: &[f64; MOST_CHANNELS],
+        amount: f64,
+        interesting: impl Fn(f64) -> bool,
+    ) -> Estimated {
+        let nothing = Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
+        let white = |x: &[f64; MOST_CHANNELS]| self.channels.white(x, readings);
+        let scaled = |s: &[f64; MOST_CHANNELS]| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
+        let at = |a: f64| scaled(&self.linear(curve, a));
+        let y = white(readings);
+        // (vᵀy)²/vᵀv: what the best force explains of yᵀy; nothing where it would pull.
+        let explained = |v: &[f64; MOST_CHANNELS]| {
+            let along = dot(v, &y).max(0.0);
+            along * along / dot(v, v).max(f64::MIN_POSITIVE)
+        };
+        let grid = self.grid.get_or_init(|| (0..GRID).map(|k| self.linear(curve, self.place(k))).collect());
+        let values: Vec<f64> = grid.iter().map(|s| explained(&scaled(s))).collect();
+        let peak = |k: usize| {
+            let beside = |m: Option<usize>| m.and_then(|m| values.get(m)).is_none_or(|v| *v <= values[k]);
+            beside(k.checked_sub(1)) && beside(Some(k + 1)) && values[k] > 0.0
+        };
+        let mut found: Vec<(f64, f64, Fit)> = (0..GRID)
+            .filter(|&k| peak(k))
+            .filter_map(|k| self.refine(&at, &y, k))
+            .map(|(a, fit)| (fit.misfit, a, fit))
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((misfit, a, fit)) = found.first().copied() else { return nothing };
+        let noisy = self.channels.covariance.is_some();
+        let apart = |b: f64| (b - a).abs() > 1e-3 * a;
+        let twice =
+            noisy && found.iter().any(|(other, b, _)| other - misfit < ALIKE && apart(*b) && interesting(*b));
+        Estimated {
+            distance: a,
+            sigma: if noisy { fit.sigma } else { 0.0 },
+            force: fit.share * amount * curve.force(self.modulus, a),
+            status: if twice { Status::AMBIGUOUS } else { Status::OK },
+        }
+    }
+
+    /// The best distance near that of the grid's place `k`; `None` where it lies at an end.
+    fn refine(
+        &self,
+        at: &impl Fn(f64) -> [f64; MOST_CHANNELS],
+        y: &[f64; MOST_CHANNELS],
+        k: usize,
+    ) -> Option<(f64, Fit)> {
+        let [low, high] = [self.place(k.saturating_sub(1)), self.place((k + 1).min(GRID - 1))];
+        let mut a = self.place(k);
+        for _ in 0..ROUNDS {
+            let v = at(a);
+            let slope = quotient(at(a * (1.0 + STEP)), at(a * (1.0 - STEP)), 2.0 * STEP * a);
+            // Gauss's step in (a, g), g eliminated.
+            let (vv, vs, ss) = (dot(&v, &v), dot(&v, &slope), dot(&slope, &slope));
+            let share = dot(&v, y) / vv;
+            let rest: [f64; MOST_CHANNELS] = std::array::from_fn(|j| y[j] - share * v[j]);
+            let told = ss - vs * vs / vv;
+            if !(told > 1e-12 * ss) || !(share > 0.0) {
+                return None;
+            }
+            let step = (dot(&slope, &rest) - vs / vv * dot(&v, &rest)) / (share * told);
+            let next = (a + step).clamp(low, high);
+            let fit = Fit { misfit: dot(&rest, &rest), share, sigma: 1.0 / (share * told.sqrt()) };
+            if (next - a).abs() <= STILL * a {
+                let inside = a > self.reach[0] * (1.0 + 1e-9) && a < self.reach[1] * (1.0 - 1e-9);
+                return inside.then_some((a, fit));
+            }
+            a = next;
+        }
+        None
+    }
+}
+
+/// A distance's misfit, force over that of linear theory, and σ, mm.
+#[derive(Clone, Copy)]
+struct Fit {
+    misfit: f64,
+    share: f64,
+    sigma: f64,
+}
+
+fn dot(x: &[f64; MOST_CHANNELS], y: &[f64; MOST_CHANNELS]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+fn quotient(above: [f64; MOST_CHANNELS], below: [f64; MOST_CHANNELS], step: f64) -> [f64; MOST_CHANNELS] {
+    std::array::from_fn(|j| (above[j] - below[j]) / step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::taper::Taper;
+    use crate::scene::{Drive, Signal};
+
+    fn cone() -> StrainCurve {
+        let taper = Taper::new(10.0, 4.0, 50.0);
+        StrainCurve::new(taper, taper.gauge(5.0, 2.0), 0.0, Drive::Angle, 0.0)
+    }
+
+    #[test]
+    fn a_moment_over_a_force_is_the_distance_whatever_the_drive_and_the_modulus() {
+        let sigma: [f64; 2] = [0.05, 0.002];
+        let covariance = vec![sigma[0] * sigma[0], 0.0, 0.0, sigma[1] * sigma[1]];
+        let channels = Channels::of(&[Signal::Moment, Signal::Force], Some(covariance)).unwrap();
+        let curve = cone();
+        let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
+        let [a, force] = [33.0, 0.4];
+        let readings = [-a * force, -force, 0.0, 0.0, 0.0, 0.0];
+        let told = contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.3, |_| true);
+        assert!((told.distance - a).abs() < 1e-9, "{told:?}");
+        assert!((told.force - force).abs() < 1e-9);
+        // dâ = (dM − a dF)/F.
+        let sigma = sigma[0].hypot(a * sigma[1]) / force;
+        assert!((told.sigma / sigma - 1.0).abs() < 1e-6, "{} {sigma}", told.sigma);
+    }
+
+    #[test]
+    fn more_channels_leave_less_of_the_noise() {
+        let curve = cone();
+        let of = |signals: &[Signal]| {
+            let n = signals.len();
+            let one = |signal: &Signal| match signal {
+                Signal::Moment => 0.01,
+                Signal::Force => 0.001,
+                Signal::Strain => 2e-5,
+            };
+            let covariance: Vec<f64> =
+                (0..n * n).map(|k| if k / n == k % n { one(&signals[k / n]).powi(2) } else { 0.0 }).collect();
+            let channels = Channels::of(signals, Some(covariance)).unwrap();
+            let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
+            let readings = contact.linear(&curve, 30.0).map(|s| 0.05 * s);
+            contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.05, |_| true)
+        };
+        let both = of(&[Signal::Moment, Signal::Force]);
+        let all = of(&[Signal::Strain, Signal::Moment, Signal::Force]);
+        assert!((both.distance - 30.0).abs() < 1e-9 && (all.distance - 30.0).abs() < 1e-9);
+        assert!(all.sigma < both.sigma && all.sigma > 0.0);
+    }
+
+    #[test]
+    fn a_force_that_pulls_has_no_distance() {
+        let channels = Channels::of(&[Signal::Moment, Signal::Force], None).unwrap();
+        let curve = cone();
+        let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
+        for readings in [[3.0, 0.1], [-3.0, 0.1], [-30.0, -0.1], [-0.001, -0.1]] {
+            let readings = [readings[0], readings[1], 0.0, 0.0, 0.0, 0.0];
+            let told = contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.3, |_| true);
+            assert!(told.status.has(Status::NO_ROOT) && told.distance.is_nan(), "{readings:?} {told:?}");
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Derivatives of a tap by everything that it depends on, by the implicit function theorem: at the equilibrium the unknowns move so that the closure
+//! stays met. The closure, and all that a tap shows, are those of the reference, run once in [`Dual`] numbers.
+
+use std::array::from_fn;
+
+use super::shoot::{Shooter, Unknowns};
+use super::{RodError, RodProblem};
+use crate::physics::number::Number;
+use crate::physics::pole::{Pole, Rig};
+use crate::physics::real::{Dual, Real};
+use crate::scene::model::{Contact, Side};
+
+/// Derivatives of a [`Dual`] by the unknowns: P, c or T, and the azimuth.
+pub const UNKNOWNS: usize = 3;
+
+/// Inputs of one run.
+pub const INPUTS: usize = 4;
+
+/// A number with its derivatives by the unknowns, and after them by inputs.
+pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
+
+/// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative.
+const NEAR: f64 = 1e-9;
+
+/// Steps at most. Kernels tell an equilibrium to some 1e-8, from where one is enough.
+const MOST_STEPS: usize = 6;
+
+/// An equilibrium that is known from elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Equilibrium {
+    /// P and T, N.
+    pub force: [f64; 2],
+    /// c, mm from the face of the clamp.
+    pub arc: f64,
+    /// Whether the contact sticks.
+    pub sticking: bool,
+    /// φ, rad, where the pole is not upright or derivatives by its direction are asked.
+    pub azimuth: Option<f64>,
+    /// Whether a second gauge is read.
+    pub second: bool,
+}
+
+/// What a tap shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown<T> {
+    /// Mean strain of the gauge.
+    pub strain: T,
+    /// P, N.
+    pub normal: T,
+    /// T, N.
+    pub tangential: T,
+    /// c, mm.
+    pub arc: T,
+    /// M₀, N mm, F_x and F_y, N.
+    pub wrench: [T; 3],
+    /// Mean strain of the second gauge; that of the first where it is not read.
+    pub strain_2: T,
+    /// φ, rad.
+    pub azimuth: T,
+    /// λ, mm.
+    pub slide: T,
+}
+
+impl<T: Copy> Shown<T> {
+    fn map<U>(&self, f: impl Fn(T) -> U) -> Shown<U> {
+        Shown {
+            strain: f(self.strain),
+            normal: f(self.normal),
+            tangential: f(self.tangential),
+            arc: f(self.arc),
+            wrench: self.wrench.map(&f),
+            strain_2: f(self.strain_2),
+            azimuth: f(self.azimuth),
+            slide: f(self.slide),
+        }
+    }
+}
+
+impl RodProblem<'_, Traced> {
+    /// What the tap shows, with derivatives by the inputs in place of those by the unknowns: value and derivatives of the equilibrium next to `at`.
+    ///
+    /// # Errors
+    /// There is none, or the path folds there.
+    pub fn trace(
+        &self,
+        direction: [Traced; 2],
+        at: &Equilibrium,
+    ) -> Result<Shown<[f64; 1 + INPUTS]>, RodError> {
+        let (held, start) = self.held();
+        let force = at.force[0].abs().max(at.force[1].abs());
+        let (unknowns, second) = match (at.sticking, self.model.contact) {
+            (true, _) => (Unknowns::Stick, at.force[1] / force),
+            (false, Contact::Coulomb(mu)) => {
+                (Unknowns::Slide(mu * at.force[1].signum()), at.arc - start.value)
+            }
+            (false, _) => (Unknowns::Slide(Traced::of(0.0)), at.arc - start.value),
+        };
+        let turns = at.azimuth.filter(|_| !at.sticking);
+        let count = if turns.is_some() { 3 } else { 2 };
+        let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
+        for _ in 0..MOST_STEPS {
+            let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
+            let (lack, shown) = held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second)?;
+            let steps = close(lack, count).ok_or(RodError::NotConverged)?;
+            let size = |k: usize| match (k, at.sticking) {
+                (1, false) => at.arc,
+                (2, _) => 1.0,
+                _ => 1.0_f64,
+            };
+            let step = (0..count).map(|k| (steps[k][0] / size(k)).abs()).fold(0.0, f64::max);
+            if step <= NEAR {
+                let arc = shown.arc + start;
+                return Ok(Shown { arc, ..shown }.map(|x| follow(&x, &steps)));
+            }
+            if !step.is_finite() {
+                break;
+            }
+            z = from_fn(|k| z[k] + steps[k][0]);
+        }
+        Err(RodError::NotConverged)
+    }
+
+    /// How far the closure is from being met under `unknowns`, and what the tap then shows.
+    fn look(
+        &self,
+        unknowns: Unknowns<Traced>,
+        force: f64,
+        direction: [Traced; 2],
+        ([p, second, phi], turns): ([Traced; 3], bool),
+        gauges: bool,
+    ) -> Result<([Traced; 3], Shown<Traced>), RodError> {
+        let zero = Traced::of(0.0);
+        let (mut plane, mut slide) = (*self, zero);
+        let pole = turns.then(|| {
+            let rig = Rig { taper: self.taper, hub: self.hub, drive: self.drive, model: self.model };
+            Pole::new(&rig, direction, self.distance, self.amount)
+        });
+        if let Some(pole) = &pole {
+            let planar = pole.planar(phi).ok_or(RodError::NotConverged)?;
+            (plane, slide) = (self.in_plane(&planar), planar.slide);
+        }
+        let shooter = Shooter::with(&plane, unknowns, force);
+        let z = match unknowns {
+            Unknowns::Stick => second,
+            Unknowns::Slide(_) => (second - plane.distance) / plane.distance,
+        };
+        let shot = shooter.shoot(plane.amount, [p, z]).map_err(|_| RodError::NotConverged)?;
+        let width = plane.gauge[1] - plane.gauge[0];
+        let strain = plane.foil.map_or(Traced::of(1.0), |foil| foil.transfer) * shot.bent.elongation / width;
+        let lacking = match &pole {
+            Some(pole) => {
+                let alpha = if self.model.surface { self.taper.tan_alpha.atan() } else { zero };
+                pole.azimuth(shot.bent.angle + alpha).ok_or(RodError::NotConverged)? - phi
+            }
+            None => zero,
+        };
+        let mut shown = Shown {
+            strain,
+            normal: shot.normal,
+            tangential: shot.tangential,
+            arc: shot.load.arc,
+            wrench: shooter.wrench(&shot.load, &shot.bent),
+            strain_2: strain,
+            azimuth: phi,
+            slide,
+        };
+        if turns || gauges {
+            // What the gauge in the plane of bending shows is axial + bending; on the far side both gauges are half a turn further.
+            let side = if plane.side == Side::Contact { Side::Far } else { Side::Contact };
+            let mirrored = Self { side, ..plane };
+            let beyond = Shooter::with(&mirrored, unknowns, force)
+                .elongation(shot.load.arc, [shot.normal, shot.tangential])
+                .ok_or(RodError::NotConverged)?;
+            let axial = (strain + beyond / width) * 0.5;
+            let (sin, cos) = phi.sin_cos();
+            let bending = strain - axial;
+            (shown.strain, shown.strain_2) = (axial + bending * cos, axial + bending * sin);
+        }
+        Ok(([shot.miss.x, shot.miss.y, lacking], shown))
+    }
+}
+
+/// For each of `count` unknowns the step that meets the closure, and after it its derivatives by the inputs.
+fn close(lack: [Traced; 3], count: usize) -> Option<[[f64; 1 + INPUTS]; 3]> {
+    let mut rows: [[f64; UNKNOWNS + 1 + INPUTS]; 3] = from_fn(|r| {
+        from_fn(|c| match c {
+            0..UNKNOWNS => lack[r].slope[c],
+            UNKNOWNS => -lack[r].value,
+            _ => -lack[r].slope[c - 1],
+        })
+    });
+    for c in 0..count {
+        let size = |row: &[f64; UNKNOWNS + 1 + INPUTS]| {
+            row[c].abs() / row[..count].iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()))
+        };
+        let best = (c..count).max_by(|&a, &b| size(&rows[a]).total_cmp(&size(&rows[b])))?;
+        rows.swap(c, best);
+        let pivot = rows[c];
+        if pivot[c] == 0.0 || !pivot[c].is_finite() {
+            return None;
+        }
+        for (r, row) in rows.iter_mut().enumerate().take(count) {
+            let share = if r == c { 1.0 - 1.0 / pivot[c] } else { row[c] / pivot[c] };
+            *row = from_fn(|k| row[k] - share * pivot[k]);
+        }
+    }
+    Some(from_fn(|r| from_fn(|k| if r < count { rows[r][UNKNOWNS + k] } else { 0.0 })))
+}
+
+/// Value and derivatives of `x` by the inputs, where the unknowns move by `steps`.
+fn follow(x: &Traced, steps: &[[f64; 1 + INPUTS]; 3]) -> [f64; 1 + INPUTS] {
+    from_fn(|k| {
+        let own = if k == 0 { x.value } else { x.slope[UNKNOWNS + k - 1] };
+        own + (0..UNKNOWNS).map(|u| x.slope[u] * steps[u][k]).sum::<f64>()
+    })
+}

@@ -1,0 +1,170 @@
+//! Several channels of a sensor at the root: linear combinations of the wrench on the base and of the strain, each with its noise (model §7).
+
+use super::signal::Signal;
+
+/// Channels at most.
+pub const MOST_CHANNELS: usize = 6;
+
+/// What is read of a tap: M₀ (N mm), F_x, F_y (N), and the strain under the gauge.
+pub const SOURCES: usize = 4;
+
+/// Channels of a sensor, and the covariance of their noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channels {
+    /// Columns of each in tuples.csv: its reading and its K.
+    pub names: Vec<[&'static str; 2]>,
+    /// Rows: one of each channel, of M₀, F_x, F_y and the strain.
+    pub rows: Vec<[f64; SOURCES]>,
+    /// Covariance of the noise of one reading, row by row; none where no noise is known.
+    pub covariance: Option<Vec<f64>>,
+    /// The inverse of its Cholesky factor, row by row: what makes noise white.
+    whitener: Vec<f64>,
+}
+
+/// Columns of the channels that show one signal, in the order of [`Signal::WORDS`].
+const OF_SIGNALS: [[&str; 2]; 3] =
+    [["signal_strain", "K_strain"], ["signal_moment", "K_moment"], ["signal_force", "K_force"]];
+
+/// Columns of the channels of a matrix.
+const NUMBERED: [[&str; 2]; MOST_CHANNELS] = [
+    ["channel_1", "K_1"],
+    ["channel_2", "K_2"],
+    ["channel_3", "K_3"],
+    ["channel_4", "K_4"],
+    ["channel_5", "K_5"],
+    ["channel_6", "K_6"],
+];
+
+impl Channels {
+    /// One channel of each of `signals`.
+    pub fn of(signals: &[Signal], covariance: Option<Vec<f64>>) -> Option<Self> {
+        let source = |signal: &Signal| match signal {
+            Signal::Moment => 0,
+            Signal::Force => 2,
+            Signal::Strain => 3,
+        };
+        let row = |signal| std::array::from_fn(|k| f64::from(u8::from(source(signal) == k)));
+        let names = signals.iter().map(|signal| OF_SIGNALS[*signal as usize]).collect();
+        Self::new(names, signals.iter().map(row).collect(), covariance)
+    }
+
+    /// Those of a matrix.
+    pub fn matrix(rows: Vec<[f64; SOURCES]>, covariance: Option<Vec<f64>>) -> Option<Self> {
+        Self::new(NUMBERED[..rows.len()].to_vec(), rows, covariance)
+    }
+
+    /// `None` where `covariance` is not positive definite.
+    fn new(
+        names: Vec<[&'static str; 2]>,
+        rows: Vec<[f64; SOURCES]>,
+        covariance: Option<Vec<f64>>,
+    ) -> Option<Self> {
+        let n = rows.len();
+        let whitener = match &covariance {
+            Some(covariance) => inverse_cholesky(covariance, n)?,
+            None => Vec::new(),
+        };
+        Some(Self { names, rows, covariance, whitener })
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Whether any of them reads the strain.
+    pub fn read_strain(&self) -> bool {
+        self.rows.iter().any(|row| row[3] != 0.0)
+    }
+
+    /// What they show of the wrench [M₀, F_x, F_y] and the strain; those beyond the last are 0.
+    pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> [f64; MOST_CHANNELS] {
+        let mut all = [0.0; MOST_CHANNELS];
+        for (reading, row) in all.iter_mut().zip(&self.rows) {
+            // What a channel does not read may be unknown.
+            let of = |share: f64, value: f64| if share == 0.0 { 0.0 } else { share * value };
+            *reading = of(row[0], moment) + of(row[1], along) + of(row[2], across) + of(row[3], strain);
+        }
+        all
+    }
+
+    /// `readings` in units of white noise; without noise each relative to its size in `like`.
+    pub fn white(
+        &self,
+        readings: &[f64; MOST_CHANNELS],
+        like: &[f64; MOST_CHANNELS],
+    ) -> [f64; MOST_CHANNELS] {
+        let n = self.len();
+        let mut all = [0.0; MOST_CHANNELS];
+        for k in 0..n {
+            all[k] = match self.covariance {
+                Some(_) => (0..=k).map(|m| self.whitener[k * n + m] * readings[m]).sum(),
+                None => readings[k] / like[k].abs().max(f64::MIN_POSITIVE),
+            };
+        }
+        all
+    }
+}
+
+/// L⁻¹ of the matrix LLᵀ of `n` rows; `None` where it is not positive definite.
+fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+    let mut factor = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| factor[i * n + k] * factor[j * n + k]).sum();
+            let rest = matrix[i * n + j] - known;
+            factor[i * n + j] = match i == j {
+                // What rounding leaves of a singular matrix is no variance.
+                true if rest > 1e-12 * matrix[i * n + i] => rest.sqrt(),
+                true => return None,
+                false => rest / factor[j * n + j],
+            };
+        }
+    }
+    let mut inverse = vec![0.0; n * n];
+    for j in 0..n {
+        for i in j..n {
+            let known: f64 = (j..i).map(|k| factor[i * n + k] * inverse[k * n + j]).sum();
+            inverse[i * n + j] = (f64::from(u8::from(i == j)) - known) / factor[i * n + i];
+        }
+    }
+    Some(inverse)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_noise_has_the_covariance_undone() {
+        let covariance = vec![4.0, 1.0, 1.0, 9.0];
+        let channels = Channels::of(&[Signal::Moment, Signal::Force], Some(covariance.clone())).unwrap();
+        // W C Wᵀ = 1, column by column.
+        let column = |k: usize| {
+            let mut unit = [0.0; MOST_CHANNELS];
+            unit[k] = 1.0;
+            channels.white(&unit, &unit)
+        };
+        let w = [column(0), column(1)];
+        for i in 0..2 {
+            for j in 0..2 {
+                let sum: f64 = (0..4).map(|m| w[m / 2][i] * covariance[m] * w[m % 2][j]).sum();
+                assert!((sum - f64::from(u8::from(i == j))).abs() < 1e-14);
+            }
+        }
+        assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 2.0, 2.0, 1.0])).is_none());
+        assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 1.0, 1.0, 1.0])).is_none());
+    }
+
+    #[test]
+    fn a_channel_that_reads_no_strain_needs_none() {
+        let channels = Channels::of(&[Signal::Force, Signal::Moment], None).unwrap();
+        assert_eq!(channels.read([3.0, 1.0, 2.0], f64::NAN)[..3], [2.0, 3.0, 0.0]);
+        assert_eq!([channels.names[0][0], channels.names[1][0]], ["signal_force", "signal_moment"]);
+    }
+}

@@ -1,0 +1,170 @@
+//! `[sensor]` with several channels: a list of signals, or a matrix (model §7).
+
+use std::sync::Arc;
+
+use super::part::Section;
+use super::reader::{Item, Result};
+use super::schema::Sections;
+use crate::scene::channels::{MOST_CHANNELS, SOURCES};
+use crate::scene::{Channels, Setup, Signal, Theory};
+
+const SIGNALS: &str = "\"strain\", \"moment\" or \"force\", or a list of two or three different ones of them";
+const MATRIX: &str = "2 to 6 rows [M₀, F_x, F_y] or [M₀, F_x, F_y, strain], one of each channel: channel units per N mm, per N, per N, per unit strain";
+const NOISE: &str = "one standard deviation > 0 for each channel, in its unit";
+const COVARIANCE: &str = "a symmetric, positive definite matrix with a row for each channel";
+
+/// Whether `section` describes several channels.
+pub(super) fn several(section: &Section<'_>) -> bool {
+    section.written("matrix").is_some()
+        || section.written("signal").is_some_and(|signal| signal.elements().is_some())
+}
+
+/// Whether the strain under a gauge is read, by the values of `signal` and `matrix`.
+pub(super) fn read_strain(signal: Option<Item<'_>>, matrix: Option<Item<'_>>) -> bool {
+    let strain = |item: &Item<'_>| item.text().ok() == Some("strain");
+    let fourth = |row: Item<'_>| row.elements().is_some_and(|row| row.len() == SOURCES);
+    match (signal, matrix) {
+        (Some(signal), _) => signal.elements().map_or(strain(&signal), |mut all| all.any(|one| strain(&one))),
+        (None, Some(matrix)) => matrix.elements().is_some_and(|mut rows| rows.any(fourth)),
+        (None, None) => true,
+    }
+}
+
+/// Refuses what has no meaning with several channels, which stand at `item`.
+pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, item: &Item<'_>) -> Result<()> {
+    if setup.estimate.theory == Theory::Exact {
+        let error = item.error("the distance is told by several channels and linear theory together");
+        return Err(error.allowed("theory = \"euler-bernoulli\" or \"timoshenko\" in [estimate]"));
+    }
+    if let Some(robust) = sections.section("optimise").written("robust") {
+        return Err(robust.error("tolerances are those of one signal").allowed("one signal, or no robust"));
+    }
+    Ok(())
+}
+
+/// The channels, and the signal that stands for them where one is asked for; nothing of a single signal.
+pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels>)>> {
+    if !several(section) {
+        return match section.written("covariance") {
+            Some(item) => Err(item
+                .error("a covariance is that of several channels")
+                .allowed("noise, or several signals, or a matrix")),
+            None => Ok(None),
+        };
+    }
+    let (signal, matrix) = (section.written("signal"), section.written("matrix"));
+    if let (Some(_), Some(matrix)) = (&signal, &matrix) {
+        let error = matrix.error("the matrix names its channels itself; remove it or signal");
+        return Err(error.allowed("signal, or matrix"));
+    }
+    let (item, signals, rows) = match (signal, matrix) {
+        (Some(item), _) => {
+            let signals = signals(&item)?;
+            (item, signals, Vec::new())
+        }
+        (None, Some(item)) => {
+            let rows = rows(&item)?;
+            (item, Vec::new(), rows)
+        }
+        (None, None) => return Ok(None),
+    };
+    let n = signals.len().max(rows.len());
+    let (covariance, place) = match (section.written("noise"), section.written("covariance")) {
+        (Some(noise), Some(_)) => {
+            let error = noise.error("the covariance has the noise of each channel already");
+            return Err(error.allowed("noise, or covariance"));
+        }
+        (Some(item), None) => (Some(diagonal(&item, n)?), item),
+        (None, Some(item)) => (Some(square(&item, n)?), item),
+        (None, None) => (None, item.clone()),
+    };
+    let made = match rows.is_empty() {
+        true => Channels::of(&signals, covariance),
+        false => Channels::matrix(rows, covariance),
+    };
+    let channels = made.ok_or_else(|| {
+        place.error("this is the covariance of no noise: it is not positive definite").allowed(COVARIANCE)
+    })?;
+    let one = if channels.read_strain() { Signal::Strain } else { Signal::Moment };
+    Ok(Some((one, Arc::new(channels))))
+}
+
+fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
+    let mut all = Vec::new();
+    for one in item.elements().into_iter().flatten() {
+        let signal = one.word(&Signal::WORDS)?;
+        if all.contains(&signal) {
+            return Err(one.error("this signal stands here twice").allowed(SIGNALS));
+        }
+        all.push(signal);
+    }
+    if all.len() < 2 {
+        return Err(item.error("a list needs at least two signals").allowed(SIGNALS));
+    }
+    Ok(all)
+}
+
+fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
+    let elements = item.elements().ok_or_else(|| item.error("this is no matrix").allowed(MATRIX))?;
+    let rows = elements.map(|row| {
+        let width = row.elements().map_or(0, |row| row.len());
+        let row = match width {
+            3 => row.numbers::<3>(MATRIX).map(|[m, x, y]| [m, x, y, 0.0])?,
+            4 => row.numbers::<4>(MATRIX)?,
+            _ => {
+                let message = format!("a row of {width} numbers is none of a channel");
+                return Err(row.error(message).allowed(MATRIX));
+            }
+        };
+        Ok(row)
+    });
+    let rows = rows.collect::<Result<Vec<_>>>()?;
+    if !(2..=MOST_CHANNELS).contains(&rows.len()) {
+        let message = format!("{} rows are too {}", rows.len(), if rows.len() < 2 { "few" } else { "many" });
+        return Err(item.error(message).allowed(MATRIX));
+    }
+    if let Some(k) = rows.iter().position(|row| row.iter().all(|x| *x == 0.0)) {
+        return Err(item.error(format!("row {} reads nothing", k + 1)).allowed(MATRIX));
+    }
+    Ok(rows)
+}
+
+/// The covariance of independent noise.
+fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
+    let wrong = |count: usize| item.error(format!("{n} numbers are needed, not {count}")).allowed(NOISE);
+    let elements = item.elements().ok_or_else(|| wrong(1))?;
+    let values = elements.map(|e| Ok((e.sensible(NOISE)?, e))).collect::<Result<Vec<_>>>()?;
+    if values.len() != n {
+        return Err(wrong(values.len()));
+    }
+    let mut all = vec![0.0; n * n];
+    for (k, (sigma, item)) in values.into_iter().enumerate() {
+        if sigma <= 0.0 {
+            return Err(item.error("a standard deviation must be positive").allowed(NOISE));
+        }
+        all[k * n + k] = sigma * sigma;
+    }
+    Ok(all)
+}
+
+fn square(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
+    let shape = || item.error(format!("{n} rows of {n} numbers are needed")).allowed(COVARIANCE);
+    let mut all = Vec::with_capacity(n * n);
+    for row in item.elements().ok_or_else(shape)? {
+        let row = row.elements().ok_or_else(shape)?;
+        all.extend(row.map(|e| e.sensible(COVARIANCE)).collect::<Result<Vec<_>>>()?);
+    }
+    if all.len() != n * n || item.elements().is_none_or(|rows| rows.len() != n) {
+        return Err(shape());
+    }
+    for i in 0..n {
+        for j in 0..i {
+            let (below, above) = (all[i * n + j], all[j * n + i]);
+            if (below - above).abs() > 1e-12 * below.abs().max(above.abs()) {
+                let message = format!("rows {} and {} are not symmetric: {below} and {above}", j + 1, i + 1);
+                return Err(item.error(message).allowed(COVARIANCE));
+            }
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,147 @@
+//! Sensors of several channels: distance and force are the most likely of all readings together.
+
+use crate::common::program::Desk;
+use crate::common::sweeping::{CPU, REFERENCE, Row, number, sweep, sweep_with};
+
+/// A sweep with these lines in [sensor] and after [tap].
+fn spec(sensor: &str, more: &str) -> String {
+    format!(
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\nroot = {{ k_theta = 1000, k_y = 40 }}\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\n{sensor}\n\
+         [tap]\na = {{ from = 21, to = 45, step = 4 }}\ntheta = [2, 8]\n{more}\n"
+    )
+}
+
+fn values<const N: usize>(row: &Row, columns: [&str; N]) -> [f64; N] {
+    columns.map(|column| number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}")))
+}
+
+#[test]
+fn without_calibration_the_distance_is_the_moment_over_the_force() {
+    let sensor = "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]";
+    for model in ["[model]\ngeometry = \"linear\"\n", "[model]\nshear = true\npole_radius = 2\n"] {
+        let text = spec(sensor, &format!("{model}[estimate]\nK = 1\n[output]\nwrench = true\n"));
+        for row in &sweep(&text, CPU).tuples.rows {
+            let [m, f, m0, fy, a, told, error, sigma, force] = values(
+                row,
+                [
+                    "signal_moment",
+                    "signal_force",
+                    "base_moment_Nmm",
+                    "base_fy_N",
+                    "a_mm",
+                    "distance_mm",
+                    "error_mm",
+                    "sigma_mm",
+                    "estimated_force_N",
+                ],
+            );
+            assert_eq!([m, f], [m0, fy]);
+            assert!((told - m / f).abs() < 1e-8, "{told} {}", m / f);
+            assert!((error - (told - a)).abs() < 1e-12);
+            // dâ = (dM − â dF)/F.
+            let known = 0.02f64.hypot(told * 0.001) / f.abs();
+            assert!((sigma / known - 1.0).abs() < 1e-6, "{sigma} {known}");
+            assert!((force / f.abs() - 1.0).abs() < 1e-8);
+            let [k_moment, k_force] = values(row, ["K_moment", "K_force"]);
+            if model.contains("linear") {
+                assert!((told - a).abs() < 1e-8);
+                assert!((k_moment - 1.0).abs() < 1e-12 && (k_force - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_matrix_with_a_covariance_tells_what_its_signals_tell() {
+    let fixed = |sensor: &str| sweep(&spec(sensor, "[estimate]\nK = 1\n"), CPU).tuples.rows;
+    let plain = fixed("signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]");
+    // Two sums of the same signals, with the covariance that their noise then has.
+    let mixed = fixed("matrix = [[1, 0, 10], [0.5, 0, -10]]\ncovariance = [[5e-4, 1e-4], [1e-4, 2e-4]]");
+    let backwards = fixed("signal = [\"force\", \"moment\"]\nnoise = [0.001, 0.02]");
+    for (a, b) in plain.iter().zip(&mixed).chain(plain.iter().zip(&backwards)) {
+        let told = |row| values(row, ["distance_mm", "sigma_mm", "estimated_force_N"]);
+        for (one, other) in told(a).iter().zip(told(b)) {
+            assert!((one / other - 1.0).abs() < 1e-8, "{one} {other}");
+        }
+    }
+}
+
+#[test]
+fn more_channels_tell_more_and_backends_agree() {
+    let sensor = |signals: &str, noise: &str| format!("signal = [{signals}]\nnoise = [{noise}]");
+    let two = sensor("\"moment\", \"force\"", "0.02, 0.001");
+    let three = sensor("\"strain\", \"moment\", \"force\"", "20e-6, 0.02, 0.001");
+    let of = |sensor: &str, place| sweep(&spec(sensor, "[model]\nshear = true\n"), place).tuples.rows;
+    let [less, more] = [of(&two, CPU), of(&three, CPU)];
+    for ((a, b), c) in less.iter().zip(&more).zip(&of(&three, REFERENCE)) {
+        let [[one], [other]] = [a, b].map(|row| values(row, ["sigma_mm"]));
+        assert!(other < one, "{other} {one}");
+        let columns = ["signal_strain", "K_strain", "distance_mm", "sigma_mm", "estimated_force_N"];
+        for (x, y) in values(b, columns).iter().zip(values(c, columns)) {
+            assert!((x / y - 1.0).abs() < 2e-5, "{x} {y}");
+        }
+    }
+}
+
+#[test]
+fn rows_of_a_tuple_file_are_those_of_the_grid_and_searches_know_channels() {
+    let sensor = "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]";
+    let grid = sweep(&spec(sensor, ""), CPU);
+    let mut list = String::from("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n");
+    for row in &grid.tuples.rows {
+        let [a, theta] = values(row, ["a_mm", "theta_deg"]);
+        list += &format!("10,4,50,5,2,{a},{theta}\n");
+    }
+    let text = format!(
+        "[whisker]\nroot = {{ k_theta = 1000, k_y = 40 }}\n[tuples]\nfile = \"list.csv\"\n[sensor]\n{sensor}\n"
+    );
+    let listed = sweep_with(&text, Some(&list), CPU);
+    assert_eq!(listed.tuples.text, grid.tuples.text);
+    assert_eq!(listed.designs.text, grid.designs.text);
+
+    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = { from = 1, to = 8 }"));
+    let answer = desk.run(&["tap", "spec.toml", "--json"]).exits(0).json();
+    assert!(answer.to_string().contains("total"), "{answer}");
+}
+
+#[test]
+fn what_is_no_sensor_is_refused_with_its_place() {
+    let channels = "signal = [\"moment\", \"force\"]\n";
+    for (sensor, words) in [
+        ("signal = [\"moment\"]", "at least two signals"),
+        ("signal = []", "at least two signals"),
+        ("signal = [\"moment\", \"moment\"]", "stands here twice"),
+        ("signal = [\"moment\", \"torque\"]", "unknown word"),
+        ("signal = [\"moment\", \"force\"]\nnoise = 0.1", "2 numbers are needed"),
+        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, 0.1, 0.1]", "2 numbers are needed, not 3"),
+        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, 0.0]", "must be positive"),
+        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, -1]", "must be positive"),
+        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 0]]", "2 rows of 2 numbers"),
+        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 2], [2, 1]]", "not positive definite"),
+        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 0.5], [0.4, 1]]", "not symmetric"),
+        (
+            "signal = [\"moment\", \"force\"]\nnoise = [1, 1]\ncovariance = [[1, 0], [0, 1]]",
+            "the noise of each channel already",
+        ),
+        ("signal = \"moment\"\ncovariance = [[1]]", "several channels"),
+        ("matrix = [[1, 0, 0]]", "too few"),
+        ("matrix = [[1, 0, 0], [0, 1]]", "a row of 2 numbers"),
+        ("matrix = [[1, 0, 0], [0, 0, 0]]", "row 2 reads nothing"),
+        ("matrix = 3", "no matrix"),
+        ("signal = \"moment\"\nmatrix = [[1, 0, 0], [0, 0, 1]]", "names its channels itself"),
+    ] {
+        let ran = Desk::new(&spec(sensor, "")).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
+        assert!(ran.stderr.contains(words) && ran.stderr.contains("spec.toml:"), "{sensor}: {}", ran.stderr);
+    }
+    for (more, words) in [
+        ("[estimate]\ntheory = \"exact\"", "several channels and linear theory"),
+        ("tilt = 5", "upright edges only"),
+        ("[model]\nclamp = \"bonded\"", "without clamp"),
+    ] {
+        let ran = Desk::new(&spec(channels, more)).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
+        assert!(ran.stderr.contains(words), "{more}: {}", ran.stderr);
+    }
+    let desk = Desk::new(&spec(channels, "").replace("theta = [2, 8]", "theta = 2"));
+    let ran = desk.run(&["simulate", "spec.toml", "--out", "out"]).exits(2);
+    assert!(ran.stderr.contains("read one signal"), "{}", ran.stderr);
+}

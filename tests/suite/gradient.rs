@@ -1,0 +1,242 @@
+//! Derivatives of taps against differences of the reference, extrapolated to a vanishing step: every model, every input, hard and random taps.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::built::{case, cases};
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, gradient};
+use vibrissa::scene::{Clamp, Property, Setup, Tuple};
+use vibrissa::spec;
+use vibrissa::verify::{configuration, taps};
+
+/// Largest error of a derivative, relative to the largest of its column.
+const TOLERANCE: f64 = 1e-8;
+
+/// Every name of an input.
+const NAMES: [&str; 32] = [
+    "D",
+    "d",
+    "L_a",
+    "x_ss",
+    "l",
+    "a",
+    "theta",
+    "delta",
+    "tilt",
+    "lean",
+    "hub",
+    "pole_radius",
+    "mu",
+    "E",
+    "C10",
+    "C01",
+    "C20",
+    "C30",
+    "nu",
+    "clamp",
+    "foil.stiffness",
+    "foil.length",
+    "foil.width",
+    "exponent",
+    "scale",
+    "bore",
+    "core.diameter",
+    "core.modulus",
+    "curvature",
+    "curvature_slope",
+    "root.k_theta",
+    "root.k_y",
+];
+
+/// A tap by the reference.
+fn solve(setup: &Setup, tuple: Tuple) -> (Design, Task, Outcome) {
+    let design = Design::new(setup, tuple);
+    let task = Task::of(0, &tuple);
+    let mut evaluator = Evaluator::new(setup, Method::Reference);
+    let outcome = evaluator.run(std::slice::from_ref(&design), &[task]).expect("the reference runs")[0];
+    (design, task, outcome)
+}
+
+fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
+    [
+        o.strain,
+        o.strain_linear,
+        o.deviation,
+        o.normal_force,
+        o.tangential_force,
+        o.arc,
+        o.strain_2,
+        o.azimuth,
+        o.slide,
+    ]
+}
+
+/// `setup` and `tuple` with `input` moved by `step`, and a length of its scale.
+fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple) {
+    let (mut setup, mut tuple) = (setup.clone(), tuple);
+    match input {
+        Input::Tuple(i) => {
+            let place = [
+                &mut tuple.D,
+                &mut tuple.d,
+                &mut tuple.L_a,
+                &mut tuple.x_ss,
+                &mut tuple.l,
+                &mut tuple.a,
+                &mut tuple.tilt,
+                &mut tuple.lean,
+                &mut tuple.drive,
+            ];
+            *place.into_iter().nth(i).expect("a number of a tap") += step;
+        }
+        Input::Property(Property::Scale) => Property::Scale.set(&mut setup, 1.0 + step),
+        Input::Property(p @ (Property::Bore | Property::Core)) => {
+            let mut built = setup.built.as_deref().cloned().expect("a whisker with something inside");
+            let inner = built.inner.as_mut().expect("something inside");
+            inner.diameter.iter_mut().for_each(|knot| knot[1] += step);
+            let _ = p;
+            setup.built = Some(Arc::new(built));
+        }
+        Input::Property(p) => {
+            let value = p.get(&setup) + step;
+            p.set(&mut setup, value);
+        }
+        Input::Modulus(i) => setup.model.material.moduli()[i] += step,
+        Input::Clamp => {
+            if let Clamp::At(c0) = &mut setup.model.clamp {
+                *c0 += step;
+            }
+        }
+        Input::FoilLength => setup.gauge.foil.as_mut().expect("a foil").length += step,
+        Input::FoilWidth => setup.gauge.foil.as_mut().expect("a foil").width += step,
+    }
+    (setup, tuple)
+}
+
+/// A step over which taps change by some per mille.
+fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
+    4e-3 * match input {
+        Input::Tuple(3 | 5) => (t.a - t.x_ss).abs().min((t.x_ss + t.l - t.a).abs()).min(t.a),
+        Input::Tuple(4) => t.l.min((t.x_ss + t.l - t.a).abs()),
+        Input::Tuple(6 | 7) => 10.0,
+        Input::Tuple(i) => t.to_array()[i],
+        Input::Property(Property::Curvature) => 1.0 / t.L_a,
+        Input::Property(Property::CurvatureSlope) => 1.0 / (t.L_a * t.L_a),
+        Input::Property(Property::Hub | Property::PoleRadius) => t.a,
+        Input::Property(p) => p.get(setup).abs().max(0.1),
+        Input::Clamp => 1.0,
+        _ => 1.0,
+    }
+}
+
+/// Of one input at one tap: for each output the derivative, the one by differences, and what that is uncertain by; none where a difference crosses a
+/// kink.
+type Compared = Vec<(usize, [f64; 3])>;
+
+fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
+    let (design, task, here) = solve(setup, tuple);
+    let found = gradient(setup, &design, &task, &here, &[input]);
+    let h = step(setup, tuple, input);
+    let at = |x: f64| {
+        let (setup, tuple) = moved(setup, tuple, input, x);
+        let outcome = solve(&setup, tuple).2;
+        let alike = outcome.sticking == here.sticking && outcome.status == here.status;
+        alike.then(|| numbers(&outcome))
+    };
+    let mut table: Vec<[f64; OUTPUTS]> = Vec::new();
+    for k in 0..4 {
+        let h = h * 0.5f64.powi(k);
+        let (Some(above), Some(below)) = (at(h), at(-h)) else { return Vec::new() };
+        table.push(std::array::from_fn(|m| (above[m] - below[m]) / (2.0 * h)));
+    }
+    let out = |m: usize| {
+        let mut row: Vec<f64> = table.iter().map(|r| r[m]).collect();
+        let mut last = f64::INFINITY;
+        for order in 1..row.len() {
+            let power = 4f64.powi(order as i32);
+            let next: Vec<f64> = row.windows(2).map(|w| (power * w[1] - w[0]) / (power - 1.0)).collect();
+            last = (next[next.len() - 1] - row[row.len() - 1]).abs();
+            row = next;
+        }
+        // Rounding of the reference, some 1e-12 of each number.
+        let noise = 1e-11 * numbers(&here)[m].abs() / h;
+        (m, [found[m][0], row[0], last + noise])
+    };
+    let told = (0..OUTPUTS).map(out).filter(|(m, _)| !numbers(&here)[*m].is_nan());
+    told.collect()
+}
+
+/// Compares derivatives of `these` taps of `setup`; how many there were, how many of them were told to the tolerance, and the worst.
+fn check(name: &str, setup: &Setup, these: &[Tuple]) -> [usize; 2] {
+    let inputs: Vec<(&str, Input)> =
+        NAMES.iter().filter_map(|n| Some((*n, Input::new(setup, n).ok()?))).collect();
+    let pairs: Vec<(Tuple, &str, Input)> =
+        these.iter().flat_map(|t| inputs.iter().map(|(n, i)| (*t, *n, *i))).collect();
+    let compared: Vec<(Tuple, &str, Compared)> =
+        pairs.par_iter().map(|(t, n, i)| (*t, *n, compare(setup, *t, *i))).collect();
+    let mut largest: BTreeMap<(&str, usize), f64> = BTreeMap::new();
+    for (_, n, all) in &compared {
+        for (m, [_, difference, unsure]) in all {
+            if unsure.is_finite() && *unsure < 1e-3 * difference.abs() {
+                let most = largest.entry((n, *m)).or_insert(0.0);
+                *most = most.max(difference.abs());
+            }
+        }
+    }
+    let (mut told, mut all_of) = (0, 0);
+    for (t, n, all) in &compared {
+        for (m, [derivative, difference, unsure]) in all {
+            let scale = largest.get(&(*n, *m)).copied().unwrap_or(0.0);
+            all_of += 1;
+            told += usize::from(*unsure <= TOLERANCE * scale);
+            if unsure.is_nan() {
+                continue;
+            }
+            let off = (derivative - difference).abs();
+            assert!(
+                off <= TOLERANCE * scale + 2.0 * unsure + 1e-13,
+                "{name}, output {m} by {n}: {derivative:e} is no {difference:e} ± {unsure:.1e}, of {scale:.1e}: {t:?}"
+            );
+        }
+    }
+    println!("{name}: {} inputs, {all_of} derivatives, {told} told to {TOLERANCE:e}", inputs.len());
+    [all_of, told]
+}
+
+/// Taps of each model; VIBRISSA_GRADIENT_TAPS asks for more.
+fn count() -> u32 {
+    std::env::var("VIBRISSA_GRADIENT_TAPS").ok().and_then(|n| n.parse().ok()).unwrap_or(1)
+}
+
+#[test]
+fn derivatives_are_those_of_the_reference() {
+    let (mut all, mut told) = (0, 0);
+    let wanted = std::env::var("VIBRISSA_GRADIENT_MODEL").ok();
+    for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
+        let setup = one.setup();
+        let mut these = taps::random(one.drive, one.hub, count(), 3);
+        if count() > 1 {
+            these.extend(taps::hard(&setup));
+        }
+        if one.tilted {
+            taps::tilt(&mut these, 5);
+        }
+        let [n, k] = check(one.name, &setup, &these);
+        (all, told) = (all + n, told + k);
+    }
+    assert!(2 * told > all, "{told} of {all}");
+}
+
+#[test]
+fn derivatives_of_built_whiskers_are_those_of_the_reference() {
+    let every = if count() > 1 { 1 } else { 5 };
+    for (k, row) in cases().iter().enumerate().filter(|(k, _)| k % every == 0) {
+        let spec = spec::parse("case", &case(row, "contact"), std::path::Path::new(".")).expect("a spec");
+        let study = spec.study;
+        let tuple = study.space.layout().expect("axes").tuple(0);
+        check(&format!("built {k} {}", row["config"]), &study.setup, &[tuple]);
+    }
+}
