@@ -198,13 +198,16 @@ mod tests {
         let curve = cone();
         let of = |signals: &[Signal]| {
             let n = signals.len();
-            let one = |signal: &Signal| match signal {
-                Signal::Moment => 0.01,
-                Signal::Force => 0.001,
-                Signal::Strain => 2e-5,
-            };
-            let covariance: Vec<f64> =
-                (0..n * n).map(|k| if k / n == k % n { one(&signals[k / n]).powi(2) } else { 0.0 }).collect();
+            let noise: Vec<f64> = signals
+                .iter()
+                .map(|signal| match signal {
+                    Signal::Moment => 0.01,
+                    Signal::Force => 0.001,
+                    Signal::Strain => 2e-5,
+                })
+                .collect();
+            let one = |k: usize| if k / n == k % n { noise[k % n] * noise[k % n] } else { 0.0 };
+            let covariance: Vec<f64> = (0..n * n).map(one).collect();
             let channels = Channels::of(signals, Some(covariance)).unwrap();
             let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
             let readings = contact.linear(&curve, 30.0).map(|s| 0.05 * s);
