@@ -19,7 +19,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
             by.name()
         );
     }
-    let noisy = spec.study.setup.gauge.noise_strain.is_some_and(|e| e > 0.0);
+    let noisy = spec.study.setup.is_noisy() == Some(true);
     let columns = columns(by, noisy);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let what = match (output.top, output.per) {

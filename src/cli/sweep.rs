@@ -13,7 +13,7 @@ use vibrissa::report::answer::of_best;
 use vibrissa::scene::{Column, Geometry, Listed, RunOptions, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
-use vibrissa::sink::table::Table;
+use vibrissa::sink::table::{LARGEST, Table};
 use vibrissa::sweep::{Kept, Report, Target};
 use vibrissa::{files, spec};
 
@@ -244,7 +244,7 @@ fn row(spec: &Spec, k: &Kept) -> Value {
         "error_max_mm": k.row.error_max,
         "noise_rms_mm": k.row.noise_rms,
         "total_rms_mm": k.row.total_rms(),
-        "strain_max": k.row.strain_max,
+        (LARGEST.of(&spec.study.setup)): k.row.strain_max,
         "force_max_N": k.row.force_max,
         "status": k.row.status.to_string(),
     });

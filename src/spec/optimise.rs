@@ -274,7 +274,7 @@ pub(super) fn is_variable(search: &Search, key: &str) -> bool {
 pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
     vary(sections, spec, search)?;
     let objective = sections.section("optimise").get("objective")?;
-    if search.objective.needs_distance() && spec.study.setup.gauge.noise_strain.is_none() {
+    if search.objective.needs_distance() && spec.study.setup.is_noisy().is_none() {
         return Err(noise_missing(&objective));
     }
     let Space::Grid(factors) = &spec.study.space else { return Err(objective.error("a search needs axes")) };
@@ -358,5 +358,5 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
 pub(super) fn noise_missing(objective: &Item<'_>) -> InputError {
     objective
         .error("total_rms_mm holds the gauge's noise, and noise_strain is not written")
-        .allowed("noise_strain = 20e-6 in [gauge] (0 for the bias alone), or objective = \"sd\"")
+        .allowed("noise_strain = 20e-6 in [gauge] (0 for the bias alone), noise in [sensor] for another signal, or objective = \"sd\"")
 }

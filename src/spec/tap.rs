@@ -58,7 +58,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
             .error("one value leaves nothing to choose")
             .allowed("two values or a range: the ends of the interval"));
     }
-    if noisy && spec.study.setup.gauge.noise_strain.is_none() {
+    if noisy && spec.study.setup.is_noisy().is_none() {
         let section = sections.section("gauge");
         let error = section.document.error(
             section.span.clone(),
@@ -66,7 +66,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
         );
         return Err(error
             .key("gauge.noise_strain")
-            .allowed("noise_strain = 20e-6 (0 for the bias alone), or --objective sd"));
+            .allowed("noise_strain = 20e-6 (0 for the bias alone), noise in [sensor] for another signal, or --objective sd"));
     }
     Ok(ends)
 }

@@ -94,6 +94,14 @@ impl Setup {
         self.rigs.as_ref().is_some_and(|rigs| rigs.properties.contains(&property))
     }
 
+    /// Whether readings have noise; `None` where nobody said.
+    pub fn is_noisy(&self) -> Option<bool> {
+        match &self.channels {
+            Some(channels) => channels.covariance.is_some().then_some(true),
+            None => self.gauge.noise_strain.map(|noise| noise > 0.0),
+        }
+    }
+
     /// Whether the wrench on the base is asked for.
     pub fn asks_wrench(&self) -> bool {
         self.wrench || self.signal != Signal::Strain || self.channels.is_some()
@@ -175,7 +183,7 @@ impl Study {
     /// Column by which the best rows are listed for people. Where the gauge is noisy, no rows are left out and nothing else was asked for, that
     /// is bias and noise together.
     pub fn listed_by(&self) -> RankBy {
-        let noisy = self.setup.gauge.noise_strain.is_some_and(|e| e > 0.0);
+        let noisy = self.setup.is_noisy() == Some(true);
         let free = self.output.top.is_none() && !self.output.by_said;
         if noisy && free { RankBy::TotalRms } else { self.output.by }
     }
