@@ -7,7 +7,9 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, normal};
+use super::{
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal,
+};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
@@ -72,11 +74,6 @@ impl Estimator for Model {
 
     fn help(&self) -> &'static str {
         "The configured model, inverted"
-    }
-
-    /// It needs the fewest numbers, and knows both sides and all drives between.
-    fn preference(&self) -> u8 {
-        10
     }
 
     fn needs_drive(&self) -> bool {
@@ -178,7 +175,7 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
     ))
     .key("spec.whisker, spec.model")
     .value(written)
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator learned)")
 }
 
 /// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
@@ -211,7 +208,7 @@ impl Inverted {
 }
 
 impl Answers for Inverted {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact

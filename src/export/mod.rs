@@ -12,7 +12,7 @@ mod text;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::polynomial::Polynomial;
-use crate::estimator::{ALL, Estimator, Shape};
+use crate::estimator::{ALL, Estimator, Known, Shape};
 use crate::locate::locator::Opened;
 use crate::locate::{Calibration, Locator};
 use crate::status::Status;
@@ -116,7 +116,9 @@ impl<'a> Export<'a> {
                 .into());
             }
             let middle = of.drives[of.drives.len() / 2];
-            let why = |signal: f64, otherwise| of.answers.find(middle, signal).err().unwrap_or(otherwise);
+            let why = |signal: f64, otherwise| {
+                of.answers.find(middle, signal, Known::default()).err().unwrap_or(otherwise)
+            };
             let form = Form::Inverted {
                 pieces,
                 cut: signal.cut.is_finite(),
