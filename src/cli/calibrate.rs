@@ -5,7 +5,6 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::calibrate::{self, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
-use vibrissa::estimator::{CURVE, EXACT, Estimator, PAPER};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
@@ -107,10 +106,7 @@ fn exported(
     let open = opener(options);
     let calibration = calibration.clone().sealed();
     let asked = |e| Locator::new(&calibration, "calibration.toml", Some(e), &open);
-    // What learned is a curve of many waves: the closed forms, the model and the polynomial are small programs.
-    let held = |e: &&'static dyn Estimator| calibration.sides.iter().all(|s| e.is_in(s));
-    let small = || [EXACT, CURVE, PAPER].into_iter().find(held);
-    let asked = args.estimator.or_else(small).map(asked).transpose()?;
+    let asked = args.estimator.map(asked).transpose()?;
     let export = Export::new(asked.as_ref().unwrap_or(won), &calibration);
     let export = export.map_err(|e| proposing(e, &calibration, &open))?;
     for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {

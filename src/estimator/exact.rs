@@ -144,16 +144,17 @@ impl Estimator for Model {
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
         let at = Extent { hard: HARD, ..at };
-        match Exact::new(rig, values, fitted, r.covariance.clone(), at, open) {
-            Ok(exact) => Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) }))),
-            Err(why @ ModelError::Solve(SolveError::TooHard)) => Err(unsolvable(rig, record, &why).into()),
-            Err(other) => Err(other.into()),
-        }
+        let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open);
+        let exact = exact.map_err(|why| unsolved(rig, record, why))?;
+        Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) })))
     }
 }
 
-/// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
-fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
+/// Why the model of a calibration is not solved; one that the kernels hardly solve anywhere has values that no rig has.
+pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
+    if !matches!(why, ModelError::Solve(SolveError::TooHard)) {
+        return why.into();
+    }
     let (setup, t) = (&rig.setup, &rig.design.tuple);
     let contact = match setup.model.contact {
         Contact::Frictionless => "frictionless".to_owned(),
@@ -175,7 +176,8 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
     ))
     .key("spec.whisker, spec.model")
     .value(written)
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator learned)")
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator paper)")
+    .into()
 }
 
 /// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.

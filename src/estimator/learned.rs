@@ -5,11 +5,12 @@ use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread};
 use vibrissa_learned::fit::{Fit as LearntFit, From, Task, fit};
-use vibrissa_learned::invert::{Inverse, Nothing, State};
+use vibrissa_learned::invert::{Answer, Inverse, Nothing};
 use vibrissa_learned::rows::Row;
 
-use super::{Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord};
+use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord};
 use crate::error::Error;
+use crate::estimator::exact::unsolved;
 use crate::estimator::fit::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
@@ -24,12 +25,12 @@ pub struct LearnedRecord {
     pub held_out_rms_mm: Option<f64>,
     /// Nothing, per drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
-    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p a^−q as [u₀, p, q].
+    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p (1/a − 1/A)^q as [u₀, p, q, 1/A].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
     /// See above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power: Option<[f64; 3]>,
+    pub power: Option<[f64; 4]>,
     /// Whether zeros were read with the taps.
     pub zero_read: bool,
     /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
@@ -70,7 +71,7 @@ impl LearnedRecord {
             held_out_rms_mm: judged.rms_mm,
             bias_mm: vec![0.0; judged.bias_mm.len()],
             whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
-            power: fit.power.map(|p| [p.offset, p.p, p.q]),
+            power: fit.power.map(|p| [p.offset, p.p, p.q, p.tip]),
             zero_read: *zero_read,
             zero_known: learnt.zero_known,
             zero: zero - learnt.subtracted,
@@ -187,10 +188,11 @@ impl Estimator for Learned {
         let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
         let Some(curve) = r.curve() else { return Ok(None) };
         let whisker = match r.power {
-            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q }),
+            Some([offset, p, q, tip]) => Whisker::Power(Power { offset, p, q, tip }),
             None => {
                 let at = extent(rig, record);
-                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)?;
+                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
+                    .map_err(|why| unsolved(rig, record, why))?;
                 Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
             }
         };
@@ -219,17 +221,12 @@ impl Whisker {
     /// Distances at which it and its slope are known, mm.
     fn reach(&self) -> [f64; 2] {
         match self {
-            Self::Power(_) => [0.0, f64::INFINITY],
+            Self::Power(power) => [0.0, 0.998 / power.tip],
             Self::Known(exact, _) => {
                 let [near, far] = exact.reach();
                 [near * 1.002, far * 0.998]
             }
         }
-    }
-
-    /// Distances between which it has no kink, mm.
-    fn knots(&self) -> Vec<f64> {
-        if let Self::Known(exact, _) = self { exact.knots() } else { Vec::new() }
     }
 }
 
@@ -315,73 +312,60 @@ impl Learnt {
 pub struct Inverted {
     curve: Curve,
     whisker: Whisker,
-    /// For readings in the state of the calibration, and for such above their own zero: of each of another run, and of the same.
-    inverse: [[Inverse; 2]; 2],
+    /// For readings above the zero of the calibration, and for such above their own.
+    inverse: [Option<Inverse>; 2],
+    /// Whether zeros were read with the taps.
     zero_read: bool,
-    zero_known: bool,
 }
 
 impl Inverted {
     fn new(curve: Curve, whisker: Whisker, [zero_read, zero_known]: [bool; 2]) -> Self {
         let reach = whisker.reach();
         let of = |base: &Base<'_>| {
-            [false, true].map(|tared| {
-                [false, true].map(|same_run| Inverse::new(&curve, base, State { tared, same_run }, reach))
-            })
+            let needed = [!zero_read, zero_read || zero_known].into_iter().zip([false, true]);
+            let all = needed.map(|(needed, tared)| needed.then(|| Inverse::new(&curve, base, tared, reach)));
+            all.collect::<Vec<_>>().try_into().expect("there are two")
         };
-        Self { inverse: whisker.base(of), curve, whisker, zero_read, zero_known }
+        Self { inverse: whisker.base(of), curve, whisker, zero_read }
+    }
+
+    /// What answers readings that have no zero beside that of the calibration, and that zero.
+    pub fn plain(&self) -> (&Inverse, f64) {
+        let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
+        (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
+    }
+}
+
+/// Why there is no distance, in the words of a table.
+pub fn why(nothing: Nothing) -> Status {
+    match nothing {
+        Nothing::Weak => Status::OUTSIDE_CALIBRATION,
+        Nothing::Strong => Status::NO_ROOT,
     }
 }
 
 impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
-        let tared = self.zero_read || (self.zero_known && share > 0.0);
-        let inverse = &self.inverse[usize::from(tared)][usize::from(same_run)];
-        let y = if tared { reading } else { reading - self.curve.zero };
+        let (inverse, y) = match &self.inverse[1] {
+            Some(tared) if self.zero_read || share > 0.0 => (tared, reading),
+            _ => (self.plain().0, reading - self.curve.zero),
+        };
         let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
-        let found = inverse.at(drive).find(y, 0.0, of_zero).map_err(|why| match why {
-            Nothing::Weak => Status::OUTSIDE_CALIBRATION,
-            Nothing::Strong => Status::NO_ROOT,
-        })?;
-        Ok(Found {
-            a: found.a,
-            near: found.near,
-            slope: found.slope,
-            variance: found.variance,
-            sigma: found.sigma,
-        })
+        let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
+        let Answer { a, near, slope, variance, sigma } = found;
+        Ok(Found { a, near, slope, variance, sigma })
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {
-        let [near, far] = self.inverse[0][0].reach();
+        let (inverse, zero) = self.plain();
+        let [near, far] = inverse.reach();
         if !(near..=far).contains(&a) {
             return f64::NAN;
         }
-        let zero = if self.zero_read { 0.0 } else { self.curve.zero };
         self.whisker.base(|base| self.curve.expected(base, a, drive, self.zero_read)).signal + zero
     }
 
     fn shape(&self) -> Shape<'_> {
-        Shape::Inverted(self)
-    }
-}
-
-impl Forward for Inverted {
-    fn knots(&self, _: f64) -> Vec<f64> {
-        let [near, far] = self.inverse[0][0].reach();
-        let inside = self.whisker.knots().into_iter().filter(|k| *k > near && *k < far);
-        [near].into_iter().chain(inside).chain([far]).collect()
-    }
-
-    fn expected(&self, a: f64, drive: f64) -> f64 {
-        Answers::expected(self, a, drive)
-    }
-
-    fn variance(&self, a: f64, drive: f64) -> f64 {
-        let e = self.whisker.base(|base| self.curve.expected(base, a, drive, self.zero_read));
-        let of_zero = if self.zero_read { 0.0 } else { self.curve.spread.zero };
-        // Beside the noise that all readings are said to have.
-        let (s, unit2) = (&self.curve.spread, self.curve.unit.powi(2));
-        e.of_curve + e.of_position + e.of_run + e.of_noise + unit2 * (of_zero - s.floor - s.relative)
+        Shape::Learned(self)
     }
 }

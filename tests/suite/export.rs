@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::common::program::Desk;
+use crate::common::random::Random;
 use crate::common::robot::{Answer, by_c, by_python, sorted};
 use vibrissa::export::{Export, Language};
 use vibrissa::locate::{Calibration, Estimator, Locator, estimator, locator::opener};
@@ -16,23 +17,6 @@ const READINGS: usize = 10_000;
 const APART: f64 = 1e-4;
 /// Largest relative difference of a standard deviation.
 const SIGMA: f64 = 0.01;
-/// Numbers between 0 and 1 (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.next()
-    }
-}
-
 /// A reading: drive, signal and zero in the unit of the calibration, each of them a float.
 type Reading = [f64; 3];
 
@@ -56,7 +40,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let one = |k: usize| {
         let drive = match k % 4 {
             _ if !locator.drive_recorded => 1.0,
-            0 => drives[(random.next() * drives.len() as f64) as usize],
+            0 => drives[(random.uniform() * drives.len() as f64) as usize],
             1 if k % 100 == 1 => random.between(0.9 * first, 1.1 * last),
             _ => random.between(first, last),
         };

@@ -31,6 +31,7 @@ mod jobs;
 mod journal;
 mod kept;
 mod lab;
+mod learned;
 mod liars;
 mod linear;
 mod locate;

@@ -139,7 +139,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], &start.base);
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k % every == 0;
@@ -263,14 +263,5 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     let near = ends.into_iter().filter(|(_, value)| *value < best + HEARD);
     let mut all: Vec<Peak> = near.filter_map(|(at, _)| climb(problem, &at)).collect();
     all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
-    if std::env::var("DBG").is_ok() {
-        for p in &all {
-            eprint!("{:.2}:", p.solved.value);
-            for (h, x) in problem.model.hypers.iter().zip(&p.at) {
-                eprint!(" {h:?} {:.1e}", x.exp());
-            }
-            eprintln!();
-        }
-    }
     all
 }

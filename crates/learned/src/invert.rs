@@ -4,7 +4,7 @@ use crate::base::Base;
 use crate::curve::Curve;
 
 /// Points in ln a.
-const POINTS: usize = 161;
+pub const POINTS: usize = 161;
 /// Points in ln u, where there are several drives.
 const DRIVES: usize = 14;
 /// How far beyond the calibrated distances an answer is looked for, in ranges of ln a on either side.
@@ -14,20 +14,13 @@ const FADES: [f64; 2] = [0.15, 0.3];
 /// Of a whisker that is known, how far beyond, in ln a.
 const KNOWN: f64 = 1.2;
 /// A signal that is no more than so many standard deviations off has an answer.
-const FAR: f64 = 5.0;
+pub const FAR: f64 = 5.0;
 /// A posterior of this standard deviation in ln a is wide.
-const WIDE: f64 = 0.05;
+pub const WIDE: f64 = 0.05;
+/// Shares of a posterior: one standard deviation to either side of its middle.
+pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
 /// Points of a posterior.
-const FINE: usize = 49;
-
-/// What moves the readings that are asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct State {
-    /// Whether their own zero was taken off.
-    pub tared: bool,
-    /// Whether they are of the run of the calibration.
-    pub same_run: bool,
-}
+pub const FINE: usize = 49;
 
 /// A distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,20 +50,20 @@ pub enum Nothing {
 #[derive(Debug, Clone)]
 pub struct Inverse {
     /// First ln a and its step.
-    grid: [f64; 2],
+    pub grid: [f64; 2],
     /// Ends of the calibrated ln a, and how the prior fades beyond.
-    ends: [f64; 3],
+    pub ends: [f64; 3],
     /// What is added to the drive u.
-    offset: f64,
+    pub offset: f64,
     /// ln u of the nodes.
-    nodes: Vec<f64>,
-    /// Of each node the signal/u, and the variances/u² of noise and of the rest.
-    table: Vec<Vec<[f64; 3]>>,
+    pub nodes: Vec<f64>,
+    /// Of each node the signal/u, and the variances/u² of noise, of curve and position, and of a new run.
+    pub table: Vec<Vec<[f64; 4]>>,
 }
 
 impl Inverse {
-    /// Of `curve` over its base, for readings in `state`; distances are looked for within `reach`, mm.
-    pub fn new(curve: &Curve, base: &Base<'_>, state: State, reach: [f64; 2]) -> Self {
+    /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
+    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, reach: [f64; 2]) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));
@@ -88,14 +81,15 @@ impl Inverse {
             false => vec![u],
         };
         let offset = curve.scales.offset;
+        let zero = if tared { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
         let one = |u: f64, k: usize| {
-            let e = curve.expected(base, (from + step * k as f64).exp(), u - offset, state.tared);
-            let run = if state.same_run { 0.0 } else { e.of_run };
-            let zero =
-                if state.tared || state.same_run { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
-            [e.signal / u, e.of_noise / (u * u), (e.of_curve + e.of_position + run + zero) / (u * u)]
+            let e = curve.expected(base, (from + step * k as f64).exp(), u - offset, tared);
+            let u2 = u * u;
+            [e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
         };
-        let table = nodes.iter().map(|u| (0..POINTS).map(|k| one(u.exp(), k)).collect()).collect();
+        let mut table: Vec<Vec<[f64; 4]>> =
+            nodes.iter().map(|u| (0..POINTS).map(|k| one(u.exp(), k)).collect()).collect();
+        (0..POINTS).for_each(|k| continued(&nodes, &mut table, k));
         Self { grid: [from, step], ends, offset, nodes, table }
     }
 
@@ -110,24 +104,24 @@ impl Inverse {
         if let Some(k) = self.nodes.iter().position(|n| *n == x) {
             return (0..self.nodes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
         }
-        let n = self.nodes.len() as f64;
-        let term = |(k, node): (usize, &f64)| {
-            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-            sign * (std::f64::consts::PI * (k as f64 + 0.5) / n).sin() / (x - node)
-        };
-        let terms: Vec<f64> = self.nodes.iter().enumerate().map(term).collect();
+        let terms: Vec<f64> =
+            self.nodes.iter().zip(node_weights(self.nodes.len())).map(|(node, w)| w / (x - node)).collect();
         let sum: f64 = terms.iter().sum();
         terms.iter().map(|t| t / sum).collect()
     }
 
-    /// Signal, variance of one reading and of the rest at every point, for the drive u.
-    pub fn at(&self, u: f64) -> Slice {
+    /// Signal, variance of one reading and of the rest at every point, for the drive u; of a reading of a run of the calibration
+    /// where `same_run`.
+    pub fn at(&self, u: f64, same_run: bool) -> Slice {
         let u = u + self.offset;
         let weights = self.weights(u);
         let mut points = vec![[0.0; 3]; POINTS];
         for (w, row) in weights.iter().zip(&self.table) {
             for (p, x) in points.iter_mut().zip(row) {
-                (0..3).for_each(|i| p[i] += w * x[i]);
+                let run = if same_run { 0.0 } else { x[3] };
+                p[0] += w * x[0];
+                p[1] += w * x[1];
+                p[2] += w * (x[2] + run);
             }
         }
         for p in &mut points {
@@ -140,6 +134,35 @@ impl Inverse {
     }
 }
 
+/// Continues point k of `table` to nodes at which the base has no value, as a whisker has none that slips off: signal/u as a parabola
+/// through the three nearest nodes that have one, so that the others are interpolated as if there were no hole.
+fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
+    let (known, holes): (Vec<usize>, Vec<usize>) =
+        (0..nodes.len()).partition(|j| table[*j][k].iter().all(|x| x.is_finite()));
+    for j in holes {
+        let mut near = known.clone();
+        near.sort_by(|p, q| (nodes[*p] - nodes[j]).abs().total_cmp(&(nodes[*q] - nodes[j]).abs()));
+        near.truncate(3);
+        let share = |p: &usize| {
+            let others = near.iter().filter(|q| *q != p);
+            others.map(|q| (nodes[j] - nodes[*q]) / (nodes[*p] - nodes[*q])).product::<f64>()
+        };
+        let signal = near.iter().map(|p| share(p) * table[*p][k][0]).sum();
+        table[j][k] = match near.first() {
+            Some(first) => [signal, table[*first][k][1], table[*first][k][2], table[*first][k][3]],
+            // Nowhere: as the point before, so that nothing is answered there.
+            None if k > 0 => table[j][k - 1],
+            None => [0.0; 4],
+        };
+    }
+}
+
+/// Weights of Chebyshev's nodes of the first kind in the barycentric formula.
+pub fn node_weights(n: usize) -> impl Iterator<Item = f64> {
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+    (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
+}
+
 /// Signals over ln a at one drive.
 #[derive(Debug, Clone)]
 pub struct Slice {
@@ -150,14 +173,31 @@ pub struct Slice {
 }
 
 impl Slice {
-    /// Signal and variances at ln a = x, by cubics through four points.
-    pub fn at(&self, x: f64) -> [f64; 3] {
+    /// Place of ln a = x: the first of four points, and how far beyond it, in steps.
+    fn place(&self, x: f64) -> (usize, f64) {
         let s = ((x - self.grid[0]) / self.grid[1]).clamp(0.0, (POINTS - 1) as f64);
         let k = (s as usize).clamp(1, POINTS - 3) - 1;
-        let t = s - k as f64;
+        (k, s - k as f64)
+    }
+
+    /// Signal and variances at ln a = x, by cubics through four points.
+    pub fn at(&self, x: f64) -> [f64; 3] {
+        let (k, t) = self.place(x);
         let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
         let w = [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0];
         std::array::from_fn(|i| (0..4).map(|j| w[j] * self.points[k + j][i]).sum())
+    }
+
+    /// d signal/d ln a of the same cubic.
+    fn slope(&self, x: f64) -> f64 {
+        let (k, t) = self.place(x);
+        let w = [
+            -(3.0 * t * t - 12.0 * t + 11.0) / 6.0,
+            (3.0 * t * t - 10.0 * t + 6.0) / 2.0,
+            -(3.0 * t * t - 8.0 * t + 3.0) / 2.0,
+            (3.0 * t * t - 6.0 * t + 2.0) / 6.0,
+        ];
+        (0..4).map(|j| w[j] * self.points[k + j][0]).sum::<f64>() / self.grid[1]
     }
 
     fn x(&self, k: usize) -> f64 {
@@ -196,24 +236,18 @@ impl Slice {
         0.5 * (lo + hi)
     }
 
-    fn slope(&self, x: f64) -> f64 {
-        let h = 1e-3 * self.grid[1];
-        let (lo, hi) = ((x - h).max(self.grid[0]), (x + h).min(self.x(POINTS - 1)));
-        (self.at(hi)[0] - self.at(lo)[0]) / (hi - lo)
-    }
-
     /// Density of the prior at ln a = x to that within the calibrated distances.
     fn prior(&self, x: f64) -> f64 {
         let off = (self.ends[0] - x).max(x - self.ends[1]).max(0.0);
         (-0.5 * (off / self.ends[2]).powi(2)).exp()
     }
 
-    /// The distance of a signal `y`, whose own zero brings `share` of the variance of one reading, and `more` beside.
+    /// The distance of a signal `y`, of which `more` is the variance that its own zero brings.
     ///
     /// # Errors
     /// A signal of no tap.
-    pub fn find(&self, y: f64, share: f64, more: f64) -> Result<Answer, Nothing> {
-        let spread = |p: &[f64; 3]| (p[1] * (1.0 + share) + p[2] + more).sqrt();
+    pub fn find(&self, y: f64, more: f64) -> Result<Answer, Nothing> {
+        let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
         let last = POINTS - 1;
         let crosses = |k: &usize| (self.points[*k][0] >= y) != (self.points[*k + 1][0] >= y);
         let far = (self.peak..last).rev().find(crosses).map(|k| self.root(y, k));
@@ -227,39 +261,11 @@ impl Slice {
             Some((x, sd)) if sd < WIDE => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
             _ => [from.min(self.x(last - 1)), to],
         };
-        let step = (window[1] - window[0]) / (FINE - 1) as f64;
-        let place = |k: usize| window[0] + step * k as f64;
-        let likely = |k: usize| {
-            let p = self.at(place(k));
-            let sd = spread(&p);
-            let t = (p[0] - y) / sd;
-            // Flat in mm.
-            (t, (-0.5 * t * t).exp() / sd * place(k).exp())
-        };
-        let flat: Vec<(f64, f64)> = (0..FINE).map(likely).collect();
-        if far.is_none() && flat.iter().all(|p| p.0.abs() > FAR) {
-            return Err(if self.points[last][0] > y { Nothing::Weak } else { Nothing::Strong });
-        }
         let [first, end, _] = self.ends;
         let [x, sigma] = match local {
             // Within the calibrated distances the prior says nothing: there it is the root.
             Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => [x, x.exp() * sd],
-            _ => {
-                let points: Vec<(f64, f64)> =
-                    flat.iter().enumerate().map(|(k, p)| (p.0, p.1 * self.prior(place(k)))).collect();
-                let of = |points: &[(f64, f64)]| {
-                    [0.158_655, 0.5, 0.841_345].map(|s| quantile(points, window[0], step, s))
-                };
-                let ([lo, middle, hi], [p, q, r]) = (of(&points), of(&flat));
-                match local {
-                    // Moved, and made narrower, by what the prior does.
-                    Some((x, sd)) if sd < WIDE && (hi - lo) > 0.0 => {
-                        let x = x + middle - q;
-                        [x, x.exp() * sd * (hi - lo) / (r - p)]
-                    }
-                    _ => [middle, 0.5 * (hi.exp() - lo.exp())],
-                }
-            }
+            _ => self.posterior(y, local, window, spread)?,
         };
         let p = self.at(x);
         let a = x.exp();
@@ -268,20 +274,58 @@ impl Slice {
     }
 }
 
-/// The point below which a share of the mass lies; densities are taken as parabolas in their logarithm between points.
-fn quantile(points: &[(f64, f64)], from: f64, step: f64, share: f64) -> f64 {
-    let cells: Vec<f64> = points.windows(2).map(|w| 0.5 * (w[0].1 + w[1].1)).collect();
-    let total: f64 = cells.iter().sum();
+impl Slice {
+    /// ln a and σ in mm of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
+    fn posterior(
+        &self,
+        y: f64,
+        local: Option<(f64, f64)>,
+        window: [f64; 2],
+        spread: impl Fn(&[f64; 3]) -> f64,
+    ) -> Result<[f64; 2], Nothing> {
+        let step = (window[1] - window[0]) / (FINE - 1) as f64;
+        let place = |k: usize| window[0] + step * k as f64;
+        let mut least = f64::INFINITY;
+        let mut likely = |k: usize| {
+            let p = self.at(place(k));
+            let sd = spread(&p);
+            let t = (p[0] - y) / sd;
+            least = least.min(t.abs());
+            // Flat in mm.
+            (-0.5 * t * t).exp() / sd * place(k).exp()
+        };
+        let flat: [f64; FINE] = std::array::from_fn(&mut likely);
+        if local.is_none() && least > FAR {
+            return Err(if self.points[POINTS - 1][0] > y { Nothing::Weak } else { Nothing::Strong });
+        }
+        let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * self.prior(place(k)));
+        let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));
+        let [lo, middle, hi] = of(&faded);
+        Ok(match local {
+            // Moved, and made narrower, by what the prior does.
+            Some((x, sd)) if sd < WIDE && hi > lo => {
+                let [p, q, r] = of(&flat);
+                let x = x + middle - q;
+                [x, x.exp() * sd * (hi - lo) / (r - p)]
+            }
+            _ => [middle, 0.5 * (hi.exp() - lo.exp())],
+        })
+    }
+}
+
+/// The point below which a share of the mass lies; within a cell the density goes straight.
+fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
+    let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
     let mut below = 0.0;
-    for (k, cell) in cells.iter().enumerate() {
-        if below + cell >= share * total {
-            // Within a cell the density goes straight.
-            let (p, q, wanted) = (points[k].1, points[k + 1].1, share * total - below);
-            let rise = q - p;
+    for (k, w) in points.windows(2).enumerate() {
+        let (p, q) = (w[0], w[1]);
+        let cell = 0.5 * (p + q);
+        if below + cell >= wanted {
+            let (rise, left) = (q - p, wanted - below);
             let t = if rise.abs() < 1e-12 * (p + q) {
-                wanted / p
+                left / p
             } else {
-                ((p * p + 2.0 * rise * wanted).max(0.0).sqrt() - p) / rise
+                ((p * p + 2.0 * rise * left).max(0.0).sqrt() - p) / rise
             };
             return from + step * (k as f64 + t);
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::{Base, Power, power};
+use crate::base::{Base, Power, WORTH, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Task, Whisker};
 use crate::rows::Cell;
@@ -16,9 +16,6 @@ pub struct Start<'a> {
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
 }
-
-/// Where a free constant is worth so much in ln of the sum of squares a row, it is there.
-const WORTH: f64 = 10.0;
 
 /// The value in the middle.
 fn median(mut values: Vec<f64>) -> f64 {
@@ -37,10 +34,14 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
     let read = (!rests.is_empty()).then(|| median(rests));
     if let Some(curve) = task.known {
-        let free = of_known(curve, &taps, read, offset(curve, &taps, read)).ok_or(Fault::NoCurve)?;
         let plain = of_known(curve, &taps, read, 0.0);
-        let gain = plain.as_ref().map_or(f64::INFINITY, |p| taps.len() as f64 * (p.1 / free.1).ln());
-        return Ok(plain.filter(|_| gain <= WORTH).unwrap_or(free).0);
+        let free = of_known(curve, &taps, read, offset(curve, &taps, read));
+        // An offset is there where it is worth it, or where the curve has no values without it.
+        let worth =
+            |(p, f): (&(Start<'_>, f64), &(Start<'_>, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
+        let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
+        let found = if moved { free } else { plain.or(free) };
+        return found.map(|f| f.0).ok_or(Fault::NoCurve);
     }
     let tared = power(&taps, Some(read.unwrap_or(0.0)));
     let several = taps.iter().any(|t| t[1] != taps[0][1]);

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::fit::{Fault, Fit, From, Task, fit};
+use crate::rows::cells;
+use crate::start::start;
 
 /// A sound set of rows loses one by chance in so many.
 const CHANCE: f64 = 0.01;
@@ -10,6 +12,8 @@ const CHANCE: f64 = 0.01;
 const LEAST: f64 = 0.03;
 /// Positions from which one can be told from the others.
 const ENOUGH: usize = 7;
+/// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
+const GROSS: f64 = 30.0;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
 
@@ -29,8 +33,9 @@ pub struct Suspect {
 /// # Errors
 /// As of [`fit`].
 pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
-    let mut kept = places.to_vec();
-    let mut found = Vec::new();
+    let mut found = gross(task, places)?;
+    let mut kept: Vec<usize> =
+        places.iter().copied().filter(|k| !found.iter().any(|s| s.place == *k)).collect();
     let mut last = fit(task, &kept, From::Nowhere, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
         let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
@@ -48,6 +53,20 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         last = fit(task, &kept, From::Nowhere, average)?;
     }
     Ok((last, found))
+}
+
+/// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
+fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
+    let start = start(task, &cells(task.rows, places, false))?;
+    let [unit, zero, base_unit] = start.numbers;
+    let suspect = |place: &usize| {
+        let row = &task.rows[*place];
+        let expected = if row.touches() { unit / base_unit * start.base.value(row.a, row.u) } else { 0.0 };
+        let off = row.y - zero - expected;
+        (off.abs() > GROSS * expected.max(unit)).then_some(Suspect { place: *place, off, expected })
+    };
+    let found: Vec<Suspect> = places.iter().filter_map(suspect).collect();
+    Ok(if found.len() as f64 <= MOST * places.len() as f64 { found } else { Vec::new() })
 }
 
 /// The row that is furthest from what the others expect, if that is no chance.

@@ -2,7 +2,7 @@
 
 use vibrissa_learned::base::Base;
 use vibrissa_learned::fit::{Fault, Fit, From, Task, fit};
-use vibrissa_learned::invert::{Inverse, State};
+use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::rows::Row;
 use vibrissa_learned::suspects::sound;
 
@@ -62,9 +62,9 @@ fn all(rows: &[Row]) -> Vec<usize> {
     (0..rows.len()).collect()
 }
 
-fn inverse(found: &Fit, same_run: bool) -> Inverse {
+fn inverse(found: &Fit) -> Inverse {
     let base = Base::Power(found.power.expect("no whisker is known"));
-    Inverse::new(&found.curve, &base, State { tared: false, same_run }, [1.0, 1e3])
+    Inverse::new(&found.curve, &base, false, [1.0, 1e3])
 }
 
 /// Shares of errors within 1 σ and beyond 3 σ, and their root mean square, of readings at distances between those of the calibration.
@@ -73,13 +73,13 @@ fn judged(rig: &Rig, seeds: u64) -> [f64; 3] {
     for seed in 1..=seeds {
         let rows = rig.rows(seed);
         let found = fit(&task(&rows), &all(&rows), From::Nowhere, true).unwrap();
-        let inverse = inverse(&found, false);
+        let inverse = inverse(&found);
         let mut noise = Noise(1000 + seed);
         for k in 0..40 {
             let (z, g) = (rig.zero * noise.normal(), 1.0 + rig.gain * noise.normal());
             let (a, u) = (21.0 + 0.58 * f64::from(k), rig.drives[k as usize % rig.drives.len()]);
             let y = z + g * truth(a, u) * (1.0 + rig.noise * noise.normal());
-            let answer = inverse.at(u).find(y - found.curve.zero, 0.0, 0.0).unwrap();
+            let answer = inverse.at(u, false).find(y - found.curve.zero, 0.0).unwrap();
             let error = (answer.a - a).abs();
             within += f64::from(u8::from(error <= answer.sigma));
             beyond += f64::from(u8::from(error > 3.0 * answer.sigma));
@@ -121,7 +121,7 @@ fn sigma_holds_in_a_run_that_was_not_seen() {
     assert!(within > 0.55 && beyond <= 0.04, "{within} {beyond}");
     let rows = rig.rows(3);
     let found = fit(&task(&rows), &all(&rows), From::Nowhere, true).unwrap();
-    let sigma = |same_run| inverse(&found, same_run).at(2.0).find(truth(30.0, 2.0), 0.0, 0.0).unwrap().sigma;
+    let sigma = |same_run| inverse(&found).at(2.0, same_run).find(truth(30.0, 2.0), 0.0).unwrap().sigma;
     assert!(sigma(false) > 2.0 * sigma(true));
 }
 
@@ -141,7 +141,7 @@ fn dust_and_units_change_nothing() {
     let backwards: Vec<Row> = rows.iter().rev().copied().collect();
     let at = |rows: &[Row], unit: f64| {
         let found = fit(&task(rows), &all(rows), From::Nowhere, true).unwrap();
-        inverse(&found, false).at(2.0).find(unit * truth(33.3, 2.0) - found.curve.zero, 0.0, 0.0).unwrap()
+        inverse(&found).at(2.0, false).find(unit * truth(33.3, 2.0) - found.curve.zero, 0.0).unwrap()
     };
     let plain = at(&rows, 1.0);
     for (what, rows, unit) in [("dust", dusty, 1.0), ("units", larger, 1024.0), ("order", backwards, 1.0)] {

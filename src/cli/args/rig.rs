@@ -47,7 +47,7 @@ pub struct Calibrate {
     /// Write what answers readings as a program of one file for a robot too, comma between
     #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
     pub export: Vec<Language>,
-    /// Estimator that is exported [default: exact, curve or paper, the first that is calibrated]
+    /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]
     pub estimator: Option<&'static dyn Estimator>,
     #[command(flatten)]
