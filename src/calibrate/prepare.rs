@@ -217,7 +217,8 @@ fn turned(taps: &[Tap]) -> Option<f64> {
         let (u, y) = (mean(all, |t| t.drive), mean(all, |t| t.signal));
         all.iter().map(|t| (t.drive - u) * (t.signal - y)).sum::<f64>()
     };
-    let sign = at.values().map(slope).sum::<f64>().signum();
+    // Of most distances: one row in another unit says nothing of the others.
+    let sign = at.values().map(|all| slope(all).signum()).sum::<f64>().signum();
     let changes = |all: &&Vec<&Tap>| all.iter().any(|t| t.signal < 0.0) && all.iter().any(|t| t.signal > 0.0);
     let against = at.values().flatten().filter(|t| t.signal * sign < 0.0).count();
     let several = at.values().any(|all| all.iter().any(|t| t.group[1] != all[0].group[1]));

@@ -25,12 +25,12 @@ pub struct LearnedRecord {
     pub held_out_rms_mm: Option<f64>,
     /// Nothing, per drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
-    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p (1/a − 1/A)^q as [u₀, p, q, 1/A].
+    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p a^−q as [u₀, p, q].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
     /// See above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub power: Option<[f64; 4]>,
+    pub power: Option<[f64; 3]>,
     /// Whether zeros were read with the taps.
     pub zero_read: bool,
     /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
@@ -71,7 +71,7 @@ impl LearnedRecord {
             held_out_rms_mm: judged.rms_mm,
             bias_mm: vec![0.0; judged.bias_mm.len()],
             whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
-            power: fit.power.map(|p| [p.offset, p.p, p.q, p.tip]),
+            power: fit.power.map(|p| [p.offset, p.p, p.q]),
             zero_read: *zero_read,
             zero_known: learnt.zero_known,
             zero: zero - learnt.subtracted,
@@ -188,7 +188,7 @@ impl Estimator for Learned {
         let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
         let Some(curve) = r.curve() else { return Ok(None) };
         let whisker = match r.power {
-            Some([offset, p, q, tip]) => Whisker::Power(Power { offset, p, q, tip }),
+            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q }),
             None => {
                 let at = extent(rig, record);
                 let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
@@ -221,7 +221,7 @@ impl Whisker {
     /// Distances at which it and its slope are known, mm.
     fn reach(&self) -> [f64; 2] {
         match self {
-            Self::Power(power) => [0.0, 0.998 / power.tip],
+            Self::Power(_) => [0.0, f64::INFINITY],
             Self::Known(exact, _) => {
                 let [near, far] = exact.reach();
                 [near * 1.002, far * 0.998]

@@ -180,8 +180,8 @@ fn sigma_and_error_on_positions_left_out_of_twelve_rigs() {
         let taps = rig.rows.iter().filter(|r| r.2 > 0.0).count();
         assert!(unread == taps, "{}: {unread} of {taps} rows used", rig.name);
         let all = coverage(&found).all.unwrap();
-        // A signal with an offset has no logarithm that says anything: a cubic is no rival there.
-        let zero = found.calibration.zero.as_ref().map_or(0.0, |z| z.value);
+        let read = found.zero.count > 0;
+        let zero = found.calibration.zero.as_ref().filter(|_| read).map_or(0.0, |z| z.value);
         let rows: Vec<Tap> = rig.rows.iter().map(|(r, a, u, y)| (*r, *a, *u, y - zero)).collect();
         let ratio = all.rms_mm / cubic(&rows);
         println!(

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Matrix5, Vector3, Vector5};
 pub enum Base<'a> {
     /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
     Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
-    /// (u + u₀)^p (1/a − 1/A)^q.
+    /// (u + u₀)^p a^−q.
     Power(Power),
 }
 
@@ -33,30 +33,21 @@ impl Base<'_> {
     }
 }
 
-/// (u + u₀)^p (1/a − 1/A)^q: A is where the signal vanishes, as at the tip of a cone.
+/// (u + u₀)^p a^−q.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Power {
     /// Offset u₀ of the drive: contact begins at −u₀.
     pub offset: f64,
     /// Exponent of the drive.
     pub p: f64,
-    /// Exponent of 1/a − 1/A.
+    /// Exponent of 1/a.
     pub q: f64,
-    /// 1/A, 1/mm; 0 where there is no such tip.
-    pub tip: f64,
 }
-
-/// 1/A that are tried, in units of 1/the farthest distance.
-const TIPS: [f64; 6] = [0.5, 0.7, 0.8, 0.87, 0.92, 0.96];
-/// Distances from which a tip can be told from an exponent.
-const ENOUGH: usize = 4;
-/// A tip, or a free constant, where it is worth so much in ln of the likelihood, twice, is there.
-pub const WORTH: f64 = 10.0;
 
 impl Power {
     /// At a (mm) by the drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
-        (self.p * (u + self.offset).ln() + self.q * (1.0 / a - self.tip).ln()).exp()
+        (self.p * (u + self.offset).ln() - self.q * a.ln()).exp()
     }
 }
 
@@ -73,29 +64,9 @@ pub struct Fitted {
     pub squares: f64,
 }
 
-/// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one; with a tip where that is much nearer.
+/// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one: of a free exponent of the drive, or of the exponent 1 and a free
+/// offset, whichever is nearer.
 pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
-    let plain = without_tip(taps, zero)?;
-    let mut distances: Vec<f64> = taps.iter().map(|t| t[0]).collect();
-    distances.sort_by(f64::total_cmp);
-    let far = *distances.last()?;
-    distances.dedup_by(|x, y| (*x / *y - 1.0).abs() < 1e-3);
-    if distances.len() < ENOUGH {
-        return Some(plain);
-    }
-    let with = |share: &f64| {
-        let tip = share / far;
-        let moved: Vec<[f64; 3]> = taps.iter().map(|t| [1.0 / (1.0 / t[0] - tip), t[1], t[2]]).collect();
-        let found = without_tip(&moved, zero)?;
-        Some(Fitted { power: Power { tip, ..found.power }, ..found })
-    };
-    let best = TIPS.iter().filter_map(with).min_by(|f, g| f.squares.total_cmp(&g.squares));
-    let gain = |f: &Fitted| taps.len() as f64 * (plain.squares / f.squares).ln();
-    Some(best.filter(|f| gain(f) > WORTH).unwrap_or(plain))
-}
-
-/// The same without a tip: of a free exponent of the drive, or of the exponent 1 and a free offset, whichever is nearer.
-fn without_tip(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
     let mut drives: Vec<f64> = taps.iter().map(|t| t[1]).collect();
     drives.sort_by(f64::total_cmp);
     drives.dedup();
@@ -195,7 +166,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitt
         }
     }
     let squares = sum(&r, &huber(&r));
-    let power = Power { offset: x[4], p: x[1], q: x[2], tip: 0.0 };
+    let power = Power { offset: x[4], p: x[1], q: x[2] };
     (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
         power,
         factor: x[0].exp(),

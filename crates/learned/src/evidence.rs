@@ -5,7 +5,6 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::base::Base;
 use crate::columns::{Column, Columns, Term, WAVES, frequency};
 use crate::hyper::Hyper;
 use crate::rows::Cell;
@@ -89,7 +88,7 @@ impl Solved {
 
 impl Problem {
     /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter.
-    pub fn new(model: Columns, cells: &[Cell], [unit, zero, step]: [f64; 3], base: &Base<'_>) -> Self {
+    pub fn new(model: Columns, cells: &[Cell], [unit, zero, step]: [f64; 3], known: bool) -> Self {
         let curve = model.columns.iter().position(|c| c.term == Term::Curve(0, 0));
         let size2 = (0..cells.len()).map(|i| curve.map_or(0.0, |j| model.matrix[(i, j)].powi(2))).collect();
         Self {
@@ -97,7 +96,7 @@ impl Problem {
             repeats: cells.iter().map(|c| [c.n, c.squares / (unit * unit)]).collect(),
             size2,
             steps: (step / unit).powi(2) / 12.0,
-            priors: model.hypers.iter().map(|h| h.prior(base)).collect(),
+            priors: model.hypers.iter().map(|h| h.prior(known)).collect(),
             model,
         }
     }

@@ -4,8 +4,6 @@
 //! spread of 1.5 in ln means: a factor of 20 either way is within two standard deviations. No prior was fitted to data; each says what an
 //! engineer expects of a rig before seeing it.
 
-use crate::base::Base;
-
 /// A learned number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Hyper {
@@ -38,19 +36,15 @@ pub enum Hyper {
 }
 
 impl Hyper {
-    /// Median and spread in ln of the prior, of this base.
-    pub fn prior(self, base: &Base<'_>) -> [f64; 2] {
-        let known = matches!(base, Base::Known(..));
-        let tip = matches!(base, Base::Power(p) if p.tip > 0.0);
+    /// Median and spread in ln of the prior, of a base that is `known` or not.
+    pub fn prior(self, known: bool) -> [f64; 2] {
         let (median, spread) = match self {
             // A strain gauge on a rig: a few 1e-3 of a tap; 1e-5 with an averaging bridge, a few 1e-2 with a magnetometer.
             Self::Floor => (2e-3, 2.0),
             Self::Relative => (3e-3, 2.0),
-            // A spec is right to some per cent. Curves of 150 random whiskers over ranges of 1.25 … 3.5 bend by 4 % (1.5 … 8 %) about a
-            // power law, and by 0.4 % (0.1 … 1.4 %) about one with a tip; rigs are less than ideal.
+            // A spec is right to some per cent; a power law is wrong by as much as it bends over the range.
             Self::Bend | Self::Twist | Self::Deviation if known => (0.02, 1.5),
-            Self::Bend if tip => (0.01, 1.5),
-            Self::Bend => (0.05, 1.5),
+            Self::Bend => (0.1, 1.5),
             // A signal goes with the drive more nearly than with the distance.
             Self::Twist => (0.03, 1.5),
             // What no quadratic takes up is less.
